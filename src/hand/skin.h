@@ -1,0 +1,23 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace tactile_clay::hand {
+
+/// Samples of the skin of all hands (the paper's ghost particles), structure of arrays, frame `world`.
+struct Skin {
+  std::vector<Eigen::Vector3f> position;  // m
+  std::vector<Eigen::Vector3f> normal;    // outward, unit
+  std::vector<Eigen::Vector3f> velocity;  // m/s
+  std::vector<float> area;                // m^2 of skin that the sample stands for
+  std::vector<float> pad_distance;        // m along the hand to the centre of the closest finger pad
+  std::vector<std::uint8_t> side;         // 0 left, 1 right
+  std::vector<std::uint8_t> region;       // hand::Joint at the proximal end of the bone under the sample
+
+  std::size_t size() const { return position.size(); }
+};
+
+}  // namespace tactile_clay::hand

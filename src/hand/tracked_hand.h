@@ -1,0 +1,66 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace tactile_clay::hand {
+
+enum class Side : std::uint8_t { left = 0, right = 1 };
+
+/// Joints in the order of OpenXR `XR_EXT_hand_tracking`.
+enum Joint : int {
+  palm,
+  wrist,
+  thumb_metacarpal,
+  thumb_proximal,
+  thumb_distal,
+  thumb_tip,
+  index_metacarpal,
+  index_proximal,
+  index_intermediate,
+  index_distal,
+  index_tip,
+  middle_metacarpal,
+  middle_proximal,
+  middle_intermediate,
+  middle_distal,
+  middle_tip,
+  ring_metacarpal,
+  ring_proximal,
+  ring_intermediate,
+  ring_distal,
+  ring_tip,
+  little_metacarpal,
+  little_proximal,
+  little_intermediate,
+  little_distal,
+  little_tip,
+  joint_count
+};
+
+/// Pose of one joint: -Z points toward the tip, +Y is dorsal (OpenXR).
+struct JointPose {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();              // m
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+  double radius = 0.0;                                             // m
+};
+
+struct TrackedHand {
+  std::uint32_t id = 0;  // the tracker's id; a new id does not mean a new hand
+  Side side = Side::left;
+  double confidence = 1.0;  // 0-1
+  std::array<JointPose, joint_count> joints;
+};
+
+/// One sample of a tracker: every hand it sees, in the frame `frame_id`.
+struct TrackedFrame {
+  std::chrono::nanoseconds stamp{0};  // of the source's own clock; ROS time where `frame_id` is a ROS recording's
+  std::string frame_id = "tracker";
+  std::vector<TrackedHand> hands;
+};
+
+}  // namespace tactile_clay::hand
