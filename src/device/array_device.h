@@ -14,8 +14,9 @@ struct Emission {
   double modulation_frequency = 200.0;         // Hz, amplitude modulation
 };
 
-/// An ultrasound array behind its own protocol, loaded by pluginlib under this base class. The safety gate stands
-/// in front of every device, so a device may trust positions and intensities to be finite and in range.
+/// An ultrasound array behind its own protocol, loaded by pluginlib under this base class. The safety gate
+/// stands in front of every device, so a device may trust positions and intensities to be finite and in
+/// range.
 class ArrayDevice {
  public:
   virtual ~ArrayDevice() = default;

@@ -48,7 +48,8 @@ struct RenderReport {
 /// Ids: clustering starts from the points of the frame before as well as from new seeds, and keeps to the
 /// former while its objective (Eq. 8) is within 5 % of the latter's. Then old and new points are paired,
 /// closest first (ties: lower id, then lower index), and a pair not farther apart than `follow_distance`
-/// keeps its id. A point left over gets the next unused id; an id that dies does not come back.
+/// keeps its id. Points left over get the next unused ids by rising x, y, z; an id that dies does not come
+/// back.
 class FocalPointRenderer {
  public:
   /// \throws std::invalid_argument as FocalPointConfig::validate
