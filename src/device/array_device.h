@@ -21,7 +21,8 @@ class ArrayDevice {
  public:
   virtual ~ArrayDevice() = default;
 
-  /// Opens the array. \param options as given at launch, such as `port`
+  /// Opens the array.
+  /// \param options as given at launch, such as `port`
   /// \throws std::runtime_error with one line: what, where, what was expected
   virtual void open(const std::map<std::string, std::string>& options) = 0;
 

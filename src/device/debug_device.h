@@ -21,7 +21,8 @@ class DebugDevice : public ArrayDevice {
   /// Says it on stderr.
   DebugDevice();
 
-  /// \param sink where lines go \param clock that the rate is kept by, monotonic
+  /// \param sink where lines go
+  /// \param clock that the rate is kept by, monotonic
   DebugDevice(Sink sink, Clock clock);
 
   void open(const std::map<std::string, std::string>& options) override;

@@ -47,13 +47,14 @@ class SafetyGate {
   /// (older than the timeout, or from further than that in the future), modulation frequency outside 0 to
   /// 1000 Hz, and for every point: position finite and inside the workspace, intensity finite and 0 to the
   /// cap; sound pressure level at the head known and up to its cap, where there is one. Without points the
-  /// last rules have nothing to object to. \param age of the emission, s \param head_spl that it causes, dB
-  /// re 20 uPa rms, if known
+  /// last rules have nothing to object to.
+  /// \param age of the emission, s
+  /// \param head_spl that it causes, dB re 20 uPa rms, if known
   Verdict check(const Emission& emission, double age, std::optional<double> head_spl = std::nullopt) const;
 
   /// May what the array was last told go on? For a timer of the driver: silent by emergency stop, before the
-  /// start and when no emission arrived for longer than the timeout. \param age_since_last emission that
-  /// passed, s
+  /// start and when no emission arrived for longer than the timeout.
+  /// \param age_since_last emission that passed, s
   Verdict tick(double age_since_last) const;
 
  private:

@@ -16,8 +16,8 @@ struct Acoustics {
   double wavenumber() const;  // rad/m
 
   /// \throws std::invalid_argument naming the parameter, its value and its range. The directivity is
-  /// evaluated to
-  ///   rounding for k R up to 4 (5.4 mm at 40 kHz), the range of wavenumber times radius that is accepted
+  ///   evaluated to rounding for k R up to 4 (5.4 mm at 40 kHz), the range of wavenumber times radius that is
+  ///   accepted
   void validate() const;
 };
 

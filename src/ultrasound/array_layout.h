@@ -28,11 +28,9 @@ std::vector<std::string> arrayLayoutNames();
 ///
 /// Channels run along x, then along y, unless `channel_csv` gives their order.
 /// \param channel_csv contents of a table with the header `channel,column,row` and one line for each
-/// transducer;
-///   column counts along x, row along y, both from 0. Empty: grid order
+///   transducer; column counts along x, row along y, both from 0. Empty: grid order
 /// \throws std::invalid_argument with one line if the name is unknown (listing the known ones), or if the
-/// table
-///   is not of that form or does not place each channel and each transducer exactly once
+///   table is not of that form or does not place each channel and each transducer exactly once
 ArrayLayout arrayLayout(const std::string& name, const std::string& channel_csv = "");
 
 }  // namespace tactile_clay::ultrasound

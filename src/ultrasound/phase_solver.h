@@ -32,10 +32,12 @@ double focusPressure(const ArrayLayout& layout, const Acoustics& acoustics, cons
 /// short by the same factor (see `reached`).
 ///
 /// Points below intensity 0.001 or behind the array take no part (and do not count in M); none at all: every
-/// amplitude is 0. Deterministic. \param points in the frame of the array \param warm_start a drive to take
-/// the first phases of the foci from, such as that of the frame before; may be null \throws
-/// std::invalid_argument if an option, a position or an intensity is out of range, or the warm start is not
-///   of the layout's length
+/// amplitude is 0. Deterministic.
+/// \param points in the frame of the array
+/// \param warm_start a drive to take the first phases of the foci from, such as that of the frame before; or
+///   null
+/// \throws std::invalid_argument if an option, a position or an intensity is out of range, or the warm start
+///   is not of the layout's length
 PhaseSolution solvePhases(const ArrayLayout& layout, const Acoustics& acoustics,
                           const std::vector<FocalPoint>& points, const PhaseSolverOptions& options = {},
                           const Drive* warm_start = nullptr);
