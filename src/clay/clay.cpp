@@ -220,15 +220,18 @@ void Clay::Solver::translate(float dt) {
   std::vector<Lump> lumps(near.lumps());
   const std::size_t n = particles.size();
   for (std::size_t i = 0; i < n; ++i) {
+    // Internal forces cancel within a lump, so inertia and friction are all there is.
     Lump& lump = lumps[near.lump(i)];
-    lump.force += r.at(i).cast<double>();
-    lump.inertia.diagonal().array() += 1.0 / (particles.inverse_mass[i] * static_cast<double>(dt) * dt);
+    const double inertia = 1.0 / (particles.inverse_mass[i] * static_cast<double>(dt) * dt);
+    lump.force += inertia * (free.at(i) - u.at(i)).cast<double>();
+    lump.inertia.diagonal().array() += inertia;
   }
   for (const Contact& c : contact_constraint.contacts()) {
     if (c.state == Contact::State::open) continue;
     Lump& lump = lumps[near.lump(c.particle)];
     const Eigen::Vector3d normal = c.normal.cast<double>();
     lump.blocked += normal * normal.transpose();
+    lump.force += contact_constraint.frictionOn(c, particles, u).cast<double>();
     if (c.state == Contact::State::stick) {
       lump.inertia += c.stiffness * (Eigen::Matrix3d::Identity() - normal * normal.transpose());
     }
@@ -302,8 +305,6 @@ void Clay::Solver::minimise(float dt) {
   constexpr int iterations_a_round = 4;
   for (int left = config.budget.iterations; left > 0; left -= iterations_a_round) {
     contact_constraint.prescribe(u);
-    potential.activateDensity(u);
-    residual(dt);
     translate(dt);
     contact_constraint.prescribe(u);
     residual(dt);
