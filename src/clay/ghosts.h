@@ -1,0 +1,23 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace tactile_clay::clay {
+
+/// Ghost particles of the skin at the end of a frame (paper, section III-D); arrays of one length.
+struct Ghosts {
+  std::vector<Eigen::Vector3f> position;  // m, on the skin
+  std::vector<Eigen::Vector3f> normal;    // outward, unit
+  std::vector<Eigen::Vector3f> velocity;  // m/s; over the frame a ghost moves straight to its position
+
+  std::size_t size() const { return position.size(); }
+};
+
+/// Force of the clay on a ghost particle, mean over a frame: Eq. 6 summed over iterations, and friction.
+struct GhostForce {
+  std::uint32_t ghost = 0;
+  Eigen::Vector3f force = Eigen::Vector3f::Zero();  // N
+};
+
+}  // namespace tactile_clay::clay

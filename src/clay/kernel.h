@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cmath>
+
+namespace tactile_clay::clay {
+
+/// Cubic spline kernel with compact support (Monaghan 1992, Rep. Prog. Phys. 55:543), in three dimensions.
+/// Written branch-free: W(q) = sigma (2 (1 - q)+^3 - 8 (1/2 - q)+^3), q = r / h, sigma = 8 / (pi h^3).
+struct Kernel {
+  explicit Kernel(float support_radius)
+      : h(support_radius), sigma(static_cast<float>(8.0 / (M_PI * std::pow(support_radius, 3.0)))) {}
+
+  /// W(r) in 1/m^3 for a distance r >= 0 in m. T is float or an array of lanes.
+  template <typename T>
+  T value(const T& r) const {
+    const T q = r * (1.0f / h);
+    const T a = positive(T(1.0f - q)), b = positive(T(0.5f - q));
+    return sigma * (2.0f * a * a * a - 8.0f * b * b * b);
+  }
+
+  /// dW/dr in 1/m^4, never positive.
+  template <typename T>
+  T slope(const T& r) const {
+    const T q = r * (1.0f / h);
+    const T a = positive(T(1.0f - q)), b = positive(T(0.5f - q));
+    return (sigma / h) * (24.0f * b * b - 6.0f * a * a);
+  }
+
+  float h;      // m, support radius
+  float sigma;  // 1/m^3, W(0)
+
+ private:
+  static float positive(float x) { return x > 0.0f ? x : 0.0f; }
+  template <typename T>
+  static T positive(const T& x) {
+    return x.max(0.0f);
+  }
+};
+
+}  // namespace tactile_clay::clay

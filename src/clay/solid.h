@@ -1,0 +1,32 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <string>
+
+namespace tactile_clay::clay {
+
+/// A rigid obstacle with an exact signed distance. The clay collides with it without ghost particles.
+struct Solid {
+  enum class Shape { box, cylinder, sphere };
+
+  std::string name;
+  Shape shape = Shape::box;
+  Eigen::Vector3d size = Eigen::Vector3d::Zero();  // m; box: half extents; cylinder: radius, half length (z); sphere: radius
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();        // of the shape in world, at the start of a frame
+  Eigen::Vector3d linear_velocity = Eigen::Vector3d::Zero();     // m/s, of the shape's origin
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();    // rad/s, world axes
+};
+
+struct SurfacePoint {
+  double distance;         // m, negative inside
+  Eigen::Vector3d normal;  // outward, unit
+};
+
+/// Signed distance of a point to the shape and the direction out of it, in the shape's own frame. At an exact
+/// medial point (the centre of a sphere, say) one of the equally short ways out is taken.
+SurfacePoint surface(const Solid& solid, const Eigen::Vector3d& point);
+
+/// Pose after `t` seconds of the solid's velocities, held constant.
+Eigen::Isometry3d poseAfter(const Solid& solid, double t);
+
+}  // namespace tactile_clay::clay

@@ -1,0 +1,77 @@
+#include "contact/pressure_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace tactile_clay::contact {
+namespace {
+
+void checkSkin(const SkinView& skin) {
+  const std::size_t n = skin.position.size();
+  if (skin.normal.size() != n || skin.area.size() != n || skin.weight.size() != n) {
+    throw std::invalid_argument(
+        "pressure field: skin has " + std::to_string(n) + " positions, " +
+        std::to_string(skin.normal.size()) + " normals, " + std::to_string(skin.area.size()) + " areas and " +
+        std::to_string(skin.weight.size()) + " weights; expected one of each a sample");
+  }
+}
+
+bool usable(const SkinView& skin, std::size_t i) {
+  return skin.position[i].allFinite() && skin.normal[i].allFinite() && std::isfinite(skin.area[i]) &&
+         skin.area[i] > 0.0f && std::isfinite(skin.weight[i]);
+}
+
+}  // namespace
+
+std::vector<PressureSample> pressureField(const SkinView& skin, const std::vector<ContactForce>& contacts,
+                                          const Eigen::Vector3f& array_position, std::size_t* dropped) {
+  checkSkin(skin);
+  if (!array_position.allFinite()) {
+    throw std::invalid_argument("pressure field: position of the array is not finite");
+  }
+
+  // Contacts are few beside the skin: sorting them avoids a pass over all samples. Stable, so that forces on
+  // one sample add up in the order given.
+  std::size_t left_out = 0;
+  std::vector<ContactForce> sorted;
+  sorted.reserve(contacts.size());
+  for (const ContactForce& contact : contacts) {
+    if (contact.index >= skin.position.size()) {
+      throw std::out_of_range("pressure field: contact on skin sample " + std::to_string(contact.index) +
+                              ", expected less than " + std::to_string(skin.position.size()));
+    }
+    if (contact.force.allFinite() && usable(skin, contact.index)) {
+      sorted.push_back(contact);
+    } else {
+      ++left_out;
+    }
+  }
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const ContactForce& a, const ContactForce& b) { return a.index < b.index; });
+  if (dropped != nullptr) *dropped = left_out;
+
+  std::vector<PressureSample> samples;
+  for (auto contact = sorted.begin(); contact != sorted.end();) {
+    const std::uint32_t i = contact->index;
+    // In double, because forces that are finite alone may overflow float together.
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();
+    for (; contact != sorted.end() && contact->index == i; ++contact) force += contact->force.cast<double>();
+
+    const bool faces_array = skin.normal[i].dot(array_position - skin.position[i]) > 0.0f;
+    const double normal_force = std::max(-skin.normal[i].cast<double>().dot(force), 0.0);
+    const double pressure = normal_force / skin.area[i];
+    if (!faces_array || !(pressure > 0.0)) continue;
+    if (!(std::max(pressure, normal_force) <= std::numeric_limits<float>::max())) {
+      if (dropped != nullptr) ++*dropped;
+      continue;
+    }
+    samples.push_back({skin.position[i], skin.normal[i], static_cast<float>(pressure),
+                       static_cast<float>(normal_force), skin.area[i], skin.weight[i]});
+  }
+  return samples;
+}
+
+}  // namespace tactile_clay::contact

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "clay/clay.h"
+
+namespace tactile_clay::scene {
+
+/// A body of clay: a shape filled with particles on a lattice.
+struct Body {
+  std::string name;
+  std::uint8_t material = 0;                              // of Scene::materials
+  Eigen::Vector3f color = Eigen::Vector3f::Constant(0.6f);  // RGB, 0-1
+};
+
+/// A joint of the URDF that the scene drives.
+struct Motion {
+  std::string joint;
+  double start = 0.0;      // s
+  double velocity = 0.0;   // rad/s or m/s
+  double duration = 0.0;   // s; infinite where not given
+};
+
+/// A scene file, read and checked.
+struct Scene {
+  std::string name;
+  std::string urdf;  // path of the robot model whose collision geometry the clay meets
+  clay::ClayConfig config;
+  std::vector<clay::Material> materials;
+  std::vector<Body> bodies;
+  std::vector<clay::InitialParticle> particles;
+  std::vector<Motion> motions;
+};
+
+/// Reads a scene.
+/// \param name a file, or the name of one in `<share>/config/scenes`
+/// \param share folder of the package's `config`
+/// \throws std::runtime_error with one line: what, where, what was expected
+Scene loadScene(const std::string& name, const std::string& share);
+
+/// Budget of a quality preset (`fast`, `balanced`, `accurate`), from `<share>/config/quality.yaml`.
+/// \throws std::runtime_error naming the known presets
+clay::Budget loadQuality(const std::string& name, const std::string& share);
+
+}  // namespace tactile_clay::scene

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "clay/solid.h"
+#include "scene/scene.h"
+
+namespace tactile_clay::scene {
+
+/// The rigid world of a scene: the collision geometry of a URDF, moved by the scene's motions.
+class Solids {
+ public:
+  /// \param urdf_xml text of the robot model; its root link is the world frame
+  /// \throws std::runtime_error where the model cannot be read, a motion names no joint of it, or a collision
+  ///         shape is neither box, cylinder nor sphere
+  Solids(const std::string& urdf_xml, const std::vector<Motion>& motions);
+  ~Solids();
+
+  /// Solids with their poses and velocities at time t (s).
+  std::vector<clay::Solid> at(double t) const;
+
+  /// Position of each moving joint at time t (rad or m), by name.
+  std::map<std::string, double> joints(double t) const;
+
+ private:
+  struct Model;
+  std::unique_ptr<Model> model_;
+};
+
+/// Text of a file. \throws std::runtime_error if it cannot be read
+std::string readText(const std::string& path);
+
+}  // namespace tactile_clay::scene

@@ -1,0 +1,120 @@
+#include "contact/pressure_field.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <stdexcept>
+
+namespace tactile_clay::contact {
+namespace {
+
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+constexpr float inf = std::numeric_limits<float>::infinity();
+const Eigen::Vector3f array_below(0.0f, 0.0f, -0.2f);
+
+/// Four samples 5 mm apart; 0 to 2 face down, towards the array, 3 faces up.
+class PressureField : public ::testing::Test {
+ protected:
+  std::vector<Eigen::Vector3f> position{{0, 0, 0}, {0.005f, 0, 0}, {0.010f, 0, 0}, {0.015f, 0, 0}};
+  std::vector<Eigen::Vector3f> normal{{0, 0, -1}, {0, 0, -1}, {0.6f, 0, -0.8f}, {0, 0, 1}};
+  std::vector<float> area{2.5e-5f, 5.0e-5f, 2.5e-5f, 2.5e-5f};
+  std::vector<float> weight{1.0f, 0.9f, 0.8f, 0.7f};
+  std::size_t dropped = 99;
+
+  std::vector<PressureSample> field(const std::vector<ContactForce>& contacts) {
+    return pressureField({position, normal, area, weight}, contacts, array_below, &dropped);
+  }
+};
+
+TEST_F(PressureField, IsTheNormalForceOverTheArea) {
+  // -n . f = -(0.6 * 1 - 0.8 * 2) = 1.0 N for the tilted sample: its tangential part does not press.
+  const auto samples = field({{1, {0.3f, 0.4f, 0.1f}}, {2, {1.0f, 5.0f, 2.0f}}});
+  ASSERT_EQ(samples.size(), 2u);
+  EXPECT_EQ(samples[0].position, position[1]);
+  EXPECT_FLOAT_EQ(samples[0].force, 0.1f);
+  EXPECT_FLOAT_EQ(samples[0].pressure, 0.1f / 5.0e-5f);
+  EXPECT_FLOAT_EQ(samples[0].area, 5.0e-5f);
+  EXPECT_FLOAT_EQ(samples[0].weight, 0.9f);
+  EXPECT_FLOAT_EQ(samples[1].force, 1.0f);
+  EXPECT_FLOAT_EQ(samples[1].pressure, 1.0f / 2.5e-5f);
+  EXPECT_EQ(samples[1].normal, normal[2]);
+  EXPECT_EQ(dropped, 0u);
+}
+
+TEST_F(PressureField, LeavesOutPullAndTangentialForce) {
+  EXPECT_TRUE(field({{0, {0, 0, -1.0f}}, {1, {3.0f, 0, 0}}}).empty());
+}
+
+TEST_F(PressureField, LeavesOutSkinThatFacesAway) {
+  const std::vector<ContactForce> contacts{{3, {0, 0, -1.0f}}};
+  EXPECT_TRUE(field(contacts).empty());
+  const Eigen::Vector3f array_above(0, 0, 0.2f);
+  EXPECT_EQ(pressureField({position, normal, area, weight}, contacts, array_above).size(), 1u);
+}
+
+TEST_F(PressureField, LeavesOutSkinSeenEdgeOn) {
+  const Eigen::Vector3f beside(1.0f, 0, 0);  // n . (array - x) = 0
+  EXPECT_TRUE(pressureField({position, normal, area, weight}, {{0, {0, 0, 1.0f}}}, beside).empty());
+}
+
+TEST_F(PressureField, AddsForcesOnOneSampleAndKeepsSkinOrder) {
+  const auto samples = field({{1, {0, 0, 0.2f}}, {0, {0, 0, 0.5f}}, {1, {0, 0, 0.3f}}, {1, {0, 0, -0.1f}}});
+  ASSERT_EQ(samples.size(), 2u);
+  EXPECT_FLOAT_EQ(samples[0].force, 0.5f);
+  EXPECT_EQ(samples[0].position, position[0]);
+  EXPECT_FLOAT_EQ(samples[1].force, 0.4f);
+}
+
+TEST_F(PressureField, ConservesTheNormalForceOfAFlatContact) {
+  // The pressure integrated over the skin is the force that went in.
+  normal[2] = {0, 0, -1};
+  const auto samples = field({{0, {0, 0, 0.5f}}, {1, {0, 0, 0.7f}}, {2, {0, 0, 0.9f}}});
+  double total = 0.0;
+  for (const auto& s : samples) total += static_cast<double>(s.pressure) * s.area;
+  EXPECT_NEAR(total, 2.1, 1e-6);
+}
+
+TEST_F(PressureField, OfNoContactIsEmpty) {
+  EXPECT_TRUE(field({}).empty());
+  EXPECT_EQ(dropped, 0u);
+}
+
+TEST_F(PressureField, DropsNonFiniteForcesAndKeepsTheOthers) {
+  const auto samples = field({{0, {0, 0, nan}}, {0, {0, 0, 0.5f}}, {1, {0, inf, 1.0f}}, {2, {0, 0, 1.0f}}});
+  EXPECT_EQ(dropped, 2u);
+  ASSERT_EQ(samples.size(), 2u);
+  EXPECT_FLOAT_EQ(samples[0].force, 0.5f);
+  EXPECT_FLOAT_EQ(samples[1].force, 0.8f);
+}
+
+TEST_F(PressureField, DropsContactsOnBrokenSkin) {
+  position[0].x() = nan;
+  normal[1].y() = inf;
+  area[2] = 0.0f;
+  weight[3] = nan;
+  const Eigen::Vector3f push(0, 0, 1.0f);
+  EXPECT_TRUE(field({{0, push}, {1, push}, {2, push}, {3, -push}}).empty());
+  EXPECT_EQ(dropped, 4u);
+}
+
+TEST_F(PressureField, DropsAPressureThatOverflows) {
+  area[0] = 1e-30f;
+  EXPECT_TRUE(field({{0, {0, 0, 1e30f}}}).empty());
+  EXPECT_EQ(dropped, 1u);
+}
+
+TEST_F(PressureField, RefusesAnIndexOutsideTheSkin) {
+  EXPECT_THROW(field({{4, {0, 0, 1.0f}}}), std::out_of_range);
+}
+
+TEST_F(PressureField, RefusesArraysOfUnequalLength) {
+  area.pop_back();
+  EXPECT_THROW(field({}), std::invalid_argument);
+}
+
+TEST_F(PressureField, RefusesAnArrayNowhere) {
+  EXPECT_THROW(pressureField({position, normal, area, weight}, {}, {nan, 0, 0}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace tactile_clay::contact
