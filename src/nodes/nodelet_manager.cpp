@@ -1,0 +1,14 @@
+// A nodelet manager whose exit code tells when a nodelet failed; the stock manager always exits with 0.
+#include <nodelet/loader.h>
+#include <ros/ros.h>
+
+#include "nodes/exit_code.h"
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "manager");
+  {
+    nodelet::Loader loader;
+    ros::spin();
+  }
+  return tactile_clay::nodes::exitCode();
+}
