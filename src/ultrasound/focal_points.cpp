@@ -1,0 +1,261 @@
+#include "ultrasound/focal_points.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+
+#include "ultrasound/weighted_k_means.h"
+
+namespace tactile_clay::ultrasound {
+namespace {
+
+using contact::PressureSample;
+
+constexpr std::size_t restarts = 4;        // of the clustering; more buy little on a hand
+constexpr double warm_start_slack = 0.05;  // share of the objective given up for points that stay in place
+
+/// Samples worth rendering, as clustering needs them.
+struct Field {
+  std::vector<Eigen::Vector3d> position;
+  std::vector<double> weight;  // alpha p* A
+  std::vector<double> pressure;
+  std::vector<double> area;
+};
+
+bool usable(const PressureSample& s) {
+  return s.position.allFinite() && std::isfinite(s.pressure) && std::isfinite(s.area) && s.area > 0.0f &&
+         std::isfinite(s.weight) && s.weight > 0.0f;
+}
+
+Field gather(const std::vector<PressureSample>& samples, const FocalPointConfig& config,
+             std::size_t& ignored) {
+  std::vector<PressureSample> kept;
+  kept.reserve(samples.size());
+  ignored = 0;
+  for (const PressureSample& s : samples) {
+    if (!usable(s)) {
+      ++ignored;
+    } else if (s.pressure > 0.0f && s.pressure >= config.minimum_pressure) {
+      kept.push_back(s);
+    }
+  }
+  // One order for every permutation of the samples: sums and ties come out the same.
+  const auto key = [](const PressureSample& s) {
+    return std::make_tuple(s.position.x(), s.position.y(), s.position.z(), s.pressure, s.area, s.weight);
+  };
+  std::sort(kept.begin(), kept.end(),
+            [&key](const PressureSample& a, const PressureSample& b) { return key(a) < key(b); });
+
+  Field field;
+  for (const PressureSample& s : kept) {
+    const double alpha = config.perceptual_weights ? s.weight : 1.0;
+    field.position.push_back(s.position.cast<double>());
+    field.weight.push_back(alpha * s.pressure * s.area);
+    field.pressure.push_back(s.pressure);
+    field.area.push_back(s.area);
+  }
+  return field;
+}
+
+/// Merges the closest two centres, and clusters anew, until all are `min_separation` apart.
+Clustering separate(const Field& field, Clustering clustering, double min_separation) {
+  while (clustering.center.size() > 1) {
+    const auto& center = clustering.center;
+    std::size_t a = 0;
+    std::size_t b = 0;
+    double closest = min_separation * min_separation;
+    for (std::size_t i = 0; i < center.size(); ++i) {
+      for (std::size_t j = i + 1; j < center.size(); ++j) {
+        const double distance = (center[i] - center[j]).squaredNorm();
+        if (distance < closest) {
+          closest = distance;
+          a = i;
+          b = j;
+        }
+      }
+    }
+    if (a == b) break;
+
+    double weight_a = 0.0;
+    double weight_b = 0.0;
+    for (std::size_t i = 0; i < field.weight.size(); ++i) {
+      if (clustering.cluster[i] == a) weight_a += field.weight[i];
+      if (clustering.cluster[i] == b) weight_b += field.weight[i];
+    }
+    std::vector<Eigen::Vector3d> merged = center;
+    merged[a] = (weight_a * center[a] + weight_b * center[b]) / (weight_a + weight_b);
+    merged.erase(merged.begin() + static_cast<std::ptrdiff_t>(b));
+    clustering = refineClusters(field.position, field.weight, std::move(merged));
+  }
+  return clustering;
+}
+
+Clustering cluster(const Field& field, const FocalPointConfig& config,
+                   const std::vector<FocalPoint>& previous) {
+  Clustering cold =
+      weightedKMeans(field.position, field.weight, config.max_points, config.min_separation, restarts);
+  cold = separate(field, std::move(cold), config.min_separation);
+  if (previous.empty() || previous.size() > config.max_points) return cold;
+
+  std::vector<Eigen::Vector3d> start;
+  start.reserve(previous.size());
+  for (const FocalPoint& point : previous) start.push_back(point.position);
+  start = addSeeds(field.position, field.weight, std::move(start), config.max_points, config.min_separation);
+  Clustering warm = refineClusters(field.position, field.weight, std::move(start));
+  warm = separate(field, std::move(warm), config.min_separation);
+  return warm.objective <= (1.0 + warm_start_slack) * cold.objective ? warm : cold;
+}
+
+double gaussian(double squared_distance, double sigma) {
+  return std::exp(-squared_distance / (2.0 * sigma * sigma));
+}
+
+/// The centre of cluster k or, where no sample of it is within sigma, that closest sample.
+Eigen::Vector3d onSkin(const Field& field, const Clustering& clustering, std::size_t k, double sigma) {
+  double closest = std::numeric_limits<double>::infinity();
+  std::size_t nearest = 0;
+  for (std::size_t i = 0; i < field.position.size(); ++i) {
+    if (clustering.cluster[i] != k) continue;
+    const double distance = (field.position[i] - clustering.center[k]).squaredNorm();
+    if (distance < closest) {
+      closest = distance;
+      nearest = i;
+    }
+  }
+  return closest <= sigma * sigma ? clustering.center[k] : field.position[nearest];
+}
+
+double fitPressure(const Field& field, const Clustering& clustering, std::size_t k, const Eigen::Vector3d& at,
+                   const FocalPointConfig& config) {
+  double target = 0.0;
+  double model = 0.0;
+  for (std::size_t i = 0; i < field.position.size(); ++i) {
+    if (clustering.cluster[i] != k) continue;
+    const double g = gaussian((field.position[i] - at).squaredNorm(), config.sigma);
+    target += field.area[i] * field.pressure[i] * g;
+    model += field.area[i] * (config.fit == IntensityFit::least_squares ? g * g : g);
+  }
+  return target / model;  // the closest sample is within sigma: model > 0
+}
+
+void requireRange(const char* name, double value, double low, bool low_included) {
+  if (std::isfinite(value) && (value > low || (low_included && value == low))) return;
+  throw std::invalid_argument("focal points: " + std::string(name) + " is " + std::to_string(value) +
+                              ", expected a finite number " + (low_included ? "not below " : "above ") +
+                              std::to_string(low));
+}
+
+}  // namespace
+
+void FocalPointConfig::validate() const {
+  if (max_points < 1) throw std::invalid_argument("focal points: max_points is 0, expected at least 1");
+  requireRange("min_separation", min_separation, 0.0, true);
+  requireRange("sigma", sigma, 0.0, false);
+  requireRange("full_scale_pressure", full_scale_pressure, 0.0, false);
+  requireRange("minimum_pressure", minimum_pressure, 0.0, true);
+  requireRange("minimum_force", minimum_force, 0.0, true);
+  requireRange("follow_distance", follow_distance, 0.0, true);
+}
+
+FocalPointRenderer::FocalPointRenderer(const FocalPointConfig& config) {
+  configure(config);
+}
+
+void FocalPointRenderer::configure(const FocalPointConfig& config) {
+  config.validate();
+  config_ = config;
+}
+
+void FocalPointRenderer::reset() {
+  previous_.clear();
+  report_ = {};
+  next_id_ = 0;
+}
+
+std::vector<FocalPoint> FocalPointRenderer::render(const std::vector<PressureSample>& samples) {
+  report_ = {};
+  const Field field = gather(samples, config_, report_.ignored_samples);
+  const Clustering clustering = cluster(field, config_, previous_);
+
+  std::vector<double> force(clustering.center.size(), 0.0);
+  for (std::size_t i = 0; i < field.position.size(); ++i) {
+    force[clustering.cluster[i]] += field.pressure[i] * field.area[i];
+  }
+  std::vector<FocalPoint> points;
+  for (std::size_t k = 0; k < clustering.center.size(); ++k) {
+    if (force[k] < config_.minimum_force) continue;
+    FocalPoint point;
+    point.position = onSkin(field, clustering, k, config_.sigma);
+    point.pressure = fitPressure(field, clustering, k, point.position, config_);
+    const double share = point.pressure / config_.full_scale_pressure;
+    if (share > 1.0) ++report_.clipped_points;
+    point.intensity = std::sqrt(std::clamp(share, 0.0, 1.0));
+    points.push_back(point);
+  }
+  // By place, so that new ids do not depend on which seed found a point.
+  std::sort(points.begin(), points.end(), [](const FocalPoint& a, const FocalPoint& b) {
+    return std::lexicographical_compare(a.position.begin(), a.position.end(), b.position.begin(),
+                                        b.position.end());
+  });
+  assignIds(points);
+  previous_ = points;
+  return points;
+}
+
+void FocalPointRenderer::assignIds(std::vector<FocalPoint>& points) {
+  struct Pair {
+    double distance;
+    std::size_t before;  // index into previous_, which is sorted by id
+    std::size_t now;
+  };
+  std::vector<Pair> pairs;
+  for (std::size_t i = 0; i < previous_.size(); ++i) {
+    for (std::size_t j = 0; j < points.size(); ++j) {
+      const double distance = (previous_[i].position - points[j].position).norm();
+      if (distance <= config_.follow_distance) pairs.push_back({distance, i, j});
+    }
+  }
+  std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) {
+    return std::tie(a.distance, a.before, a.now) < std::tie(b.distance, b.before, b.now);
+  });
+
+  std::vector<bool> taken(previous_.size(), false);
+  std::vector<bool> named(points.size(), false);
+  for (const Pair& pair : pairs) {
+    if (taken[pair.before] || named[pair.now]) continue;
+    taken[pair.before] = true;
+    named[pair.now] = true;
+    points[pair.now].id = previous_[pair.before].id;
+  }
+  for (std::size_t j = 0; j < points.size(); ++j) {
+    if (!named[j]) points[j].id = next_id_++;
+  }
+  std::sort(points.begin(), points.end(),
+            [](const FocalPoint& a, const FocalPoint& b) { return a.id < b.id; });
+}
+
+double reconstructionError(const std::vector<PressureSample>& samples, const std::vector<FocalPoint>& points,
+                           double sigma, bool weighted) {
+  double error = 0.0;
+  double total = 0.0;
+  for (const PressureSample& s : samples) {
+    if (!usable(s)) continue;
+    double closest = std::numeric_limits<double>::infinity();
+    double rendered = 0.0;
+    for (const FocalPoint& point : points) {
+      const double distance = (point.position - s.position.cast<double>()).squaredNorm();
+      if (distance >= closest) continue;
+      closest = distance;
+      rendered = point.pressure * gaussian(distance, sigma);
+    }
+    const double w = weighted ? static_cast<double>(s.area) * s.weight : s.area;
+    error += w * (rendered - s.pressure) * (rendered - s.pressure);
+    total += w * s.pressure * s.pressure;
+  }
+  return total > 0.0 ? std::sqrt(error / total) : 0.0;
+}
+
+}  // namespace tactile_clay::ultrasound

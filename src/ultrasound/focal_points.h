@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "contact/pressure_field.h"
+#include "ultrasound/focal_point.h"
+
+namespace tactile_clay::ultrasound {
+
+/// How the pressure of a focal point follows from its samples.
+enum class IntensityFit {
+  least_squares,  // sum p* g / sum g^2: the minimiser of the objective of Eq. 9
+  paper           // sum p* g / sum g: the closed form printed in Eq. 9, a Gaussian mean
+};
+
+struct FocalPointConfig {
+  std::size_t max_points = 8;     // at least 1
+  double min_separation = 0.012;  // m; closer points are felt as one and waste power
+  double sigma = 0.0086;          // m, of the Gaussian focus: the wavelength (Eq. 9), 8.6 mm at 40 kHz
+  IntensityFit fit = IntensityFit::least_squares;
+  bool perceptual_weights = true;        // alpha of Eq. 8; off: 1 everywhere
+  double full_scale_pressure = 10000.0;  // Pa of the clay at which a point reaches intensity 1
+  double minimum_pressure = 1.0;         // Pa; samples below it are not rendered
+  double minimum_force = 0.001;          // N; contacts that press less in sum get no point
+  double follow_distance = 0.02;         // m; how far a point may move in a frame and keep its id
+
+  /// \throws std::invalid_argument naming the parameter, its value and its range
+  void validate() const;
+};
+
+/// What the last frame left out.
+struct RenderReport {
+  std::size_t ignored_samples = 0;  // non-finite, or of no area or weight
+  std::size_t clipped_points = 0;   // stronger than full scale, rendered at intensity 1
+};
+
+/// Focal points of a contact pressure field: locations by weighted k-means (Eq. 8), pressures by Eq. 9, after
+/// Barreiro et al. with perceptual weights. Sums over samples stand for integrals over the skin, so each
+/// sample counts by its area; where areas are equal that is the paper's formula. Deterministic: the points
+/// depend on the set of samples, not on their order, and on the frames since reset().
+///
+/// As many points as there is room for on the contact, `min_separation` apart, up to `max_points`: a small
+/// contact gets one, no contact none. Points that k-means brings closer than that are merged, the closest
+/// pair first.
+///
+/// Ids: clustering starts from the points of the frame before as well as from new seeds, and keeps to the
+/// former while its objective (Eq. 8) is within 5 % of the latter's. Then old and new points are paired,
+/// closest first (ties: lower id, then lower index), and a pair not farther apart than `follow_distance`
+/// keeps its id. A point left over gets the next unused id; an id that dies does not come back.
+class FocalPointRenderer {
+ public:
+  /// \throws std::invalid_argument as FocalPointConfig::validate
+  explicit FocalPointRenderer(const FocalPointConfig& config = {});
+
+  /// Replaces the settings; points keep their ids.
+  /// \throws std::invalid_argument as FocalPointConfig::validate, and keeps the settings as they were
+  void configure(const FocalPointConfig& config);
+  const FocalPointConfig& config() const { return config_; }
+
+  /// Focal points of one frame, by rising id. Their intensity is sqrt(p / full_scale_pressure), at most 1:
+  /// the radiation pressure on the skin goes with the square of the acoustic amplitude. A point lies at the
+  /// weighted mean of its samples or, where that is farther than sigma from each of them, at the closest
+  /// sample. \param samples of all hands, in the frame of the array
+  std::vector<FocalPoint> render(const std::vector<contact::PressureSample>& samples);
+
+  const RenderReport& report() const { return report_; }
+
+  /// Forgets the frames so far; ids start from 0.
+  void reset();
+
+ private:
+  void assignIds(std::vector<FocalPoint>& points);
+
+  FocalPointConfig config_;
+  RenderReport report_;
+  std::vector<FocalPoint> previous_;
+  std::uint32_t next_id_ = 0;
+};
+
+/// Relative RMS difference between the pressure field and its reconstruction from focal points (Fig. 4):
+/// sqrt(sum A (p_k g - p*)^2 / sum A p*^2), where each sample sees the closest point, g = exp(-d^2 / 2
+/// sigma^2). \param weighted counts each sample by its perceptual weight as well \return 0 without samples, 1
+/// without points
+double reconstructionError(const std::vector<contact::PressureSample>& samples,
+                           const std::vector<FocalPoint>& points, double sigma, bool weighted = false);
+
+}  // namespace tactile_clay::ultrasound

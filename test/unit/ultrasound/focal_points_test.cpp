@@ -1,0 +1,426 @@
+#include "ultrasound/focal_points.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <stdexcept>
+
+namespace tactile_clay::ultrasound {
+namespace {
+
+using contact::PressureSample;
+using Samples = std::vector<PressureSample>;
+
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+constexpr float sample_area = 4e-6f;  // 2 mm grid
+
+PressureSample sample(float x, float y, float pressure, float weight = 1.0f) {
+  return {{x, y, 0.2f}, {0, 0, -1}, pressure, pressure * sample_area, sample_area, weight};
+}
+
+/// A round contact on a 2 mm grid, pressed hardest in the middle.
+Samples patch(float cx, float cy, float radius, float pressure, float weight = 1.0f) {
+  Samples samples;
+  const int n = static_cast<int>(radius / 0.002f);
+  for (int i = -n; i <= n; ++i) {
+    for (int j = -n; j <= n; ++j) {
+      const float d = 0.002f * std::hypot(static_cast<float>(i), static_cast<float>(j));
+      if (d > radius) continue;
+      const float share = 1.0f - 0.5f * (d / radius) * (d / radius);
+      samples.push_back(sample(cx + 0.002f * static_cast<float>(i), cy + 0.002f * static_cast<float>(j),
+                               pressure * share, weight));
+    }
+  }
+  return samples;
+}
+
+Samples operator+(Samples a, const Samples& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+double gaussian(const PressureSample& s, const FocalPoint& point, double sigma) {
+  return std::exp(-(s.position.cast<double>() - point.position).squaredNorm() / (2.0 * sigma * sigma));
+}
+
+/// The objective printed in Eq. 9, of one point that holds all samples.
+double leastSquares(const Samples& samples, const FocalPoint& point, double pressure, double sigma) {
+  double sum = 0.0;
+  for (const auto& s : samples) {
+    const double error = pressure * gaussian(s, point, sigma) - s.pressure;
+    sum += s.area * error * error;
+  }
+  return sum;
+}
+
+template <typename F>
+double goldenSection(F f, double low, double high) {
+  const double ratio = (std::sqrt(5.0) - 1.0) / 2.0;
+  for (int i = 0; i < 200; ++i) {
+    const double a = high - ratio * (high - low);
+    const double b = low + ratio * (high - low);
+    if (f(a) < f(b)) {
+      high = b;
+    } else {
+      low = a;
+    }
+  }
+  return 0.5 * (low + high);
+}
+
+TEST(FocalPoints, OfNoContactAreNone) {
+  FocalPointRenderer renderer;
+  EXPECT_TRUE(renderer.render({}).empty());
+  EXPECT_EQ(renderer.report().ignored_samples, 0u);
+}
+
+TEST(FocalPoints, OfOneSampleIsThatSample) {
+  FocalPointConfig config;
+  for (const auto fit : {IntensityFit::paper, IntensityFit::least_squares}) {
+    config.fit = fit;
+    FocalPointRenderer renderer(config);
+    const auto points = renderer.render({sample(0.01f, 0.02f, 2500.0f)});
+    ASSERT_EQ(points.size(), 1u);
+    EXPECT_NEAR((points[0].position - Eigen::Vector3d(0.01, 0.02, 0.2)).norm(), 0.0, 1e-8);
+    EXPECT_NEAR(points[0].pressure, 2500.0, 1e-9);
+    EXPECT_NEAR(points[0].intensity, 0.5, 1e-12);  // sqrt(2500 / 10000)
+  }
+}
+
+TEST(FocalPoints, SmallContactGetsOnePointAtItsWeightedMean) {
+  FocalPointRenderer renderer;
+  const auto points = renderer.render(patch(0.03f, -0.02f, 0.006f, 3000.0f));
+  ASSERT_EQ(points.size(), 1u);
+  EXPECT_NEAR((points[0].position - Eigen::Vector3d(0.03, -0.02, 0.2)).norm(), 0.0, 1e-7);
+}
+
+TEST(FocalPoints, FiveFingersGetOnePointEach) {
+  FocalPointRenderer renderer;
+  Samples samples;
+  for (int i = 0; i < 5; ++i) samples = samples + patch(0.02f * static_cast<float>(i), 0.0f, 0.006f, 3000.0f);
+  const auto points = renderer.render(samples);
+  ASSERT_EQ(points.size(), 5u);
+  for (int i = 0; i < 5; ++i) {
+    const Eigen::Vector3d finger(0.02 * i, 0.0, 0.2);
+    EXPECT_TRUE(std::any_of(points.begin(), points.end(),
+                            [&](const FocalPoint& p) { return (p.position - finger).norm() < 1e-6; }));
+  }
+}
+
+TEST(FocalPoints, RespectMaxPointsAndSeparation) {
+  const Samples palm = patch(0.0f, 0.0f, 0.045f, 5000.0f);
+  std::size_t before = 0;
+  for (std::size_t max = 1; max <= 16; ++max) {
+    FocalPointConfig config;
+    config.max_points = max;
+    FocalPointRenderer renderer(config);
+    const auto points = renderer.render(palm);
+    EXPECT_LE(points.size(), max);
+    EXPECT_GE(points.size(), before);  // a palm has room for more
+    before = points.size();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        EXPECT_GE((points[i].position - points[j].position).norm(), config.min_separation);
+      }
+    }
+  }
+  EXPECT_EQ(before, 16u);
+}
+
+TEST(FocalPoints, MorePointsReconstructTheFieldBetter) {
+  const Samples palm = patch(0.0f, 0.0f, 0.045f, 5000.0f);
+  double before = 1.0;
+  for (const std::size_t max : {1u, 2u, 4u, 8u, 16u}) {
+    FocalPointConfig config;
+    config.max_points = max;
+    FocalPointRenderer renderer(config);
+    const double error = reconstructionError(palm, renderer.render(palm), config.sigma);
+    EXPECT_LT(error, before) << max;
+    before = error;
+  }
+  EXPECT_LT(before, 0.6);
+}
+
+TEST(FocalPoints, LeastSquaresFitMinimisesEquation9) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> place(-0.008f, 0.008f);
+  std::uniform_real_distribution<float> strength(500.0f, 8000.0f);
+  FocalPointConfig config;
+  config.max_points = 1;
+  for (int trial = 0; trial < 20; ++trial) {
+    Samples samples;
+    for (int i = 0; i < 30; ++i) samples.push_back(sample(place(random), place(random), strength(random)));
+    config.fit = IntensityFit::least_squares;
+    const auto fitted = FocalPointRenderer(config).render(samples);
+    config.fit = IntensityFit::paper;
+    const auto printed = FocalPointRenderer(config).render(samples);
+    ASSERT_EQ(fitted.size(), 1u);
+    ASSERT_EQ(printed.size(), 1u);
+
+    const auto objective = [&](double p) { return leastSquares(samples, fitted[0], p, config.sigma); };
+    const double best = goldenSection(objective, 0.0, 1e5);
+    EXPECT_NEAR(fitted[0].pressure, best, 1e-5 * best);
+    EXPECT_LT(printed[0].pressure, 0.95 * best) << "the form printed in Eq. 9 is not the minimiser";
+    EXPECT_GT(objective(printed[0].pressure), objective(fitted[0].pressure));
+    EXPECT_LT(reconstructionError(samples, fitted, config.sigma),
+              reconstructionError(samples, printed, config.sigma));
+  }
+}
+
+TEST(FocalPoints, PaperFitIsTheGaussianMeanOfEquation9) {
+  FocalPointConfig config;
+  config.max_points = 1;
+  config.fit = IntensityFit::paper;
+  const Samples samples = patch(0.0f, 0.0f, 0.01f, 4000.0f);
+  const auto points = FocalPointRenderer(config).render(samples);
+  ASSERT_EQ(points.size(), 1u);
+  double target = 0.0;
+  double model = 0.0;
+  for (const auto& s : samples) {
+    const double g = gaussian(s, points[0], config.sigma);
+    target += s.pressure * g;
+    model += g;
+  }
+  EXPECT_NEAR(points[0].pressure, target / model, 1e-6);
+}
+
+TEST(FocalPoints, DoNotDependOnHowFinelyTheSkinIsSampled) {
+  // A sample split into two of half its area is the same contact. Fingers, because a palm has many equal
+  // optima.
+  const Samples samples = patch(0.001f, 0.0f, 0.008f, 4000.0f) + patch(0.04f, 0.0f, 0.006f, 6000.0f);
+  Samples split;
+  for (PressureSample s : samples) {
+    s.area /= 2.0f;
+    s.force /= 2.0f;
+    split.push_back(s);
+    if (s.position.x() > 0.002f) {
+      split.push_back(s);
+    } else {
+      split.back().area *= 2.0f;  // not split
+    }
+  }
+  const auto whole = FocalPointRenderer().render(samples);
+  const auto halves = FocalPointRenderer().render(split);
+  ASSERT_EQ(whole.size(), halves.size());
+  for (std::size_t k = 0; k < whole.size(); ++k) {
+    EXPECT_LT((whole[k].position - halves[k].position).norm(), 1e-9);
+    EXPECT_NEAR(whole[k].pressure, halves[k].pressure, 1e-6);
+  }
+}
+
+TEST(FocalPoints, WeightsPullPointsTowardsSensitiveSkin) {
+  // One contact from pad to palm: with weights the one point moves to the pad, and the error there falls
+  // (Fig. 4).
+  Samples samples;
+  for (int i = 0; i < 40; ++i) {
+    samples.push_back(sample(0.001f * static_cast<float>(i), 0.0f, 3000.0f, i < 12 ? 1.0f : 0.25f));
+  }
+  FocalPointConfig config;
+  config.max_points = 1;
+  const auto weighted = FocalPointRenderer(config).render(samples);
+  config.perceptual_weights = false;
+  const auto plain = FocalPointRenderer(config).render(samples);
+  EXPECT_NEAR(plain[0].position.x(), 0.0195, 1e-6);
+  EXPECT_LT(weighted[0].position.x(), 0.015);
+  EXPECT_LT(reconstructionError(samples, weighted, config.sigma, true),
+            reconstructionError(samples, plain, config.sigma, true));
+}
+
+TEST(FocalPoints, IntensityIsTheRootOfThePressureAndClips) {
+  FocalPointConfig config;
+  config.full_scale_pressure = 4000.0;
+  FocalPointRenderer renderer(config);
+  const auto points =
+      renderer.render({sample(0, 0, 1000.0f), sample(0.1f, 0, 4000.0f), sample(0.2f, 0, 9000.0f)});
+  ASSERT_EQ(points.size(), 3u);
+  std::vector<double> intensity;
+  for (const auto& p : points) intensity.push_back(p.intensity);
+  std::sort(intensity.begin(), intensity.end());
+  EXPECT_NEAR(intensity[0], 0.5, 1e-12);
+  EXPECT_NEAR(intensity[1], 1.0, 1e-12);
+  EXPECT_EQ(intensity[2], 1.0);
+  EXPECT_EQ(renderer.report().clipped_points, 1u);
+}
+
+TEST(FocalPoints, OfContactsBelowTheThresholdsAreNone) {
+  FocalPointConfig config;
+  config.minimum_pressure = 100.0;
+  config.minimum_force = 0.001;
+  FocalPointRenderer renderer(config);
+  EXPECT_TRUE(renderer.render({sample(0, 0, 99.0f)}).empty());
+  EXPECT_TRUE(renderer.render({sample(0, 0, 200.0f)}).empty());   // 0.8 mN
+  EXPECT_EQ(renderer.render({sample(0, 0, 300.0f)}).size(), 1u);  // 1.2 mN
+}
+
+TEST(FocalPoints, IgnoreAndCountBrokenSamples) {
+  FocalPointRenderer renderer;
+  Samples samples = patch(0.0f, 0.0f, 0.006f, 3000.0f);
+  const auto clean = FocalPointRenderer().render(samples);
+  samples.push_back(sample(nan, 0, 1e6f));
+  samples.push_back(sample(0, 0, nan));
+  samples.push_back(sample(0.1f, 0, std::numeric_limits<float>::infinity()));
+  samples.push_back(sample(0.1f, 0, 1000.0f, nan));
+  samples.push_back(sample(0.1f, 0, 1000.0f));
+  samples.back().area = 0.0f;
+  const auto points = renderer.render(samples);
+  EXPECT_EQ(renderer.report().ignored_samples, 5u);
+  ASSERT_EQ(points.size(), clean.size());
+  EXPECT_EQ(points[0].position, clean[0].position);
+  EXPECT_EQ(points[0].pressure, clean[0].pressure);
+  EXPECT_FALSE(std::isnan(reconstructionError(samples, points, 0.0086)));
+}
+
+TEST(FocalPoints, DoNotDependOnTheOrderOfSamples) {
+  Samples samples = patch(0.0f, 0.0f, 0.03f, 4000.0f) + patch(0.1f, 0.0f, 0.008f, 6000.0f);
+  const auto reference = FocalPointRenderer().render(samples);
+  std::mt19937 random(8);
+  for (int trial = 0; trial < 10; ++trial) {
+    std::shuffle(samples.begin(), samples.end(), random);
+    const auto points = FocalPointRenderer().render(samples);
+    ASSERT_EQ(points.size(), reference.size());
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      EXPECT_EQ(points[k].id, reference[k].id);
+      EXPECT_EQ(points[k].position, reference[k].position);  // bit by bit
+      EXPECT_EQ(points[k].intensity, reference[k].intensity);
+    }
+  }
+}
+
+TEST(FocalPoints, LieOnTheSkinWhereTheMeanDoesNot) {
+  // One point for two hands: in the air between them it would touch nobody.
+  FocalPointConfig config;
+  config.max_points = 1;
+  const auto points =
+      FocalPointRenderer(config).render(patch(-0.5f, 0, 0.006f, 3000.0f) + patch(0.5f, 0, 0.006f, 3000.0f));
+  ASSERT_EQ(points.size(), 1u);
+  EXPECT_NEAR(std::abs(points[0].position.x()), 0.5, 0.007);
+  EXPECT_TRUE(std::isfinite(points[0].pressure));
+  EXPECT_LT(points[0].pressure, 6000.0);
+}
+
+TEST(FocalPoints, KeepTheirIdsWhileContactsMove) {
+  FocalPointRenderer renderer;
+  const auto frame = [](int t) {
+    const float x = 0.003f * static_cast<float>(t);  // 0.18 m/s at 60 Hz
+    return patch(x, 0.0f, 0.006f, 3000.0f) + patch(x + 0.02f, 0.01f, 0.006f, 5000.0f) +
+           patch(x + 0.02f, -0.01f, 0.006f, 4000.0f);
+  };
+  const auto first = renderer.render(frame(0));
+  ASSERT_EQ(first.size(), 3u);
+  for (int t = 1; t < 60; ++t) {
+    const auto points = renderer.render(frame(t));
+    ASSERT_EQ(points.size(), 3u) << t;
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_EQ(points[k].id, first[k].id) << t;
+      EXPECT_NEAR(points[k].position.x() - first[k].position.x(), 0.003 * t, 1e-5);
+      EXPECT_NEAR(points[k].position.y(), first[k].position.y(), 1e-5);
+    }
+  }
+}
+
+TEST(FocalPoints, KeepTheirIdsWhenAnotherComesAndGoes) {
+  FocalPointRenderer renderer;
+  const Samples thumb = patch(0.0f, 0.0f, 0.006f, 3000.0f);
+  const Samples index = patch(0.03f, 0.0f, 0.006f, 3000.0f);
+  const auto alone = renderer.render(thumb);
+  ASSERT_EQ(alone.size(), 1u);
+  const auto both = renderer.render(index + thumb);
+  ASSERT_EQ(both.size(), 2u);
+  EXPECT_EQ(both[0].id, alone[0].id);
+  EXPECT_EQ(both[0].position, alone[0].position);
+  const auto index_only = renderer.render(index);
+  ASSERT_EQ(index_only.size(), 1u);
+  EXPECT_EQ(index_only[0].id, both[1].id);
+  const auto again = renderer.render(thumb + index);
+  ASSERT_EQ(again.size(), 2u);
+  EXPECT_EQ(again[0].id, both[1].id);
+  EXPECT_GT(again[1].id, both[1].id) << "an id that died does not come back";
+}
+
+TEST(FocalPoints, ThatJumpGetANewId) {
+  FocalPointRenderer renderer;
+  const auto before = renderer.render(patch(0.0f, 0.0f, 0.006f, 3000.0f));
+  const auto after = renderer.render(patch(0.1f, 0.0f, 0.006f, 3000.0f));
+  ASSERT_EQ(after.size(), 1u);
+  EXPECT_NE(after[0].id, before[0].id);
+}
+
+TEST(FocalPoints, OfAPalmKeepMostIdsUnderNoise) {
+  // A symmetric palm has many equal optima; the warm start must not wander between them.
+  std::mt19937 random(9);
+  std::uniform_real_distribution<float> noise(0.95f, 1.05f);
+  FocalPointRenderer renderer;
+  const Samples palm = patch(0.0f, 0.0f, 0.04f, 5000.0f);
+  const auto first = renderer.render(palm);
+  for (int t = 0; t < 30; ++t) {
+    Samples noisy = palm;
+    for (auto& s : noisy) s.pressure *= noise(random);
+    const auto points = renderer.render(noisy);
+    ASSERT_EQ(points.size(), first.size());
+    for (std::size_t k = 0; k < points.size(); ++k) EXPECT_EQ(points[k].id, first[k].id) << t;
+  }
+}
+
+TEST(FocalPoints, AreTheSameAfterReset) {
+  FocalPointRenderer renderer;
+  const auto first = renderer.render(patch(0.0f, 0.0f, 0.04f, 5000.0f));
+  renderer.render(patch(0.01f, 0.0f, 0.03f, 5000.0f));
+  renderer.reset();
+  const auto again = renderer.render(patch(0.0f, 0.0f, 0.04f, 5000.0f));
+  ASSERT_EQ(first.size(), again.size());
+  for (std::size_t k = 0; k < first.size(); ++k) {
+    EXPECT_EQ(first[k].id, again[k].id);
+    EXPECT_EQ(first[k].position, again[k].position);
+    EXPECT_EQ(first[k].pressure, again[k].pressure);
+  }
+}
+
+TEST(FocalPoints, SurviveASmallerMaximumLive) {
+  FocalPointRenderer renderer;
+  const Samples palm = patch(0.0f, 0.0f, 0.04f, 5000.0f);
+  EXPECT_EQ(renderer.render(palm).size(), 8u);
+  FocalPointConfig config;
+  config.max_points = 3;
+  renderer.configure(config);
+  EXPECT_EQ(renderer.render(palm).size(), 3u);
+}
+
+TEST(FocalPoints, ReconstructionErrorOfAPerfectFieldIsZero) {
+  FocalPoint point;
+  point.position = {0, 0, 0.2};
+  point.pressure = 1000.0;
+  Samples samples;
+  for (int i = 0; i < 10; ++i) {
+    PressureSample s = sample(0.002f * static_cast<float>(i), 0, 1.0f);
+    s.pressure = static_cast<float>(1000.0 * gaussian(s, point, 0.0086));
+    samples.push_back(s);
+  }
+  EXPECT_NEAR(reconstructionError(samples, {point}, 0.0086), 0.0, 1e-6);
+  EXPECT_DOUBLE_EQ(reconstructionError(samples, {}, 0.0086), 1.0);
+  EXPECT_DOUBLE_EQ(reconstructionError({}, {point}, 0.0086), 0.0);
+}
+
+TEST(FocalPoints, RefuseBadSettingsByName) {
+  const auto message = [](auto change) {
+    FocalPointConfig config;
+    change(config);
+    try {
+      FocalPointRenderer renderer(config);
+    } catch (const std::invalid_argument& e) {
+      return std::string(e.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_NE(message([](auto& c) { c.max_points = 0; }).find("max_points"), std::string::npos);
+  EXPECT_NE(message([](auto& c) { c.sigma = 0.0; }).find("sigma"), std::string::npos);
+  EXPECT_NE(message([](auto& c) { c.min_separation = -1.0; }).find("min_separation"), std::string::npos);
+  EXPECT_NE(message([](auto& c) { c.full_scale_pressure = std::nan(""); }).find("full_scale_pressure is nan"),
+            std::string::npos);
+  EXPECT_NE(message([](auto& c) { c.minimum_force = -1.0; }).find("minimum_force"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tactile_clay::ultrasound
