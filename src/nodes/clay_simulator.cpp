@@ -171,7 +171,7 @@ void ClaySimulator::runLive() {
     const Clock::time_point now = Clock::now();
     const double elapsed = std::chrono::duration<double>(now - before).count();
     before = now;
-    const double duration = std::min(elapsed, 2.0 * period_);
+    const double duration = std::min(elapsed, 1.5 * period_);
     if (elapsed > duration) {
       const std::lock_guard<std::mutex> lock(clay_mutex_);
       dropped_ += elapsed - duration;

@@ -46,23 +46,37 @@ Nodes connectedTo(const std::string& publisher, const std::string& topic) {
   return connected;
 }
 
+using NodesByTopic = std::map<std::string, Nodes>;
+
+std::string missingLink(const std::string& topic, const Nodes& publishers, const Nodes& subscribers) {
+  if (subscribers.empty()) return "";
+  for (const std::string& publisher : publishers) {
+    const Nodes connected = connectedTo(publisher, topic);
+    for (const std::string& subscriber : subscribers)
+      if (connected.count(subscriber) == 0)
+        return publisher + " is not yet connected to " + subscriber + " on " + topic;
+  }
+  return "";
+}
+
 }  // namespace
 
-std::string missingConnection(const std::vector<std::string>& topics) {
+std::string missingConnection(const Connections& wanted) {
   XmlRpcValue request, response, state;
   request[0] = ros::this_node::getName();
   if (!ros::master::execute("getSystemState", request, response, state, false)) return "the master does not answer";
-  auto publishers = nodesByTopic(state[0]), subscribers = nodesByTopic(state[1]);
-  for (const std::string& topic : topics) {
+  NodesByTopic publishers = nodesByTopic(state[0]), subscribers = nodesByTopic(state[1]);
+  for (const std::string& topic : wanted.required) {
     if (publishers[topic].empty()) return "nobody publishes " + topic;
     if (subscribers[topic].empty()) return "nobody subscribes to " + topic;
-    for (const std::string& publisher : publishers[topic]) {
-      const Nodes connected = connectedTo(publisher, topic);
-      for (const std::string& subscriber : subscribers[topic])
-        if (connected.count(subscriber) == 0)
-          return publisher + " is not yet connected to " + subscriber + " on " + topic;
-    }
+    if (!wanted.recorder.empty() && subscribers[topic].count(wanted.recorder) == 0)
+      return wanted.recorder + " does not record " + topic;
   }
+  for (const auto* topics : {&wanted.required, &wanted.optional})
+    for (const std::string& topic : *topics) {
+      std::string missing = missingLink(topic, publishers[topic], subscribers[topic]);
+      if (!missing.empty()) return missing;
+    }
   return "";
 }
 

@@ -5,10 +5,16 @@
 
 namespace tactile_clay::nodes {
 
-/// Asks the master and the nodes whether messages would reach everyone: on each of the topics there is a publisher and a
-/// subscriber, and every publisher is connected to every subscriber that the master knows.
-/// \param topics resolved names
+/// What has to be connected before the first message.
+struct Connections {
+  std::vector<std::string> required;  // topics that must have a publisher and a subscriber
+  std::vector<std::string> optional;  // topics whose subscribers, if any, must be connected
+  std::string recorder;               // node that must be connected to all required topics, or empty
+};
+
+/// Asks the master and the nodes whether messages would reach everyone: every publisher of these topics is connected to
+/// every subscriber that the master knows. Names are resolved names.
 /// \return empty if so, else one line about what is missing
-std::string missingConnection(const std::vector<std::string>& topics);
+std::string missingConnection(const Connections& wanted);
 
 }  // namespace tactile_clay::nodes

@@ -5,19 +5,22 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "hand/hand_check.h"
 #include "nodes/conversions.h"
 #include "nodes/exit_code.h"
 #include "nodes/graph_connections.h"
 #include "nodes/params.h"
+#include "nodes/placement.h"
 #include "nodes/topics.h"
 
 namespace tactile_clay::nodes {
 namespace {
 
-const ros::WallDuration answer_patience(30.0);
+const ros::WallDuration answer_patience(30.0);  // lockstep
+const ros::WallDuration graph_patience(15.0);   // live
 const std::vector<std::string> whole_graph = {topic::hands_tracked,  topic::hands_skin,   topic::clay_contacts,
                                               topic::hands_pressure, topic::focal_points, topic::array_state};
+const std::vector<std::string> side_topics = {topic::clay_particles, topic::clay_status,    topic::joint_states,
+                                              topic::array_drive,    topic::array_measured, topic::array_field};
 
 }  // namespace
 
@@ -47,8 +50,12 @@ HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
     throw std::runtime_error("lockstep: expected hands from a recording or none, got the live source '" + source_name_ +
                              "'");
 
-  graph_ = param(private_nh, "graph", whole_graph);
-  for (std::string& name : graph_) name = nh.resolveName(name);
+  wait_for_graph_ = param(private_nh, "wait_for_graph", false) || lockstep_;
+  for (const std::string& name : param(private_nh, "graph", whole_graph))
+    graph_.required.push_back(nh.resolveName(name));
+  for (const std::string& name : side_topics) graph_.optional.push_back(nh.resolveName(name));
+  const auto recorder = param<std::string>(private_nh, "recorder", "");
+  if (!recorder.empty()) graph_.recorder = nh.resolveName(recorder);
   if (!passes_by_) publisher_ = nh.advertise<TrackedHands>(topic::hands_tracked, lockstep_ ? 0 : 1);
   thread_ = std::thread([this] {
     try {
@@ -66,7 +73,7 @@ HandTracking::~HandTracking() {
 }
 
 void HandTracking::run() {
-  if (lockstep_) waitForGraph();
+  if (wait_for_graph_ && source_->recorded()) waitForGraph();
   start_ = ros::SteadyTime::now();
   follow();
   if (stopped()) return;
@@ -88,8 +95,12 @@ void HandTracking::waitForGraph() {
     if (!missing.empty()) connected_since = ros::WallTime();
     if (missing.empty() && connected_since.isZero()) connected_since = now;
     if (missing.empty() && now - connected_since >= settled) return;
-    if (now - start > answer_patience)
+    if (lockstep_ && now - start > answer_patience)
       throw std::runtime_error("lockstep: the graph is not connected after 30 s: " + missing);
+    if (!lockstep_ && now - start > graph_patience) {
+      ROS_WARN("hand_tracking: starts although the graph is not connected: %s", missing.c_str());
+      return;
+    }
     ros::WallDuration(0.05).sleep();
   }
 }
@@ -112,7 +123,8 @@ void HandTracking::follow() {
     if (duration_ > 0.0 && std::chrono::duration<double>(stamp - first).count() >= duration_) return;
     if (!lockstep_ && source_->recorded()) pace(stamp - first);
     if (stopped()) return;
-    place(frame);
+    bad_hands_ += static_cast<unsigned>(leaveOutBadHands(frame));
+    placeInWorld(frame, world_, transforms_);
     frame.stamp = lockstep_ ? stamp : toCore(ros::Time::now());
     release(frame);
   }
@@ -123,34 +135,6 @@ void HandTracking::pace(std::chrono::nanoseconds elapsed) {
   for (auto left = due - ros::SteadyTime::now(); left > ros::WallDuration(0.0) && !stopped();
        left = due - ros::SteadyTime::now())
     std::min(left, ros::WallDuration(0.1)).sleep();
-}
-
-void HandTracking::place(hand::TrackedFrame& frame) {
-  auto& hands = frame.hands;
-  const std::size_t seen = hands.size();
-  hands.erase(std::remove_if(hands.begin(), hands.end(),
-                             [this](const hand::TrackedHand& hand) {
-                               const std::string fault = hand::faultOf(hand);
-                               if (fault.empty()) return false;
-                               ROS_WARN_THROTTLE(1.0, "hand_tracking: hand %u of frame %u left out: %s", hand.id,
-                                                 frames_.load(), fault.c_str());
-                               return true;
-                             }),
-              hands.end());
-  hand::keepOneHandASide(hands);
-  bad_hands_ += static_cast<unsigned>(seen - hands.size());
-  if (hands.empty() || frame.frame_id == world_) {
-    frame.frame_id = world_;
-    return;
-  }
-  const auto pose = transforms_.lookup(world_, frame.frame_id, ros::Time(0));
-  if (!pose) hands.clear();
-  for (hand::TrackedHand& hand : hands)
-    for (hand::JointPose& joint : hand.joints) {
-      joint.position = *pose * joint.position;
-      joint.orientation = Eigen::Quaterniond(pose->rotation()) * joint.orientation;
-    }
-  frame.frame_id = world_;
 }
 
 void HandTracking::release(const hand::TrackedFrame& frame) {

@@ -5,13 +5,12 @@
 
 #include <atomic>
 #include <chrono>
-#include <map>
 #include <string>
 #include <thread>
-#include <vector>
 
 #include "hand/hand_source.h"
 #include "nodes/answers.h"
+#include "nodes/graph_connections.h"
 #include "nodes/health.h"
 #include "nodes/plugin.h"
 #include "nodes/recording_time.h"
@@ -22,7 +21,8 @@ namespace tactile_clay::nodes {
 /// Reads one source of tracked hands, places them in `world` and publishes `hands/tracked`.
 ///
 /// Live, recordings run by their own clock times `~rate`, and every sample is stamped with the time of its release. In
-/// lockstep, stamps are the recording's, and sample k+1 is released when the array has answered sample k.
+/// lockstep, stamps are the recording's, and sample k+1 is released when the array has answered sample k; the first one
+/// waits until the topics of `~graph`, and the node `~recorder` if one is named, are connected.
 /// It ends its process, with code 0, when the source has ended or after `~duration` seconds of input.
 class HandTracking {
  public:
@@ -37,7 +37,6 @@ class HandTracking {
   void waitForGraph();
   void follow();
   void pace(std::chrono::nanoseconds elapsed);
-  void place(hand::TrackedFrame& frame);
   void release(const hand::TrackedFrame& frame);
   bool stopped() const { return stopping_ || !ros::ok(); }
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
@@ -54,7 +53,8 @@ class HandTracking {
   tf2_ros::StaticTransformBroadcaster broadcaster_;
   Answers answers_;
   ros::Publisher publisher_;
-  std::vector<std::string> graph_;  // topics that must be connected before lockstep starts
+  Connections graph_;    // what must be connected before the first frame
+  bool wait_for_graph_;  // live too; lockstep always waits
 
   RecordingTime time_;
   ros::SteadyTime start_;
