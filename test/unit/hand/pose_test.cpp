@@ -56,7 +56,7 @@ TEST(HandPose, FramesAreRightHandedWithMinusZAlongTheBone) {
       const Vector3d bone = (hand.joints[joint].position - parent.position).normalized();
       EXPECT_LT((parent.orientation * -Vector3d::UnitZ() - bone).norm(), 1e-9) << joint_anatomy[joint].name;
     }
-    EXPECT_LT(hand.joints[wrist].position.x() - 0.1, 1e-12);
+    EXPECT_LT((hand.joints[wrist].position - Vector3d(0.1, -0.2, 0.3)).norm(), 1e-12);
   }
 }
 
