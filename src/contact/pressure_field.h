@@ -35,10 +35,11 @@ struct PressureSample {
 ///
 /// A contact whose force is not finite, or whose sample has a non-finite position, normal or weight or an
 /// area that is not positive and finite, is left out and counted; it does not touch any other sample. So is a
-/// sample whose pressure does not fit a float. \param array_position of the centre of the array, m, world; a
-/// sample faces it where n . (array - x) > 0 \param dropped if given, receives the number of contacts left
-/// out for that reason \throws std::out_of_range if a contact's index is not a sample of the skin \throws
-/// std::invalid_argument if the skin's arrays differ in length or the array's position is not finite
+/// sample whose pressure does not fit a float.
+/// \param array_position of the centre of the array, m, world; a sample faces it where n . (array - x) > 0
+/// \param dropped if given, receives the number of contacts left out for that reason
+/// \throws std::out_of_range if a contact's index is not a sample of the skin
+/// \throws std::invalid_argument if the skin's arrays differ in length or the array's position is not finite
 std::vector<PressureSample> pressureField(const SkinView& skin, const std::vector<ContactForce>& contacts,
                                           const Eigen::Vector3f& array_position,
                                           std::size_t* dropped = nullptr);

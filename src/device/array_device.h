@@ -14,13 +14,15 @@ struct Emission {
   double modulation_frequency = 200.0;         // Hz, amplitude modulation
 };
 
-/// An ultrasound array behind its own protocol, loaded by pluginlib under this base class. The safety gate stands
-/// in front of every device, so a device may trust positions and intensities to be finite and in range.
+/// An ultrasound array behind its own protocol, loaded by pluginlib under this base class. The safety gate
+/// stands in front of every device, so a device may trust positions and intensities to be finite and in
+/// range.
 class ArrayDevice {
  public:
   virtual ~ArrayDevice() = default;
 
-  /// Opens the array. \param options as given at launch, such as `port`
+  /// Opens the array.
+  /// \param options as given at launch, such as `port`
   /// \throws std::runtime_error with one line: what, where, what was expected
   virtual void open(const std::map<std::string, std::string>& options) = 0;
 

@@ -48,7 +48,8 @@ struct RenderReport {
 /// Ids: clustering starts from the points of the frame before as well as from new seeds, and keeps to the
 /// former while its objective (Eq. 8) is within 5 % of the latter's. Then old and new points are paired,
 /// closest first (ties: lower id, then lower index), and a pair not farther apart than `follow_distance`
-/// keeps its id. A point left over gets the next unused id; an id that dies does not come back.
+/// keeps its id. Points left over get the next unused ids by rising x, y, z; an id that dies does not come
+/// back.
 class FocalPointRenderer {
  public:
   /// \throws std::invalid_argument as FocalPointConfig::validate
@@ -62,7 +63,8 @@ class FocalPointRenderer {
   /// Focal points of one frame, by rising id. Their intensity is sqrt(p / full_scale_pressure), at most 1:
   /// the radiation pressure on the skin goes with the square of the acoustic amplitude. A point lies at the
   /// weighted mean of its samples or, where that is farther than sigma from each of them, at the closest
-  /// sample. \param samples of all hands, in the frame of the array
+  /// sample.
+  /// \param samples of all hands, in the frame of the array
   std::vector<FocalPoint> render(const std::vector<contact::PressureSample>& samples);
 
   const RenderReport& report() const { return report_; }
@@ -81,8 +83,9 @@ class FocalPointRenderer {
 
 /// Relative RMS difference between the pressure field and its reconstruction from focal points (Fig. 4):
 /// sqrt(sum A (p_k g - p*)^2 / sum A p*^2), where each sample sees the closest point, g = exp(-d^2 / 2
-/// sigma^2). \param weighted counts each sample by its perceptual weight as well \return 0 without samples, 1
-/// without points
+/// sigma^2).
+/// \param weighted counts each sample by its perceptual weight as well
+/// \return 0 without samples, 1 without points
 double reconstructionError(const std::vector<contact::PressureSample>& samples,
                            const std::vector<FocalPoint>& points, double sigma, bool weighted = false);
 

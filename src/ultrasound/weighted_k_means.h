@@ -14,17 +14,18 @@ struct Clustering {
 
 /// Adds samples to the `seeds` given, deterministically: each time the sample with the largest w d^2, where d
 /// is its distance to the closest seed so far. Only samples at least `min_separation` (m) away from every
-/// seed are taken, so there may be fewer than `count` in the end. The lower index wins a tie. \throws
-/// std::invalid_argument if the arrays differ in length or, with samples, no seed is given
+/// seed are taken, so there may be fewer than `count` in the end. The lower index wins a tie.
+/// \throws std::invalid_argument if the arrays differ in length or, with samples, no seed is given
 std::vector<Eigen::Vector3d> addSeeds(const std::vector<Eigen::Vector3d>& position,
                                       const std::vector<double>& weight, std::vector<Eigen::Vector3d> seeds,
                                       std::size_t count, double min_separation);
 
 /// Local optimum of Eq. 8 from the given centres: Lloyd's iteration until no sample changes its cluster, then
 /// single exchanges (Hartigan & Wong 1979) that lower the objective further, and so on. A centre that loses
-/// all its samples is removed, so there may be fewer clusters than centres given. \param position of the
-/// samples, m, finite \param weight of each, positive and finite \throws std::invalid_argument if the arrays
-/// differ in length or, with samples, no centre is given
+/// all its samples is removed, so there may be fewer clusters than centres given.
+/// \param position of the samples, m, finite
+/// \param weight of each, positive and finite
+/// \throws std::invalid_argument if the arrays differ in length or, with samples, no centre is given
 Clustering refineClusters(const std::vector<Eigen::Vector3d>& position, const std::vector<double>& weight,
                           std::vector<Eigen::Vector3d> center);
 

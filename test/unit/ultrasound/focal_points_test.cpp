@@ -348,19 +348,23 @@ TEST(FocalPoints, ThatJumpGetANewId) {
   EXPECT_NE(after[0].id, before[0].id);
 }
 
-TEST(FocalPoints, OfAPalmKeepMostIdsUnderNoise) {
-  // A symmetric palm has many equal optima; the warm start must not wander between them.
+TEST(FocalPoints, OfAPalmStayUnderNoise) {
+  // A symmetric palm has many nearly equal optima; the warm start must not wander between them.
   std::mt19937 random(9);
-  std::uniform_real_distribution<float> noise(0.95f, 1.05f);
+  std::uniform_real_distribution<float> noise(0.8f, 1.2f);
   FocalPointRenderer renderer;
   const Samples palm = patch(0.0f, 0.0f, 0.04f, 5000.0f);
-  const auto first = renderer.render(palm);
+  auto before = renderer.render(palm);
   for (int t = 0; t < 30; ++t) {
     Samples noisy = palm;
     for (auto& s : noisy) s.pressure *= noise(random);
     const auto points = renderer.render(noisy);
-    ASSERT_EQ(points.size(), first.size());
-    for (std::size_t k = 0; k < points.size(); ++k) EXPECT_EQ(points[k].id, first[k].id) << t;
+    ASSERT_EQ(points.size(), before.size());
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      EXPECT_EQ(points[k].id, before[k].id) << t;
+      EXPECT_LT((points[k].position - before[k].position).norm(), 0.003) << t;
+    }
+    before = points;
   }
 }
 

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+
+#include "device/array_device.h"
+
+namespace tactile_clay::device {
+
+/// An array that is not there: says what it would emit, one line an emission, at most `log_rate` lines a
+/// second. What it did is counted, whether it was said or not.
+///
+/// Options: `log_rate` in Hz (default 1; 0 says nothing but open and stop). Options of other devices are not
+/// its own and are passed over.
+class DebugDevice : public ArrayDevice {
+ public:
+  using Sink = std::function<void(const std::string&)>;  // takes one line, without its end
+  using Clock = std::function<std::chrono::nanoseconds()>;
+
+  /// Says it on stderr.
+  DebugDevice();
+
+  /// \param sink where lines go
+  /// \param clock that the rate is kept by, monotonic
+  DebugDevice(Sink sink, Clock clock);
+
+  void open(const std::map<std::string, std::string>& options) override;
+  void submit(const Emission& emission) override;
+  void stop() noexcept override;
+  std::string fault() const override;
+
+  std::uint64_t submissions() const { return submissions_; }
+  std::uint64_t stops() const { return stops_; }
+  bool emitting() const { return emitting_; }
+
+ private:
+  Sink sink_;
+  Clock clock_;
+  std::chrono::nanoseconds interval_{0};
+  std::chrono::nanoseconds last_line_{0};
+  bool open_ = false;
+  bool quiet_ = false;     // log_rate 0
+  bool said_any_ = false;  // an emission, since it was opened
+  bool emitting_ = false;
+  std::uint64_t submissions_ = 0;
+  std::uint64_t stops_ = 0;
+};
+
+}  // namespace tactile_clay::device
