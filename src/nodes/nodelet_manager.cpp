@@ -2,10 +2,14 @@
 #include <nodelet/loader.h>
 #include <ros/ros.h>
 
+#include <csignal>
+
 #include "nodes/exit_code.h"
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "manager");
+  std::signal(SIGTERM, [](int) { ros::requestShutdown(); });
+  std::signal(SIGHUP, [](int) { ros::requestShutdown(); });
   {
     nodelet::Loader loader;
     ros::spin();

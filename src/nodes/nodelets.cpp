@@ -1,12 +1,14 @@
 // Every node as a nodelet.
 #include <pluginlib/class_list_macros.hpp>
 
+#include "nodes/array_driver.h"
 #include "nodes/clay_simulator.h"
 #include "nodes/contact_pressure.h"
 #include "nodes/focal_point_renderer.h"
 #include "nodes/hand_simulator.h"
 #include "nodes/hand_tracking.h"
 #include "nodes/run_node.h"
+#include "nodes/simulated_array.h"
 
 namespace tactile_clay::nodes {
 
@@ -15,6 +17,8 @@ using HandSimulatorNodelet = AsNodelet<HandSimulator>;
 using ClaySimulatorNodelet = AsNodelet<ClaySimulator>;
 using ContactPressureNodelet = AsNodelet<ContactPressure>;
 using FocalPointRendererNodelet = AsNodelet<FocalPointRenderer>;
+using ArrayDriverNodelet = AsNodelet<ArrayDriver>;
+using SimulatedArrayNodelet = AsNodelet<SimulatedArray>;
 
 }  // namespace tactile_clay::nodes
 
@@ -23,3 +27,5 @@ PLUGINLIB_EXPORT_CLASS(tactile_clay::nodes::HandSimulatorNodelet, nodelet::Nodel
 PLUGINLIB_EXPORT_CLASS(tactile_clay::nodes::ClaySimulatorNodelet, nodelet::Nodelet)
 PLUGINLIB_EXPORT_CLASS(tactile_clay::nodes::ContactPressureNodelet, nodelet::Nodelet)
 PLUGINLIB_EXPORT_CLASS(tactile_clay::nodes::FocalPointRendererNodelet, nodelet::Nodelet)
+PLUGINLIB_EXPORT_CLASS(tactile_clay::nodes::ArrayDriverNodelet, nodelet::Nodelet)
+PLUGINLIB_EXPORT_CLASS(tactile_clay::nodes::SimulatedArrayNodelet, nodelet::Nodelet)

@@ -3,6 +3,7 @@
 #include <nodelet/nodelet.h>
 #include <ros/ros.h>
 
+#include <csignal>
 #include <exception>
 #include <memory>
 
@@ -14,6 +15,9 @@ namespace tactile_clay::nodes {
 template <class Node>
 int runNode(int argc, char** argv, const char* name) {
   ros::init(argc, argv, name);
+  // roscpp handles SIGINT; an array must go silent on these as well.
+  std::signal(SIGTERM, [](int) { ros::requestShutdown(); });
+  std::signal(SIGHUP, [](int) { ros::requestShutdown(); });
   try {
     ros::NodeHandle nh, private_nh("~");
     Node node(nh, private_nh);
