@@ -4,8 +4,8 @@
 
 namespace tactile_clay::clay {
 
-/// Pair loops run over lanes of eight neighbours. The lane width is a property of the data, not of the processor,
-/// so that sums are formed in the same order, and results are equal to the bit, on every machine.
+/// Pair loops run over lanes of eight neighbours. The lane width is a property of the data, not of the
+/// processor, so that sums are formed in the same order, and results are equal to the bit, on every machine.
 constexpr int lane_width = 8;
 using Lane = Eigen::Array<float, lane_width, 1>;
 

@@ -8,13 +8,14 @@ namespace tactile_clay::clay {
 /// What a clay is made of. A coefficient of zero means that its constraints do not exist.
 struct Material {
   std::string name = "clay";
-  double density = 1600.0;      // kg/m^3, rest density
-  double viscosity = 200.0;     // Pa s, dynamic (Eq. 3, 4); 0: none
-  double stiffness = 1e5;       // Pa, of the elastoplastic bonds (Eq. 5); 0: none
-  double bond_rate = 1.0;       // 1/s, a bond forms where the pair's stretch rate is below
-  double unbond_rate = 10.0;    // 1/s, a bond breaks where the pair's stretch rate is above; > bond_rate
+  double density = 1600.0;    // kg/m^3, rest density
+  double bulk_modulus = 1e6;  // Pa, resistance to compression; one-sided, clay is held together by its bonds
+  double viscosity = 200.0;   // Pa s, dynamic (Eq. 3, 4); 0: none
+  double stiffness = 1e5;     // Pa, of the elastoplastic bonds (Eq. 5); 0: none
+  double bond_rate = 1.0;     // 1/s, a bond forms where the pair's stretch rate is below
+  double unbond_rate = 10.0;  // 1/s, a bond breaks where the pair's stretch rate is above; > bond_rate
   double yield_strain = std::numeric_limits<double>::infinity();  // 1, a bond's rest length flows beyond it
-  double friction = 0.6;        // 1, Coulomb coefficient against solids and skin; 0: none
+  double friction = 0.6;  // 1, Coulomb coefficient against solids and skin; 0: none
 };
 
 }  // namespace tactile_clay::clay

@@ -11,17 +11,11 @@ namespace tactile_clay::clay {
 struct VectorField {
   std::vector<float> x, y, z;
 
-  void resize(std::size_t n) {
-    x.resize(n), y.resize(n), z.resize(n);
-  }
+  void resize(std::size_t n) { x.resize(n), y.resize(n), z.resize(n); }
   std::size_t size() const { return x.size(); }
   Eigen::Vector3f at(std::size_t i) const { return {x[i], y[i], z[i]}; }
-  void set(std::size_t i, const Eigen::Vector3f& v) {
-    x[i] = v.x(), y[i] = v.y(), z[i] = v.z();
-  }
-  void add(std::size_t i, const Eigen::Vector3f& v) {
-    x[i] += v.x(), y[i] += v.y(), z[i] += v.z();
-  }
+  void set(std::size_t i, const Eigen::Vector3f& v) { x[i] = v.x(), y[i] = v.y(), z[i] = v.z(); }
+  void add(std::size_t i, const Eigen::Vector3f& v) { x[i] += v.x(), y[i] += v.y(), z[i] += v.z(); }
 };
 
 /// State of the clay. Particle indices never change, so that a particle can be followed through a recording.
@@ -31,7 +25,7 @@ struct Particles {
   std::vector<float> inverse_mass;   // 1/kg
   std::vector<float> density_ratio;  // rho / rho0
   std::vector<std::uint8_t> material;
-  std::vector<std::uint16_t> body;   // of the scene's bodies
+  std::vector<std::uint16_t> body;  // of the scene's bodies
 
   std::size_t size() const { return position.size(); }
 };

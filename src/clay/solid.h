@@ -11,10 +11,11 @@ struct Solid {
 
   std::string name;
   Shape shape = Shape::box;
-  Eigen::Vector3d size = Eigen::Vector3d::Zero();  // m; box: half extents; cylinder: radius, half length (z); sphere: radius
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();        // of the shape in world, at the start of a frame
-  Eigen::Vector3d linear_velocity = Eigen::Vector3d::Zero();     // m/s, of the shape's origin
-  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();    // rad/s, world axes
+  Eigen::Vector3d size =
+      Eigen::Vector3d::Zero();  // m; box: half extents; cylinder: radius, half length (z); sphere: radius
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  // of the shape in world, at the start of a frame
+  Eigen::Vector3d linear_velocity = Eigen::Vector3d::Zero();   // m/s, of the shape's origin
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // rad/s, world axes
 };
 
 struct SurfacePoint {

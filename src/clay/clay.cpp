@@ -1,0 +1,411 @@
+#include "clay/clay.h"
+
+#include <tbb/task_arena.h>
+#include <Eigen/Eigenvalues>
+
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+
+#include "clay/bonds.h"
+#include "clay/contacts.h"
+#include "clay/kernel.h"
+#include "clay/neighbourhood.h"
+#include "clay/potential.h"
+#include "clay/threads.h"
+
+namespace tactile_clay::clay {
+namespace {
+
+void require(bool ok, const std::string& what, double value, const std::string& expected) {
+  if (!ok)
+    throw std::invalid_argument("clay: " + what + " is " + std::to_string(value) + ", expected " + expected);
+}
+
+void validate(const ClayConfig& c) {
+  require(c.spacing > 0.0 && c.spacing <= 1.0, "spacing", c.spacing, "0 < spacing <= 1 m");
+  require(c.frame > 0.0 && c.frame <= 1.0, "frame", c.frame, "0 < frame <= 1 s");
+  require(c.budget.substeps >= 1, "substeps", c.budget.substeps, ">= 1");
+  require(c.budget.iterations >= 1, "iterations", c.budget.iterations, ">= 1");
+  require(c.gravity.allFinite(), "gravity", c.gravity.norm(), "finite numbers");
+  require(c.world > 0.0, "world", c.world, "> 0 m");
+  require(c.threads >= 0, "threads", c.threads, ">= 0");
+}
+
+void validate(const Material& m) {
+  const std::string of = " of material '" + m.name + "'";
+  require(m.density > 0.0, "density" + of, m.density, "> 0 kg/m^3");
+  require(m.bulk_modulus >= 0.0, "bulk_modulus" + of, m.bulk_modulus, ">= 0 Pa");
+  require(m.viscosity >= 0.0, "viscosity" + of, m.viscosity, ">= 0 Pa s");
+  require(m.stiffness >= 0.0, "stiffness" + of, m.stiffness, ">= 0 Pa");
+  require(m.bond_rate >= 0.0, "bond_rate" + of, m.bond_rate, ">= 0 1/s");
+  require(m.unbond_rate >= m.bond_rate, "unbond_rate" + of, m.unbond_rate, ">= bond_rate");
+  require(m.yield_strain > 0.0, "yield_strain" + of, m.yield_strain, "> 0");
+  require(m.friction >= 0.0, "friction" + of, m.friction, ">= 0");
+}
+
+/// Adds wall time to a stage.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& ms) : ms_(ms) {}
+  ~Stopwatch() {
+    ms_ += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_).count();
+  }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  double& ms_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+struct Clay::Solver {
+  enum StageIndex { neighbours, contact_search, bonds, setup, iterations, finish };
+
+  Solver(const ClayConfig& config_in, std::vector<Material> materials_in,
+         const std::vector<InitialParticle>& initial);
+
+  double& ms(StageIndex stage) { return statistics.stages[stage].ms; }
+  double timeStep() const { return config.frame / config.budget.substeps; }
+
+  void step(const Ghosts& ghosts, const std::vector<Solid>& solids, double from, float dt);
+  void minimise(float dt);
+  void descend(int count, float dt);
+  void residual(float dt);
+  void multiply(float dt);
+  void translate(float dt);
+  void endStep(float dt);
+  void collectForces(int steps);
+
+  ClayConfig config;
+  std::vector<Material> materials;
+  tbb::task_arena arena;
+  Particles particles;
+  VectorField free;        // m, displacements of the step without internal and contact forces
+  VectorField u;           // m, displacements of the step
+  VectorField r, z, p, q;  // residual, preconditioned residual, direction, its product
+  std::vector<double> partial;
+  Kernel kernel;
+  Neighbourhood near;
+  Potential potential;
+  Bonds bond_constraint;
+  Contacts contact_constraint;
+  bool bonded = false;
+  double time = 0.0, carry = 0.0;  // s
+  Ghosts moved;                    // ghosts at the end of the current step
+  std::vector<Eigen::Isometry3d> start_poses, end_poses;
+  std::vector<Eigen::Vector3d> ghost_sum;  // N
+  std::vector<bool> ghost_touched;
+  std::vector<GhostForce> ghost_forces;
+  std::vector<Eigen::Vector3d> solid_forces;
+  Statistics statistics;
+};
+
+Clay::Solver::Solver(const ClayConfig& config_in, std::vector<Material> materials_in,
+                     const std::vector<InitialParticle>& initial)
+    : config(config_in),
+      materials(std::move(materials_in)),
+      arena(config.threads > 0 ? config.threads : tbb::task_arena::automatic),
+      kernel(static_cast<float>(2.0 * config.spacing)),
+      near(kernel.h),
+      potential(kernel, static_cast<float>(config.spacing), materials),
+      bond_constraint(static_cast<float>(config.spacing), materials),
+      contact_constraint(static_cast<float>(config.spacing), materials) {
+  const std::size_t n = initial.size();
+  for (VectorField* field : {&particles.position, &particles.velocity, &free, &u, &r, &z, &p, &q}) {
+    field->resize(n);
+  }
+  particles.density_ratio.assign(n, 1.0f);
+  const double volume = std::pow(config.spacing, 3.0);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!initial[i].position.allFinite() || !initial[i].velocity.allFinite()) {
+      throw std::invalid_argument("clay: particle " + std::to_string(i) + " is not finite");
+    }
+    if (initial[i].material >= materials.size()) {
+      throw std::invalid_argument("clay: particle " + std::to_string(i) + " has material " +
+                                  std::to_string(initial[i].material) + " of " +
+                                  std::to_string(materials.size()));
+    }
+    particles.position.set(i, initial[i].position);
+    particles.velocity.set(i, initial[i].velocity);
+    particles.inverse_mass.push_back(
+        static_cast<float>(1.0 / (materials[initial[i].material].density * volume)));
+    particles.material.push_back(initial[i].material);
+    particles.body.push_back(initial[i].body);
+  }
+  for (const Material& m : materials) bonded = bonded || m.stiffness > 0.0;
+  statistics.stages = {{"neighbours"}, {"contact_search"}, {"bonds"}, {"setup"}, {"iterations"}, {"finish"}};
+}
+
+void Clay::Solver::step(const Ghosts& ghosts, const std::vector<Solid>& solids, double from, float dt) {
+  const Eigen::Vector3f gravity = config.gravity.cast<float>();
+  for (std::size_t i = 0; i < particles.size(); ++i)
+    free.set(i, dt * (particles.velocity.at(i) + dt * gravity));
+  {
+    const Stopwatch watch(ms(neighbours));
+    near.build(particles.position);
+  }
+  {
+    const Stopwatch watch(ms(contact_search));
+    start_poses.clear(), end_poses.clear();
+    for (const Solid& s : solids) {
+      start_poses.push_back(poseAfter(s, from));
+      end_poses.push_back(poseAfter(s, from + dt));
+    }
+    contact_constraint.detect(near, particles, free, ghosts, solids, start_poses, end_poses, dt);
+  }
+  if (bonded) {
+    const Stopwatch watch(ms(bonds));
+    bond_constraint.update(near, particles);
+  }
+  {
+    const Stopwatch watch(ms(setup));
+    potential.begin(near, particles, bonded ? &bond_constraint : nullptr, free, dt);
+  }
+  {
+    const Stopwatch watch(ms(iterations));
+    minimise(dt);
+  }
+  endStep(dt);
+}
+
+/// r = forces - M (u - free) / dt^2
+void Clay::Solver::residual(float dt) {
+  potential.force(u, r);
+  contact_constraint.addFriction(particles, u, r);
+  parallelFor(particles.size(), 1024, [&](std::size_t i) {
+    const float inertia = 1.0f / (particles.inverse_mass[i] * dt * dt);
+    r.add(i, -inertia * (u.at(i) - free.at(i)));
+  });
+}
+
+/// q = A p = M p / dt^2 - (linear part of the forces)
+void Clay::Solver::multiply(float dt) {
+  potential.change(p, q);
+  contact_constraint.addFrictionChange(p, q);
+  parallelFor(particles.size(), 1024, [&](std::size_t i) {
+    const float inertia = 1.0f / (particles.inverse_mass[i] * dt * dt);
+    q.set(i, inertia * p.at(i) - q.at(i));
+  });
+}
+
+/// Moves each lump of clay as a whole, in the directions that no contact blocks, by what lowers the potential
+/// most: the motion that conjugate gradients find last, since nothing but inertia and friction resists it.
+void Clay::Solver::translate(float dt) {
+  struct Lump {
+    Eigen::Matrix3d blocked = Eigen::Matrix3d::Zero();
+    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();
+    Eigen::Vector3f move = Eigen::Vector3f::Zero();
+  };
+  std::vector<Lump> lumps(near.lumps());
+  const std::size_t n = particles.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    Lump& lump = lumps[near.lump(i)];
+    lump.force += r.at(i).cast<double>();
+    lump.inertia.diagonal().array() += 1.0 / (particles.inverse_mass[i] * static_cast<double>(dt) * dt);
+  }
+  for (const Contact& c : contact_constraint.contacts()) {
+    if (c.state == Contact::State::open) continue;
+    Lump& lump = lumps[near.lump(c.particle)];
+    const Eigen::Vector3d normal = c.normal.cast<double>();
+    lump.blocked += normal * normal.transpose();
+    if (c.state == Contact::State::stick) {
+      lump.inertia += c.stiffness * (Eigen::Matrix3d::Identity() - normal * normal.transpose());
+    }
+  }
+  for (Lump& lump : lumps) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> blocked(lump.blocked);
+    for (int k = 0; k < 3; ++k) {
+      if (blocked.eigenvalues()[k] > 1e-4 * lump.blocked.trace()) continue;
+      const Eigen::Vector3d direction = blocked.eigenvectors().col(k);
+      const double step = lump.force.dot(direction) / direction.dot(lump.inertia * direction);
+      lump.move += (step * direction).cast<float>();
+    }
+  }
+  for (std::size_t i = 0; i < n; ++i) u.add(i, lumps[near.lump(i)].move);
+}
+
+/// Conjugate gradients on the potential, preconditioned by the masses, in the directions that contacts leave
+/// free.
+void Clay::Solver::descend(int count, float dt) {
+  const std::size_t n = particles.size();
+  constexpr std::size_t chunk = 512;
+  const std::size_t chunks = (n + chunk - 1) / chunk;
+  partial.resize(chunks);
+  // Partial sums of fixed chunks, added in order: the same bits for any number of threads.
+  const auto dot = [&](const VectorField& a, const VectorField& b) {
+    parallelFor(chunks, 1, [&](std::size_t c) {
+      double total = 0.0;
+      for (std::size_t i = c * chunk; i < std::min(n, (c + 1) * chunk); ++i) {
+        total += static_cast<double>(a.x[i]) * b.x[i] + static_cast<double>(a.y[i]) * b.y[i] +
+                 static_cast<double>(a.z[i]) * b.z[i];
+      }
+      partial[c] = total;
+    });
+    double total = 0.0;
+    for (const double s : partial) total += s;
+    return total;
+  };
+  const auto precondition = [&] {
+    parallelFor(n, 1024, [&](std::size_t i) { z.set(i, particles.inverse_mass[i] * r.at(i)); });
+    contact_constraint.filter(z);
+  };
+  const auto advance = [&](float alpha) {
+    parallelFor(n, 1024, [&](std::size_t i) {
+      u.add(i, alpha * p.at(i));
+      r.add(i, -alpha * q.at(i));
+    });
+  };
+
+  precondition();
+  double rz = dot(r, z);
+  p = z;
+  for (int k = 0; k < count && rz > 0.0; ++k) {
+    multiply(dt);
+    const double pq = dot(p, q);
+    if (!(pq > 0.0)) break;
+    advance(static_cast<float>(rz / pq));
+    precondition();
+    const double next = dot(r, z);
+    const float beta = static_cast<float>(next / rz);
+    rz = next;
+    parallelFor(n, 1024, [&](std::size_t i) { p.set(i, z.at(i) + beta * p.at(i)); });
+  }
+}
+
+void Clay::Solver::minimise(float dt) {
+  // Start from the last velocity: what rests starts at rest, however few iterations follow. What falls or
+  // slides is set going by `translate`.
+  const Eigen::Vector3f fall = dt * dt * config.gravity.cast<float>();
+  for (std::size_t i = 0; i < particles.size(); ++i) u.set(i, free.at(i) - fall);
+  // Contacts and compression are looked at anew every few iterations.
+  constexpr int iterations_a_round = 4;
+  for (int left = config.budget.iterations; left > 0; left -= iterations_a_round) {
+    contact_constraint.prescribe(u);
+    potential.activateDensity(u);
+    residual(dt);
+    translate(dt);
+    contact_constraint.prescribe(u);
+    residual(dt);
+    descend(std::min(left, iterations_a_round), dt);
+    contact_constraint.update(particles, u, r);
+  }
+}
+
+void Clay::Solver::endStep(float dt) {
+  const Stopwatch watch(ms(finish));
+  contact_constraint.finish(particles, u, dt);
+  const float world = static_cast<float>(config.world);
+  const auto advanceAxis = [&](std::vector<float>& x, std::vector<float>& v, const std::vector<float>& step) {
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      // A displacement that is not finite, or larger than the world, is a lost particle: it stops where it
+      // is.
+      const bool sane = std::abs(step[i]) < 2.0f * world;
+      v[i] = sane ? step[i] / dt : 0.0f;
+      const float next = sane ? x[i] + step[i] : x[i];
+      x[i] = std::clamp(next, -world, world);
+      if (x[i] != next) v[i] = 0.0f;
+    }
+  };
+  advanceAxis(particles.position.x, particles.velocity.x, u.x);
+  advanceAxis(particles.position.y, particles.velocity.y, u.y);
+  advanceAxis(particles.position.z, particles.velocity.z, u.z);
+  if (bonded) bond_constraint.flow(particles);
+}
+
+void Clay::Solver::collectForces(int steps) {
+  for (const Contact& c : contact_constraint.contacts()) {
+    const Eigen::Vector3d force = -c.force.cast<double>() / steps;
+    if (c.solid != Contact::skin) {
+      solid_forces[c.solid] += force;
+      continue;
+    }
+    if (c.force.isZero(0.0f)) continue;
+    for (std::uint32_t s = c.first_ghost; s < c.first_ghost + c.ghost_count; ++s) {
+      const GhostShare& share = contact_constraint.shares()[s];
+      ghost_sum[share.ghost] += share.share * force;
+      ghost_touched[share.ghost] = true;
+    }
+  }
+}
+
+Clay::Clay(const ClayConfig& config, std::vector<Material> materials,
+           std::vector<InitialParticle> particles) {
+  validate(config);
+  if (materials.empty()) throw std::invalid_argument("clay: no material given, expected at least one");
+  for (const Material& m : materials) validate(m);
+  solver_ = std::make_unique<Solver>(config, std::move(materials), particles);
+}
+
+Clay::~Clay() = default;
+
+void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, double duration) {
+  Solver& s = *solver_;
+  for (Stage& stage : s.statistics.stages) stage.ms = 0.0;
+  const double dt = s.timeStep();
+  s.carry += duration;
+  const int steps = std::max(static_cast<int>(std::lround(s.carry / dt)), 0);
+  s.carry -= steps * dt;
+  ++s.statistics.step;
+  if (steps == 0) return;
+
+  s.ghost_sum.assign(ghosts.size(), Eigen::Vector3d::Zero());
+  s.ghost_touched.assign(ghosts.size(), false);
+  s.solid_forces.assign(solids.size(), Eigen::Vector3d::Zero());
+  s.moved = ghosts;
+  s.arena.execute([&] {
+    for (int k = 0; k < steps; ++k) {
+      const float remaining = static_cast<float>((steps - 1 - k) * dt);
+      for (std::size_t g = 0; g < ghosts.size(); ++g) {
+        s.moved.position[g] = ghosts.position[g] - remaining * ghosts.velocity[g];
+      }
+      s.step(s.moved, solids, k * dt, static_cast<float>(dt));
+      s.collectForces(steps);
+    }
+    s.particles.density_ratio = s.potential.densityRatio();
+  });
+  s.time += steps * dt;
+  double error = 0.0, largest = 0.0;
+  for (const float ratio : s.particles.density_ratio) {
+    const double excess = std::max(ratio - 1.0, 0.0);
+    error += excess;
+    largest = std::max(largest, excess);
+  }
+  s.statistics.density_error_mean = s.particles.size() ? error / s.particles.size() : 0.0;
+  s.statistics.density_error_max = largest;
+  s.statistics.bonds = s.bond_constraint.size();
+  s.statistics.contacts = s.contact_constraint.contacts().size();
+  s.ghost_forces.clear();
+  for (std::size_t g = 0; g < ghosts.size(); ++g) {
+    if (s.ghost_touched[g]) {
+      s.ghost_forces.push_back({static_cast<std::uint32_t>(g), s.ghost_sum[g].cast<float>()});
+    }
+  }
+}
+
+const ClayConfig& Clay::config() const {
+  return solver_->config;
+}
+const std::vector<Material>& Clay::materials() const {
+  return solver_->materials;
+}
+const Particles& Clay::particles() const {
+  return solver_->particles;
+}
+double Clay::time() const {
+  return solver_->time;
+}
+const std::vector<GhostForce>& Clay::ghostForces() const {
+  return solver_->ghost_forces;
+}
+const std::vector<Eigen::Vector3d>& Clay::solidForces() const {
+  return solver_->solid_forces;
+}
+const Statistics& Clay::statistics() const {
+  return solver_->statistics;
+}
+
+}  // namespace tactile_clay::clay

@@ -1,0 +1,281 @@
+#include "clay/contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "clay/threads.h"
+
+namespace tactile_clay::clay {
+namespace {
+
+constexpr float reach = 1.5f;           // spacings, R: ghosts this near make the skin at a particle
+constexpr float margin = 0.5f;          // spacings, of contacts that the step may yet close
+constexpr float capture = 1.0f;         // spacings beneath the skin from which clay is still pushed out
+constexpr float recovery_speed = 0.5f;  // m/s, at which an old penetration is undone, so that none explodes
+constexpr float anchor_stiffness = 20.0f;  // of the friction spring, in particle masses per step squared
+constexpr float same_side = 0.2f;          // cosine between normals of one side
+
+using Vector = Eigen::Vector3f;
+
+Vector tangential(const Vector& v, const Vector& n) {
+  return v - v.dot(n) * n;
+}
+
+}  // namespace
+
+Contacts::Contacts(float spacing, const std::vector<Material>& materials) : spacing_(spacing) {
+  for (const Material& m : materials) friction_.push_back(static_cast<float>(m.friction));
+}
+
+void Contacts::detect(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
+                      const Ghosts& ghosts, const std::vector<Solid>& solids,
+                      const std::vector<Eigen::Isometry3d>& start, const std::vector<Eigen::Isometry3d>& end,
+                      float dt) {
+  previous_.swap(contacts_);
+  contacts_.clear(), shares_.clear();
+  detectSkin(near, particles, guess, ghosts, dt);
+  detectSolids(particles, guess, solids, start, end, dt);
+  std::stable_sort(contacts_.begin(), contacts_.end(),
+                   [](const Contact& a, const Contact& b) { return a.particle < b.particle; });
+  recall(particles, dt);
+  filters_.clear();
+  for (std::uint32_t c = 0; c < contacts_.size(); ++c) {
+    if (filters_.empty() || filters_.back().particle != contacts_[c].particle) {
+      filters_.push_back({contacts_[c].particle, c, c + 1, 0, Eigen::Matrix3f::Identity()});
+    } else {
+      filters_.back().last = c + 1;
+    }
+  }
+}
+
+void Contacts::detectSkin(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
+                          const Ghosts& ghosts, float dt) {
+  const float radius = reach * spacing_;
+  float fastest = 0.0f;
+  for (std::size_t i = 0; i < particles.size() && ghosts.size() > 0; ++i) {
+    fastest = std::max(fastest, guess.at(i).squaredNorm());
+  }
+  fastest = std::sqrt(fastest);
+
+  candidates_.clear();
+  for (std::size_t g = 0; g < ghosts.size(); ++g) {
+    const Vector motion = dt * ghosts.velocity[g], at = ghosts.position[g] - motion;
+    near.forEachNear(at, radius + motion.norm() + fastest, [&](std::uint32_t i) {
+      const Vector r = particles.position.at(i) - at;
+      const Vector approach = guess.at(i) - motion;
+      // The particle passes within the radius of the ghost at some time of the step; it started in front of
+      // it.
+      const float square = approach.squaredNorm();
+      const float t = square > 0.0f ? std::clamp(-r.dot(approach) / square, 0.0f, 1.0f) : 0.0f;
+      if ((r + t * approach).squaredNorm() >= radius * radius) return;
+      if (r.dot(ghosts.normal[g]) < -capture * spacing_) return;
+      candidates_.push_back({i, static_cast<std::uint32_t>(g)});
+    });
+  }
+  std::stable_sort(candidates_.begin(), candidates_.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.particle < b.particle; });
+
+  std::vector<Candidate> side, rest;
+  for (std::size_t c = 0; c < candidates_.size();) {
+    const std::uint32_t i = candidates_[c].particle;
+    const Vector x = particles.position.at(i), u = guess.at(i);
+    rest.clear();
+    for (; c < candidates_.size() && candidates_[c].particle == i; ++c) rest.push_back(candidates_[c]);
+    const auto nearness = [&](const Candidate& a) {
+      const Vector motion = dt * ghosts.velocity[a.ghost], approach = u - motion;
+      const Vector r = x - (ghosts.position[a.ghost] - motion);
+      const float square = approach.squaredNorm();
+      const float t = square > 0.0f ? std::clamp(-r.dot(approach) / square, 0.0f, 1.0f) : 0.0f;
+      return (r + t * approach).squaredNorm();
+    };
+    while (!rest.empty()) {
+      const Candidate closest = *std::min_element(
+          rest.begin(), rest.end(),
+          [&](const Candidate& a, const Candidate& b) { return nearness(a) < nearness(b); });
+      const Vector facing = ghosts.normal[closest.ghost];
+      const auto split = std::stable_partition(rest.begin(), rest.end(), [&](const Candidate& a) {
+        return ghosts.normal[a.ghost].dot(facing) <= same_side;
+      });
+      side.assign(split, rest.end());
+      rest.erase(split, rest.end());
+
+      Contact contact;
+      contact.particle = i, contact.solid = Contact::skin;
+      contact.first_ghost = static_cast<std::uint32_t>(shares_.size());
+      contact.ghost_count = static_cast<std::uint32_t>(side.size());
+      float total = 0.0f, distance = 0.0f, before = 0.0f;
+      Vector normal = Vector::Zero(), drift = Vector::Zero();
+      for (const Candidate& a : side) {
+        const float q = nearness(a) / (radius * radius);
+        const float weight = std::max((1.0f - q) * (1.0f - q), 1e-6f);
+        const Vector motion = dt * ghosts.velocity[a.ghost];
+        const Vector& n = ghosts.normal[a.ghost];
+        total += weight;
+        distance += weight * n.dot(x - ghosts.position[a.ghost]);
+        before += weight * n.dot(x - ghosts.position[a.ghost] + motion);
+        normal += weight * n;
+        drift += weight * motion;
+        shares_.push_back({a.ghost, weight});
+      }
+      for (std::size_t s = contact.first_ghost; s < shares_.size(); ++s) shares_[s].share /= total;
+      contact.normal = normal.normalized();
+      contact.drift = drift / total;
+      const float allowance = std::max(0.5f * spacing_ - before / total - recovery_speed * dt, 0.0f);
+      contact.gap = 0.5f * spacing_ - distance / total - allowance;
+      if (contact.normal.dot(u) < contact.gap + margin * spacing_)
+        contacts_.push_back(contact);
+      else
+        shares_.resize(contact.first_ghost);
+    }
+  }
+}
+
+void Contacts::detectSolids(const Particles& particles, const VectorField& guess,
+                            const std::vector<Solid>& solids, const std::vector<Eigen::Isometry3d>& start,
+                            const std::vector<Eigen::Isometry3d>& end, float dt) {
+  for (std::size_t s = 0; s < solids.size(); ++s) {
+    const Eigen::Isometry3d to_start = start[s].inverse(), to_end = end[s].inverse();
+    for (std::size_t i = 0; i < particles.size(); ++i) {
+      const Vector x = particles.position.at(i);
+      const Eigen::Vector3d local = to_start * x.cast<double>();
+      const SurfacePoint before = surface(solids[s], local);
+      const SurfacePoint after = surface(solids[s], to_end * (x + guess.at(i)).cast<double>());
+      if (std::min(before.distance, after.distance) > (0.5 + margin) * spacing_) continue;
+      Contact contact;
+      contact.particle = static_cast<std::uint32_t>(i), contact.solid = static_cast<std::uint32_t>(s);
+      // The way out is that of the start, or a fast particle could leave through the far side.
+      contact.normal = (end[s].linear() * before.normal).cast<float>();
+      contact.drift = (end[s] * local).cast<float>() - x;
+      const double allowance = std::max(0.5 * spacing_ - before.distance - recovery_speed * dt, 0.0);
+      contact.gap = static_cast<float>(0.5 * spacing_ - before.distance - allowance) +
+                    contact.normal.dot(contact.drift);
+      if (contact.normal.dot(guess.at(i)) < contact.gap + margin * spacing_) contacts_.push_back(contact);
+    }
+  }
+}
+
+void Contacts::recall(const Particles& particles, float dt) {
+  auto from = previous_.cbegin();
+  for (Contact& c : contacts_) {
+    c.anchor = particles.position.at(c.particle) + c.drift;
+    if (friction_[particles.material[c.particle]] > 0.0f) {
+      c.stiffness = anchor_stiffness / (particles.inverse_mass[c.particle] * dt * dt);
+    }
+    while (from != previous_.cend() && from->particle < c.particle) ++from;
+    for (auto old = from; old != previous_.cend() && old->particle == c.particle; ++old) {
+      if (old->state == Contact::State::open || old->solid != c.solid ||
+          old->normal.dot(c.normal) <= same_side)
+        continue;
+      c.state = old->state;
+      c.anchor = old->anchor + c.drift;
+      c.friction = tangential(old->friction, c.normal);
+      break;
+    }
+  }
+}
+
+Eigen::Vector3f Contacts::prescribed(Filter& filter, Vector u) {
+  filter.rank = 0;
+  filter.free.setIdentity();
+  for (std::uint32_t k = filter.first; k < filter.last; ++k) {
+    Contact& c = contacts_[k];
+    if (c.state == Contact::State::open) {
+      if (c.normal.dot(u) >= c.gap) continue;
+      c.state = Contact::State::slide;  // how hard it presses, and so how well it holds, is not known yet
+    }
+    // Only what earlier contacts of the particle leave free can be prescribed.
+    const Vector left = filter.free * c.normal;
+    const float size = left.norm();
+    if (filter.rank == 3 || size < 0.3f) continue;
+    const Vector q = left / size;
+    u += (c.gap - c.normal.dot(u)) / size * q;
+    filter.free -= q * q.transpose();
+    ++filter.rank;
+  }
+  if (filter.rank == 3) filter.free.setZero();
+  return u;
+}
+
+void Contacts::prescribe(VectorField& u) {
+  parallelFor(filters_.size(), 64, [&](std::size_t f) {
+    const std::uint32_t i = filters_[f].particle;
+    u.set(i, prescribed(filters_[f], u.at(i)));
+  });
+}
+
+void Contacts::filter(VectorField& field) const {
+  for (const Filter& f : filters_) {
+    if (f.rank > 0) field.set(f.particle, f.free * field.at(f.particle));
+  }
+}
+
+/// Force of the spring to the anchor.
+Eigen::Vector3f Contacts::pull(const Contact& c, const Particles& particles, const Vector& u) const {
+  return c.stiffness * tangential(c.anchor - (particles.position.at(c.particle) + u), c.normal);
+}
+
+void Contacts::addFriction(const Particles& particles, const VectorField& u, VectorField& force) const {
+  for (const Contact& c : contacts_) {
+    if (c.state == Contact::State::slide) force.add(c.particle, c.friction);
+    if (c.state == Contact::State::stick) force.add(c.particle, pull(c, particles, u.at(c.particle)));
+  }
+}
+
+void Contacts::addFrictionChange(const VectorField& p, VectorField& force) const {
+  for (const Contact& c : contacts_) {
+    if (c.state != Contact::State::stick) continue;
+    force.add(c.particle, -c.stiffness * tangential(p.at(c.particle), c.normal));
+  }
+}
+
+void Contacts::update(const Particles& particles, const VectorField& u, const VectorField& residual) {
+  parallelFor(filters_.size(), 64, [&](std::size_t f) {
+    const Filter& filter = filters_[f];
+    const float mu = friction_[particles.material[filter.particle]];
+    // What the contacts must add for the particle to move as prescribed.
+    Vector needed = filter.free * residual.at(filter.particle) - residual.at(filter.particle);
+    for (std::uint32_t k = filter.first; k < filter.last; ++k) {
+      Contact& c = contacts_[k];
+      c.force.setZero();
+      if (c.state == Contact::State::open) continue;
+      const float pressing = needed.dot(c.normal);
+      if (pressing < 0.0f) {
+        c.state = Contact::State::open;
+        c.friction.setZero();
+        continue;
+      }
+      needed -= pressing * c.normal;
+      // the force that acted in this round; the new state acts in the next
+      const Vector trial = pull(c, particles, u.at(c.particle));
+      c.force = pressing * c.normal + (c.state == Contact::State::stick ? trial : c.friction);
+      const float limit = mu * pressing, size = trial.norm();
+      c.state = size > limit ? Contact::State::slide : Contact::State::stick;
+      c.friction = size > limit ? Vector(limit / size * trial) : trial;
+    }
+  });
+}
+
+void Contacts::finish(const Particles& particles, VectorField& u, float dt) {
+  parallelFor(filters_.size(), 64, [&](std::size_t f) {
+    const std::uint32_t i = filters_[f].particle;
+    const float mass = 1.0f / particles.inverse_mass[i];
+    Vector step = u.at(i);
+    for (std::uint32_t k = filters_[f].first; k < filters_[f].last; ++k) {
+      Contact& c = contacts_[k];
+      const float depth = c.gap - c.normal.dot(step);
+      if (depth <= 0.0f) continue;
+      step += depth * c.normal;
+      c.force += mass / (dt * dt) * depth * c.normal;
+      if (c.state == Contact::State::open) c.state = Contact::State::slide;
+    }
+    for (std::uint32_t k = filters_[f].first; k < filters_[f].last; ++k) {
+      Contact& c = contacts_[k];
+      if (c.state == Contact::State::slide && c.stiffness > 0.0f) {
+        c.anchor = particles.position.at(i) + step + c.friction / c.stiffness;
+      }
+    }
+    u.set(i, step);
+  });
+}
+
+}  // namespace tactile_clay::clay

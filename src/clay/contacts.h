@@ -1,0 +1,115 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
+
+#include "clay/ghosts.h"
+#include "clay/material.h"
+#include "clay/neighbourhood.h"
+#include "clay/particles.h"
+#include "clay/solid.h"
+
+namespace tactile_clay::clay {
+
+/// Contact of a particle with one side of an obstacle during a step: n . u >= gap (impenetrability), and
+/// friction.
+struct Contact {
+  enum class State : std::uint8_t { open, slide, stick };
+  static constexpr std::uint32_t skin = 0xffffffffu;
+
+  std::uint32_t particle = 0;
+  std::uint32_t solid = skin;  // index of the solid, or `skin`
+  State state = State::open;
+  float gap = 0.0f;                                  // m, least displacement along the normal
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit, out of the obstacle
+  Eigen::Vector3f drift =
+      Eigen::Vector3f::Zero();  // m, displacement of the obstacle at the contact in this step
+  Eigen::Vector3f anchor = Eigen::Vector3f::Zero();    // m, at the end of the step
+  float stiffness = 0.0f;                              // N/m, of the friction spring
+  Eigen::Vector3f friction = Eigen::Vector3f::Zero();  // N, tangential force on the particle while it slides
+  Eigen::Vector3f force = Eigen::Vector3f::Zero();     // N, on the particle, this step
+  std::uint32_t first_ghost = 0, ghost_count = 0;      // of a skin contact, in Contacts::shares()
+};
+
+/// A ghost's share in a contact.
+struct GhostShare {
+  std::uint32_t ghost;
+  float share;  // the shares of a contact add up to one
+};
+
+/// Impenetrability and Coulomb friction against ghost particles and solids (paper, section III-D).
+///
+/// The skin is the weighted mean of the tangent planes of the ghosts within R of a particle (an implicit
+/// moving least squares surface), so it is smooth between ghosts; it is one-sided, as in Macklin et al. 2014
+/// ("Unified particle physics"): clay is pushed out along the ghosts' outward normals, never drawn in. Clay
+/// particles stay half a spacing off every surface. Where ghosts of opposite sides are near (two fingers),
+/// each side is a contact.
+///
+/// Impenetrability prescribes the displacement along the normal ("filtered" directions, Baraff & Witkin
+/// 1998): the residual there is the force of the contact, the sum of Eq. 6. Friction is a sliding anchor: a
+/// tangential spring holds the particle at its anchor; once its force leaves the Coulomb cone, the particle
+/// slides under mu times the normal force and drags the anchor along, at the distance that this force gives.
+class Contacts {
+ public:
+  /// \param materials friction is theirs; \param spacing m
+  Contacts(float spacing, const std::vector<Material>& materials);
+
+  /// Starts a step: finds what may touch in it and recalls the state of what touched before.
+  /// \param guess displacements, m, that the particles would make freely
+  /// \param ghosts at the end of the step; they move straight, with their velocities
+  /// \param start, end poses of the solids at the start and the end of the step
+  void detect(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
+              const Ghosts& ghosts, const std::vector<Solid>& solids,
+              const std::vector<Eigen::Isometry3d>& start, const std::vector<Eigen::Isometry3d>& end,
+              float dt);
+
+  /// Closes open contacts that u violates, and moves particles to where their closed contacts prescribe.
+  void prescribe(VectorField& u);
+
+  /// Removes the prescribed directions from a field.
+  void filter(VectorField& field) const;
+
+  /// Adds the friction at the displacements u to the forces, N.
+  void addFriction(const Particles& particles, const VectorField& u, VectorField& force) const;
+  /// Adds the change of friction with the displacements p to the forces.
+  void addFrictionChange(const VectorField& p, VectorField& force) const;
+
+  /// Reads the contact forces off the residual r = (forces - M a) on the particles, N, and changes states: a
+  /// contact that pulls opens; one outside the Coulomb cone slides, one inside sticks.
+  void update(const Particles& particles, const VectorField& u, const VectorField& residual);
+
+  /// Ends a step: pushes out what still penetrates, adds the force of doing so, and slides anchors.
+  void finish(const Particles& particles, VectorField& u, float dt);
+
+  const std::vector<Contact>& contacts() const { return contacts_; }
+  const std::vector<GhostShare>& shares() const { return shares_; }
+
+ private:
+  struct Filter {
+    std::uint32_t particle;
+    std::uint32_t first, last;  // contacts [first, last) of the particle
+    int rank = 0;               // prescribed directions
+    Eigen::Matrix3f free;       // projector onto the free directions
+  };
+  void detectSkin(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
+                  const Ghosts& ghosts, float dt);
+  void detectSolids(const Particles& particles, const VectorField& guess, const std::vector<Solid>& solids,
+                    const std::vector<Eigen::Isometry3d>& start, const std::vector<Eigen::Isometry3d>& end,
+                    float dt);
+  void recall(const Particles& particles, float dt);
+  Eigen::Vector3f prescribed(Filter& filter, Eigen::Vector3f u);
+  Eigen::Vector3f pull(const Contact& c, const Particles& particles, const Eigen::Vector3f& u) const;
+
+  float spacing_;
+  std::vector<float> friction_;  // of each material
+  std::vector<Contact> contacts_, previous_;
+  std::vector<GhostShare> shares_;
+  std::vector<Filter> filters_;  // one a touched particle
+  struct Candidate {
+    std::uint32_t particle, ghost;
+  };
+  std::vector<Candidate> candidates_;
+};
+
+}  // namespace tactile_clay::clay
