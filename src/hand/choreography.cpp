@@ -158,7 +158,7 @@ Score press(const HandPose& touching, const PressFinger& p) {
   keys.push_back({t += p.depth / p.speed, below, Ease::steady});
   keys.push_back({t += p.hold, below});
   keys.push_back({t += reach, above});
-  keys.push_back({t += pause, above});
+  keys.push_back({t + pause, above});
   return score;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "hand/anatomy.h"
 #include "hand/hand_check.h"
@@ -30,14 +31,15 @@ BonePose bonePose(const Bone& bone, const Eigen::Vector3d& rest_direction, const
 }
 
 Eigen::Vector3f sampleNormal(const BoundSample& sample, const std::array<BonePose, bones.size()>& poses) {
-  const Eigen::Vector3f normal = poses[sample.bone].rotation * sample.normal_in_bone;
+  Eigen::Vector3f normal = poses[sample.bone].rotation * sample.normal_in_bone;
   if (sample.neighbour_weight == 0.0F) return normal;
   const Eigen::Vector3f blended =
       (1.0F - sample.neighbour_weight) * normal +
       sample.neighbour_weight * (poses[sample.neighbour].rotation * sample.normal_in_neighbour);
   // Only a knuckle folded right over cancels the two; then the bone itself decides.
   const float norm = blended.norm();
-  return norm > 1e-3F ? Eigen::Vector3f(blended / norm) : normal;
+  if (norm > 1e-3F) normal = blended / norm;
+  return normal;
 }
 
 }  // namespace
@@ -45,9 +47,9 @@ Eigen::Vector3f sampleNormal(const BoundSample& sample, const std::array<BonePos
 KinematicHands::KinematicHands(double spacing) : spacing_(spacing) {
   // Made now, most adults' hands cost nothing when they appear.
   constexpr double adult = 1.05;
-  for (const Side side : {Side::left, Side::right})
-    templates_[static_cast<int>(side)] =
-        std::make_shared<SkinTemplate>(makeSkinTemplate(side, adult, spacing));
+  SkinTemplate right = makeSkinTemplate(Side::right, adult, spacing);
+  templates_[0] = std::make_shared<SkinTemplate>(mirroredTemplate(right));
+  templates_[1] = std::make_shared<SkinTemplate>(std::move(right));
 }
 
 std::shared_ptr<const SkinTemplate> KinematicHands::templateFor(const TrackedHand& hand) {

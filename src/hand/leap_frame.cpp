@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "hand/anatomy.h"
 #include "hand/hand_check.h"
@@ -200,7 +201,9 @@ std::optional<LeapFrame> parseLeapFrame(const std::string& text, const std::stri
       try {
         result.frame.hands.push_back(readHand(hand, id, pointables));
       } catch (const Unusable& unusable) {
-        result.dropped.push_back(where + ": hand " + id + " is dropped: " + unusable.what());
+        std::string line = where;
+        line.append(": hand ").append(id).append(" is dropped: ").append(unusable.what());
+        result.dropped.push_back(std::move(line));
       }
     }
     return result;

@@ -163,7 +163,8 @@ std::vector<double> padDistances(const std::vector<SurfacePoint>& samples, const
       });
     }
     while (!queue.empty()) {
-      const auto [d, i] = queue.top();
+      const double d = queue.top().first;
+      const int i = queue.top().second;
       queue.pop();
       if (d > distance[i]) continue;
       grid.visit(samples[i].position, reach, [&](int j, double step) {
@@ -191,16 +192,6 @@ void blend(const SurfacePoint& point, const TrackedHand& hand, BoundSample& samp
   }
 }
 
-SkinTemplate mirroredTemplate(SkinTemplate skin) {
-  skin.side = Side::left;
-  for (BoundSample& sample : skin.samples) {
-    sample.normal_in_bone.x() *= -1.0F;
-    sample.normal_in_neighbour.x() *= -1.0F;
-  }
-  for (Vector3d& direction : skin.rest_direction) direction = mirrored(direction);
-  return skin;
-}
-
 }  // namespace
 
 Eigen::Matrix3d boneRotation(const Bone& bone, const Vector3d& rest_direction, const TrackedHand& hand) {
@@ -222,6 +213,16 @@ TrackedHand restHand(Side side, double scale) {
         finger == 0 ? std::array<double, 3>{0.0, 0.1, 0.4} : std::array<double, 3>{0.4, 0.5, 0.4};
   }
   return forwardKinematics(pose);
+}
+
+SkinTemplate mirroredTemplate(SkinTemplate skin) {
+  skin.side = skin.side == Side::left ? Side::right : Side::left;
+  for (BoundSample& sample : skin.samples) {
+    sample.normal_in_bone.x() *= -1.0F;
+    sample.normal_in_neighbour.x() *= -1.0F;
+  }
+  for (Vector3d& direction : skin.rest_direction) direction = mirrored(direction);
+  return skin;
 }
 
 SkinTemplate makeSkinTemplate(Side side, double scale, double spacing) {

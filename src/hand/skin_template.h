@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -44,5 +45,8 @@ TrackedHand restHand(Side side, double scale);
 /// squared. A sample's area is the part of the skin that is closest to it. A left hand is the mirror image of
 /// a right one. \param spacing m, 1 to 20 mm \throws std::invalid_argument
 SkinTemplate makeSkinTemplate(Side side, double scale, double spacing);
+
+/// The same skin on the hand of the other side.
+SkinTemplate mirroredTemplate(SkinTemplate skin);
 
 }  // namespace tactile_clay::hand

@@ -156,7 +156,7 @@ TEST(KinematicHand, FlatHandAndFistStayCovered) {
     std::mt19937 random(5);
     std::normal_distribution<double> normal;
     double worst = 0.0;
-    for (int i = 0; i < 4000; ++i) {
+    for (int i = 0; i < 2000; ++i) {
       const Vector3d direction = Vector3d(normal(random), normal(random), normal(random)).normalized();
       const Bone& bone = bones[static_cast<std::size_t>(random() % bones.size())];
       Vector3d point = hand.joints[bone.from].position + 0.5 * direction;
