@@ -52,7 +52,7 @@ Field gather(const std::vector<PressureSample>& samples, const FocalPointConfig&
   Field field;
   for (const PressureSample& s : kept) {
     const double alpha = config.perceptual_weights ? s.weight : 1.0;
-    field.position.push_back(s.position.cast<double>());
+    field.position.emplace_back(s.position.cast<double>());
     field.weight.push_back(alpha * s.pressure * s.area);
     field.pressure.push_back(s.pressure);
     field.area.push_back(s.area);

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <stdexcept>
 #include <string>
 
@@ -95,9 +96,11 @@ PhaseSolution solvePhases(const ArrayLayout& layout, const Acoustics& acoustics,
                           const Drive* warm_start) {
   check(points, options);
   const auto n = static_cast<Eigen::Index>(layout.size());
-  if (warm_start != nullptr && (warm_start->phase.size() != layout.size())) {
+  if (warm_start != nullptr && (warm_start->phase.size() != layout.size() ||
+                                !std::all_of(warm_start->phase.begin(), warm_start->phase.end(),
+                                             [](float x) { return std::isfinite(x); }))) {
     throw std::invalid_argument("phase solver: warm start has " + std::to_string(warm_start->phase.size()) +
-                                " phases, expected " + std::to_string(layout.size()));
+                                " phases, expected " + std::to_string(layout.size()) + ", all finite");
   }
   PhaseSolution solution;
   solution.target.assign(points.size(), 0.0);
@@ -105,29 +108,33 @@ PhaseSolution solvePhases(const ArrayLayout& layout, const Acoustics& acoustics,
   solution.drive.phase.assign(layout.size(), 0.0f);
   solution.drive.amplitude.assign(layout.size(), 0.0f);
 
-  std::vector<std::size_t> active;
+  // Propagator, each focus scaled by its target: then every focus has to reach 1.
+  std::vector<std::size_t> active;  // points that take part, a column each
+  ComplexMatrix g(n, static_cast<Eigen::Index>(points.size()));
+  std::vector<std::complex<double>> pressure(layout.size());
   for (std::size_t k = 0; k < points.size(); ++k) {
-    const double reach = focusPressure(layout, acoustics, points[k].position);
-    if (points[k].intensity < least_intensity || !(reach > 0.0)) continue;
+    if (points[k].intensity < least_intensity) continue;
+    double reach = 0.0;  // focusPressure
+    for (std::size_t i = 0; i < layout.size(); ++i) {
+      pressure[i] = transducerPressure(layout, acoustics, i, points[k].position);
+      reach += std::abs(pressure[i]);
+    }
+    if (!(reach > 0.0)) continue;
     solution.target[k] = points[k].intensity * reach;  // over sqrt(M) below
+    const auto column = static_cast<Eigen::Index>(active.size());
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto scaled = pressure[static_cast<std::size_t>(i)] / solution.target[k];
+      g.re(i, column) = static_cast<float>(scaled.real());
+      g.im(i, column) = static_cast<float>(scaled.imag());
+    }
     active.push_back(k);
   }
   if (active.empty()) return solution;
   const auto m = static_cast<Eigen::Index>(active.size());
-
-  // Propagator, each focus scaled by its target: then every focus has to reach 1.
-  ComplexMatrix g(n, m);
-  for (Eigen::Index j = 0; j < m; ++j) {
-    const std::size_t k = active[static_cast<std::size_t>(j)];
-    solution.target[k] /= std::sqrt(static_cast<double>(m));
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const auto pressure =
-          transducerPressure(layout, acoustics, static_cast<std::size_t>(i), points[k].position) /
-          solution.target[k];
-      g.re(i, j) = static_cast<float>(pressure.real());
-      g.im(i, j) = static_cast<float>(pressure.imag());
-    }
-  }
+  const double sharing = std::sqrt(static_cast<double>(m));
+  for (const std::size_t k : active) solution.target[k] /= sharing;
+  g.re = (g.re.leftCols(m) * static_cast<float>(sharing)).eval();
+  g.im = (g.im.leftCols(m) * static_cast<float>(sharing)).eval();
 
   ComplexMatrix q(n, 1);
   ComplexMatrix p(m, 1);
@@ -166,8 +173,10 @@ PhaseSolution solvePhases(const ArrayLayout& layout, const Acoustics& acoustics,
         phase < 0.0f ? phase + static_cast<float>(2.0 * M_PI) : phase;
     solution.drive.amplitude[static_cast<std::size_t>(i)] = amplitude;
   }
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    solution.reached[k] = std::abs(pressureAt(layout, acoustics, solution.drive, points[k].position));
+  const Eigen::ArrayXf reached = p.abs() * amplitude;
+  for (Eigen::Index j = 0; j < m; ++j) {
+    const std::size_t k = active[static_cast<std::size_t>(j)];
+    solution.reached[k] = reached(j) * solution.target[k];
   }
   return solution;
 }

@@ -13,8 +13,8 @@ struct PhaseSolverOptions {
 
 struct PhaseSolution {
   Drive drive;
-  std::vector<double> target;   // of each point, Pa peak
-  std::vector<double> reached;  // of each point, Pa peak, by this drive
+  std::vector<double> target;   // of each point, Pa peak; 0 where it takes no part
+  std::vector<double> reached;  // of each point, Pa peak, by this drive; 0 where it takes no part
 };
 
 /// Peak pressure (Pa) that the whole array gives at one point when all of it is focused there: sum of |G_n|.
@@ -37,7 +37,7 @@ double focusPressure(const ArrayLayout& layout, const Acoustics& acoustics, cons
 /// \param warm_start a drive to take the first phases of the foci from, such as that of the frame before; or
 ///   null
 /// \throws std::invalid_argument if an option, a position or an intensity is out of range, or the warm start
-///   is not of the layout's length
+///   is not finite and of the layout's length
 PhaseSolution solvePhases(const ArrayLayout& layout, const Acoustics& acoustics,
                           const std::vector<FocalPoint>& points, const PhaseSolverOptions& options = {},
                           const Drive* warm_start = nullptr);

@@ -99,9 +99,10 @@ TEST(ArrayLayout, BadChannelTablesAreRefusedWithTheirLine) {
 }
 
 TEST(ArrayLayout, OfTheRealSonicSurfaceIsComplete) {
-  const char* folder = std::getenv("TACTILE_CLAY_DATA");
-  std::ifstream file(std::string(folder == nullptr ? "" : folder) + "/arrays/sonic_surface_channels.csv");
-  if (folder == nullptr || !file) GTEST_SKIP() << "no arrays/sonic_surface_channels.csv in TACTILE_CLAY_DATA";
+  const char* given = std::getenv("TACTILE_CLAY_DATA");
+  const std::string folder = given != nullptr ? given : TACTILE_CLAY_CHECKOUT "/../shared/data";
+  std::ifstream file(folder + "/arrays/sonic_surface_channels.csv");
+  if (!file) GTEST_SKIP() << "no arrays/sonic_surface_channels.csv in TACTILE_CLAY_DATA";
   std::ostringstream csv;
   csv << file.rdbuf();
   const ArrayLayout layout = arrayLayout("sonic_surface", csv.str());

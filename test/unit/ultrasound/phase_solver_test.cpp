@@ -98,6 +98,10 @@ TEST_F(PhaseSolver, EightEqualFociAreEqualWithinTwoPercent) {
     const auto foci = randomFoci(8);
     const PhaseSolution solution = solvePhases(layout, air, foci);
     const double error = rmsError(solution, foci);
+    for (std::size_t k = 0; k < 8; ++k) {
+      const double heard = heardAmplitude(layout, air, solution.drive, foci[k].position);
+      EXPECT_NEAR(solution.reached[k], heard, 1e-3 * heard);
+    }
     EXPECT_LE(error, 0.02) << trial;
     mean += error / 30.0;
     for (const auto& f : foci) pressure += heardAmplitude(layout, air, solution.drive, f.position) / 240.0;
