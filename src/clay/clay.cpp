@@ -3,6 +3,7 @@
 #include <tbb/task_arena.h>
 #include <Eigen/Eigenvalues>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
@@ -32,18 +33,6 @@ void validate(const ClayConfig& c) {
   require(c.threads >= 0, "threads", c.threads, ">= 0");
 }
 
-void validate(const Material& m) {
-  const std::string of = " of material '" + m.name + "'";
-  require(m.density > 0.0, "density" + of, m.density, "> 0 kg/m^3");
-  require(m.bulk_modulus >= 0.0, "bulk_modulus" + of, m.bulk_modulus, ">= 0 Pa");
-  require(m.viscosity >= 0.0, "viscosity" + of, m.viscosity, ">= 0 Pa s");
-  require(m.stiffness >= 0.0, "stiffness" + of, m.stiffness, ">= 0 Pa");
-  require(m.bond_rate >= 0.0, "bond_rate" + of, m.bond_rate, ">= 0 1/s");
-  require(m.unbond_rate >= m.bond_rate, "unbond_rate" + of, m.unbond_rate, ">= bond_rate");
-  require(m.yield_strain > 0.0, "yield_strain" + of, m.yield_strain, "> 0");
-  require(m.friction >= 0.0, "friction" + of, m.friction, ">= 0");
-}
-
 /// Adds wall time to a stage.
 class Stopwatch {
  public:
@@ -61,6 +50,18 @@ class Stopwatch {
 
 }  // namespace
 
+void validate(const Material& m) {
+  const std::string of = " of material '" + m.name + "'";
+  require(m.density > 0.0, "density" + of, m.density, "> 0 kg/m^3");
+  require(m.bulk_modulus >= 0.0, "bulk_modulus" + of, m.bulk_modulus, ">= 0 Pa");
+  require(m.viscosity >= 0.0, "viscosity" + of, m.viscosity, ">= 0 Pa s");
+  require(m.stiffness >= 0.0, "stiffness" + of, m.stiffness, ">= 0 Pa");
+  require(m.bond_rate >= 0.0, "bond_rate" + of, m.bond_rate, ">= 0 1/s");
+  require(m.unbond_rate >= m.bond_rate, "unbond_rate" + of, m.unbond_rate, ">= bond_rate");
+  require(m.yield_strain > 0.0, "yield_strain" + of, m.yield_strain, "> 0");
+  require(m.friction >= 0.0, "friction" + of, m.friction, ">= 0");
+}
+
 struct Clay::Solver {
   enum StageIndex { neighbours, contact_search, bonds, setup, iterations, finish };
 
@@ -70,6 +71,7 @@ struct Clay::Solver {
   double& ms(StageIndex stage) { return statistics.stages[stage].ms; }
   double timeStep() const { return config.frame / config.budget.substeps; }
 
+  void takeGhosts(const Ghosts& ghosts);
   void step(const Ghosts& ghosts, const std::vector<Solid>& solids, double from, float dt);
   void minimise(float dt);
   void descend(int count, float dt);
@@ -94,7 +96,8 @@ struct Clay::Solver {
   Contacts contact_constraint;
   bool bonded = false;
   double time = 0.0, carry = 0.0;  // s
-  Ghosts moved;                    // ghosts at the end of the current step
+  Ghosts target;                   // ghosts at the end of the frame
+  Ghosts moved;                    // and at the end of the current step
   std::vector<Eigen::Isometry3d> start_poses, end_poses;
   std::vector<Eigen::Vector3d> ghost_sum;  // N
   std::vector<bool> ghost_touched;
@@ -137,6 +140,20 @@ Clay::Solver::Solver(const ClayConfig& config_in, std::vector<Material> material
   }
   for (const Material& m : materials) bonded = bonded || m.stiffness > 0.0;
   statistics.stages = {{"neighbours"}, {"contact_search"}, {"bonds"}, {"setup"}, {"iterations"}, {"finish"}};
+}
+
+/// A ghost that is not finite is put out of reach; one faster than any hand has jumped, and has no velocity.
+void Clay::Solver::takeGhosts(const Ghosts& ghosts) {
+  constexpr float fastest = 50.0f;  // m/s
+  const Eigen::Vector3f away = Eigen::Vector3f::Constant(static_cast<float>(100.0 * config.world));
+  target = ghosts;
+  for (std::size_t g = 0; g < target.size(); ++g) {
+    const bool finite = target.position[g].allFinite() && target.normal[g].allFinite();
+    if (!finite || target.position[g].cwiseAbs().maxCoeff() > away.x()) target.position[g] = away;
+    if (!finite) target.normal[g] = Eigen::Vector3f::UnitZ();
+    if (!(target.velocity[g].cwiseAbs().maxCoeff() < fastest)) target.velocity[g].setZero();
+  }
+  moved = target;
 }
 
 void Clay::Solver::step(const Ghosts& ghosts, const std::vector<Solid>& solids, double from, float dt) {
@@ -203,15 +220,18 @@ void Clay::Solver::translate(float dt) {
   std::vector<Lump> lumps(near.lumps());
   const std::size_t n = particles.size();
   for (std::size_t i = 0; i < n; ++i) {
+    // Internal forces cancel within a lump, so inertia and friction are all there is.
     Lump& lump = lumps[near.lump(i)];
-    lump.force += r.at(i).cast<double>();
-    lump.inertia.diagonal().array() += 1.0 / (particles.inverse_mass[i] * static_cast<double>(dt) * dt);
+    const double inertia = 1.0 / (particles.inverse_mass[i] * static_cast<double>(dt) * dt);
+    lump.force += inertia * (free.at(i) - u.at(i)).cast<double>();
+    lump.inertia.diagonal().array() += inertia;
   }
   for (const Contact& c : contact_constraint.contacts()) {
     if (c.state == Contact::State::open) continue;
     Lump& lump = lumps[near.lump(c.particle)];
     const Eigen::Vector3d normal = c.normal.cast<double>();
     lump.blocked += normal * normal.transpose();
+    lump.force += contact_constraint.frictionOn(c, particles, u).cast<double>();
     if (c.state == Contact::State::stick) {
       lump.inertia += c.stiffness * (Eigen::Matrix3d::Identity() - normal * normal.transpose());
     }
@@ -285,8 +305,6 @@ void Clay::Solver::minimise(float dt) {
   constexpr int iterations_a_round = 4;
   for (int left = config.budget.iterations; left > 0; left -= iterations_a_round) {
     contact_constraint.prescribe(u);
-    potential.activateDensity(u);
-    residual(dt);
     translate(dt);
     contact_constraint.prescribe(u);
     residual(dt);
@@ -350,17 +368,23 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, doubl
   const int steps = std::max(static_cast<int>(std::lround(s.carry / dt)), 0);
   s.carry -= steps * dt;
   ++s.statistics.step;
-  if (steps == 0) return;
+  if (steps == 0) {
+    auto& forces = s.ghost_forces;
+    forces.erase(std::remove_if(forces.begin(), forces.end(),
+                                [&](const GhostForce& f) { return f.ghost >= ghosts.size(); }),
+                 forces.end());
+    return;
+  }
 
   s.ghost_sum.assign(ghosts.size(), Eigen::Vector3d::Zero());
   s.ghost_touched.assign(ghosts.size(), false);
   s.solid_forces.assign(solids.size(), Eigen::Vector3d::Zero());
-  s.moved = ghosts;
+  s.takeGhosts(ghosts);
   s.arena.execute([&] {
     for (int k = 0; k < steps; ++k) {
       const float remaining = static_cast<float>((steps - 1 - k) * dt);
       for (std::size_t g = 0; g < ghosts.size(); ++g) {
-        s.moved.position[g] = ghosts.position[g] - remaining * ghosts.velocity[g];
+        s.moved.position[g] = s.target.position[g] - remaining * s.target.velocity[g];
       }
       s.step(s.moved, solids, k * dt, static_cast<float>(dt));
       s.collectForces(steps);

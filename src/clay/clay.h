@@ -11,6 +11,9 @@
 
 namespace tactile_clay::clay {
 
+/// \throws std::invalid_argument naming the parameter, its value and its range
+void validate(const Material& material);
+
 /// How much is spent on a frame. What it buys stands in doc/method.md.
 struct Budget {
   int substeps = 4;    // of a frame

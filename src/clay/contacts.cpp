@@ -214,11 +214,21 @@ Eigen::Vector3f Contacts::pull(const Contact& c, const Particles& particles, con
   return c.stiffness * tangential(c.anchor - (particles.position.at(c.particle) + u), c.normal);
 }
 
-void Contacts::addFriction(const Particles& particles, const VectorField& u, VectorField& force) const {
-  for (const Contact& c : contacts_) {
-    if (c.state == Contact::State::slide) force.add(c.particle, c.friction);
-    if (c.state == Contact::State::stick) force.add(c.particle, pull(c, particles, u.at(c.particle)));
+Eigen::Vector3f Contacts::frictionOn(const Contact& c, const Particles& particles,
+                                     const VectorField& u) const {
+  switch (c.state) {
+    case Contact::State::slide:
+      return c.friction;
+    case Contact::State::stick:
+      return pull(c, particles, u.at(c.particle));
+    case Contact::State::open:
+      break;
   }
+  return Vector::Zero();
+}
+
+void Contacts::addFriction(const Particles& particles, const VectorField& u, VectorField& force) const {
+  for (const Contact& c : contacts_) force.add(c.particle, frictionOn(c, particles, u));
 }
 
 void Contacts::addFrictionChange(const VectorField& p, VectorField& force) const {

@@ -70,6 +70,8 @@ class Contacts {
   /// Removes the prescribed directions from a field.
   void filter(VectorField& field) const;
 
+  /// Friction of a contact at the displacements u, N.
+  Eigen::Vector3f frictionOn(const Contact& c, const Particles& particles, const VectorField& u) const;
   /// Adds the friction at the displacements u to the forces, N.
   void addFriction(const Particles& particles, const VectorField& u, VectorField& force) const;
   /// Adds the change of friction with the displacements p to the forces.

@@ -62,10 +62,10 @@ Potential::Potential(const Kernel& kernel, float spacing, const std::vector<Mate
 
 void Potential::begin(const Neighbourhood& near, const Particles& particles, const Bonds* bonds,
                       const VectorField& guess, float dt) {
-  near_ = &near, particles_ = &particles;
+  near_ = &near;
   const std::size_t n = particles.size();
   slope_.resize(near.pairs()), spring_.resize(near.pairs());
-  bond_force_.resize(n), ratio_.resize(n), pressing_.resize(n);
+  bond_force_.resize(n), ratio_.resize(n), pressing_.resize(n), bulk_.resize(n);
   for (auto& s : stress_) s.resize(n);
   if (viscous_) viscous_stiffness_.resize(n), rotation_.resize(n), correction_.resize(n);
   parallelFor(n, grain, [&](std::size_t i) { beginParticle(particles, bonds, guess, i, dt); });
@@ -92,6 +92,7 @@ void Potential::beginParticle(const Particles& particles, const Bonds* bonds, co
     moment[4] -= slope * x.y * x.z;
     moment[5] -= slope * x.z * x.z;
   }
+  bulk_[i] = static_cast<float>(material.bulk_modulus);
   ratio_[i] = (sum(total) + kernel_.sigma) / lattice_sum_;
 
   Eigen::Vector3f bond_force = Eigen::Vector3f::Zero();
@@ -140,14 +141,6 @@ Eigen::Matrix3f Potential::plainGradient(const VectorField& u, std::size_t i) co
   return result;
 }
 
-void Potential::activateDensity(const VectorField& u) {
-  parallelFor(ratio_.size(), grain, [&](std::size_t i) {
-    const float compression = ratio_[i] - 1.0f - plainGradient(u, i).trace() / (volume_ * lattice_sum_);
-    pressing_[i] =
-        compression > 0.0f ? static_cast<float>((*materials_)[particles_->material[i]].bulk_modulus) : 0.0f;
-  });
-}
-
 template <bool affine>
 void Potential::gatherStress(const VectorField& u, std::size_t i, VectorField& f) {
   Lane d[9], bx = Lane::Zero(), by = Lane::Zero(), bz = Lane::Zero();
@@ -176,9 +169,12 @@ void Potential::gatherStress(const VectorField& u, std::size_t i, VectorField& f
     if (affine) a += r.transpose() - Eigen::Matrix3f::Identity();
     stress = 0.5f * viscous_stiffness_[i] * (r * (a + a.transpose()) * correction_[i]);
   }
+  float compression = -plain.trace() / (volume_ * lattice_sum_);
+  if (affine) {
+    compression += ratio_[i] - 1.0f;
+    pressing_[i] = compression > 0.0f ? bulk_[i] : 0.0f;
+  }
   if (pressing_[i] > 0.0f) {
-    float compression = -plain.trace() / (volume_ * lattice_sum_);
-    if (affine) compression += ratio_[i] - 1.0f;
     stress.diagonal().array() -= pressing_[i] * compression / lattice_sum_;
   }
   for (int a = 0; a < 3; ++a) {

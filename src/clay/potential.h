@@ -35,10 +35,8 @@ class Potential {
   void begin(const Neighbourhood& near, const Particles& particles, const Bonds* bonds,
              const VectorField& guess, float dt);
 
-  /// Chooses the particles whose density constraint is active at the displacements u.
-  void activateDensity(const VectorField& u);
-
-  /// Forces at the displacements u, N.
+  /// Forces at the displacements u, N. Density constraints are active, here and in `change`, where u
+  /// compresses.
   void force(const VectorField& u, VectorField& f) { evaluate<true>(u, f); }
   /// Change of the forces with the displacements p: the linear part of `force`, negative semidefinite.
   void change(const VectorField& p, VectorField& f) { evaluate<false>(p, f); }
@@ -62,13 +60,13 @@ class Potential {
   const std::vector<Material>* materials_;
   bool viscous_ = false;
   const Neighbourhood* near_ = nullptr;
-  const Particles* particles_ = nullptr;
 
   std::vector<float> slope_;              // p_ij = slope x_ij of each pair, m
   std::vector<float> spring_;             // bond force = spring x_ij (x_ij . (u_j - u_i)), N/m^3
   VectorField bond_force_;                // N, at u = 0
   std::vector<float> ratio_;              // rho / rho_0
-  std::vector<float> pressing_;           // Pa, bulk modulus of particles with active density, else 0
+  std::vector<float> bulk_;               // Pa, bulk modulus of each particle's material
+  std::vector<float> pressing_;           // Pa, the same where the density constraint is active, else 0
   std::vector<float> viscous_stiffness_;  // 2 eta V / dt, J
   std::vector<Eigen::Matrix3f> rotation_, correction_;
   std::vector<float> stress_[9];  // S of each particle, row by row, J

@@ -84,6 +84,7 @@ bool buried(const SurfacePoint& point, const std::vector<Capsule>& capsules) {
 // Points of the hand's surface, `density` a m^2.
 std::vector<SurfacePoint> coverHand(const TrackedHand& hand, double density) {
   std::vector<Capsule> capsules;
+  capsules.reserve(bones.size());
   for (const Bone& bone : bones) capsules.push_back(boneCapsule(bone, hand));
   std::vector<SurfacePoint> points;
   for (std::size_t bone = 0; bone < bones.size(); ++bone)
@@ -235,6 +236,7 @@ SkinTemplate makeSkinTemplate(Side side, double scale, double spacing) {
   const double distance = poisson_distance * spacing;
   const std::vector<int> chosen = chooseSamples(cover, distance);
   std::vector<SurfacePoint> points;
+  points.reserve(chosen.size());
   for (const int i : chosen) points.push_back(cover[i]);
   const std::vector<double> areas = voronoiAreas(cover, chosen, distance, point_area);
   const std::vector<double> pad_distances = padDistances(points, hand, spacing);

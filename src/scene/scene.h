@@ -1,6 +1,5 @@
 #pragma once
 
-#include <map>
 #include <string>
 #include <vector>
 
@@ -11,16 +10,16 @@ namespace tactile_clay::scene {
 /// A body of clay: a shape filled with particles on a lattice.
 struct Body {
   std::string name;
-  std::uint8_t material = 0;                              // of Scene::materials
+  std::uint8_t material = 0;                                // of Scene::materials
   Eigen::Vector3f color = Eigen::Vector3f::Constant(0.6f);  // RGB, 0-1
 };
 
 /// A joint of the URDF that the scene drives.
 struct Motion {
   std::string joint;
-  double start = 0.0;      // s
-  double velocity = 0.0;   // rad/s or m/s
-  double duration = 0.0;   // s; infinite where not given
+  double start = 0.0;     // s
+  double velocity = 0.0;  // rad/s or m/s
+  double duration = 0.0;  // s; infinite where not given
 };
 
 /// A scene file, read and checked.
@@ -36,9 +35,10 @@ struct Scene {
 
 /// Reads a scene.
 /// \param name a file, or the name of one in `<share>/config/scenes`
-/// \param share folder of the package's `config`
+/// \param share the package's share folder, which holds `config`
+/// \param spacing between particles, m, instead of the scene's own; 0: the scene's
 /// \throws std::runtime_error with one line: what, where, what was expected
-Scene loadScene(const std::string& name, const std::string& share);
+Scene loadScene(const std::string& name, const std::string& share, double spacing = 0.0);
 
 /// Budget of a quality preset (`fast`, `balanced`, `accurate`), from `<share>/config/quality.yaml`.
 /// \throws std::runtime_error naming the known presets

@@ -152,7 +152,8 @@ TEST(KinematicHand, FlatHandAndFistStayCovered) {
     }
     EXPECT_LT(off, 0.02 * static_cast<double>(skin.size())) << bend;
     EXPECT_GT(outside, 0.8 * static_cast<double>(skin.size())) << bend;
-    // Rays from outside onto the hand: nowhere is the surface farther than two spacings from a sample.
+    // Rays from outside onto the hand: nowhere is the surface farther than one and a half spacings from a
+    // sample.
     std::mt19937 random(5);
     std::normal_distribution<double> normal;
     double worst = 0.0;
@@ -173,7 +174,7 @@ TEST(KinematicHand, FlatHandAndFistStayCovered) {
       worst = std::max(worst, closest);
     }
     RecordProperty(bend > 0.0 ? "fist_worst_um" : "flat_worst_um", static_cast<int>(1e6 * worst));
-    EXPECT_LT(worst, 2.0 * spacing) << bend;
+    EXPECT_LT(worst, 1.5 * spacing) << bend;
   }
 }
 

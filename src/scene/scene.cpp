@@ -1,0 +1,184 @@
+#include "scene/scene.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <map>
+
+#include "scene/shape.h"
+#include "scene/yaml_reader.h"
+
+namespace tactile_clay::scene {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Names of the YAML files of a folder, for error messages.
+std::string namesIn(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list;
+}
+
+/// A file by its path, or by its name in a folder of the package.
+std::string findFile(const std::string& kind, const std::string& name, const fs::path& folder) {
+  if (fs::is_regular_file(name)) return name;
+  const fs::path shipped = folder / (name + ".yaml");
+  if (!name.empty() && name.find('/') == std::string::npos && fs::is_regular_file(shipped))
+    return shipped.string();
+  throw std::runtime_error(kind + " '" + name + "' not found, expected a file or one of: " + namesIn(folder));
+}
+
+clay::Material readMaterial(YamlMap map, const std::string& name) {
+  clay::Material m;
+  m.name = name;
+  m.density = map.get("density", m.density, "kg/m^3");
+  m.bulk_modulus = map.get("bulk_modulus", m.bulk_modulus, "Pa");
+  m.viscosity = map.get("viscosity", m.viscosity, "Pa s");
+  m.stiffness = map.get("stiffness", m.stiffness, "Pa");
+  m.bond_rate = map.get("bond_rate", m.bond_rate, "1/s");
+  m.unbond_rate = map.get("unbond_rate", m.unbond_rate, "1/s");
+  m.yield_strain = map.get("yield_strain", m.yield_strain, "a strain, or .inf");
+  m.friction = map.get("friction", m.friction, "a Coulomb coefficient");
+  map.finish();
+  try {
+    clay::validate(m);
+  } catch (const std::invalid_argument& e) {
+    map.fail(e.what());
+  }
+  return m;
+}
+
+Shape readShape(YamlMap& map) {
+  const std::string kind = map.get<std::string>("shape", "box or cylinder");
+  Shape shape;
+  if (kind == "box") {
+    const auto size = map.numbers("size", 3, "three edges in m");
+    shape.size = {size[0], size[1], size[2]};
+  } else if (kind == "cylinder") {
+    shape.kind = Shape::Kind::cylinder;
+    const auto size = map.numbers("size", 3, "radius below, radius above and height in m");
+    shape.size = {size[0], size[1], size[2]};
+  } else {
+    map.fail("shape '" + kind + "', expected box or cylinder");
+  }
+  if (!(shape.size.minCoeff() > 0.0) || !shape.size.allFinite())
+    map.fail("'size' expected numbers above zero, in m");
+  return shape;
+}
+
+Eigen::Isometry3d readPose(YamlMap& map) {
+  std::vector<double> p(6, 0.0);
+  if (map.has("pose")) p = map.numbers("pose", 6, "x y z (m) roll pitch yaw (rad)");
+  map.get<std::vector<double>>("pose", p, "x y z roll pitch yaw");
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translation() = Eigen::Vector3d(p[0], p[1], p[2]);
+  pose.linear() =
+      (Eigen::AngleAxisd(p[5], Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(p[4], Eigen::Vector3d::UnitY()) *
+       Eigen::AngleAxisd(p[3], Eigen::Vector3d::UnitX()))
+          .toRotationMatrix();
+  return pose;
+}
+
+/// A body's material is a named file, with values of the body's own where it gives a map.
+std::uint8_t materialOf(YamlMap& body, const std::string& share, Scene& scene,
+                        std::map<std::string, std::uint8_t>& known) {
+  const std::string name = body.get<std::string>("material", "the name of a material");
+  const auto found = known.find(name);
+  if (found != known.end()) return found->second;
+  if (scene.materials.size() >= std::numeric_limits<std::uint8_t>::max())
+    body.fail("more than 255 materials");
+  std::string file;
+  try {
+    file = findFile("material", name, fs::path(share) / "config" / "materials");
+  } catch (const std::runtime_error& e) {
+    body.fail(e.what());
+  }
+  scene.materials.push_back(readMaterial(loadYaml(file), fs::path(file).stem().string()));
+  return known[name] = static_cast<std::uint8_t>(scene.materials.size() - 1);
+}
+
+void readBody(YamlMap map, const std::string& share, Scene& scene,
+              std::map<std::string, std::uint8_t>& known) {
+  Body body;
+  body.name = map.get<std::string>("name", "a name");
+  body.material = materialOf(map, share, scene, known);
+  body.color = map.vector("color", body.color.cast<double>(), "red, green and blue, 0-1").cast<float>();
+  if (body.color.minCoeff() < 0.0f || body.color.maxCoeff() > 1.0f)
+    map.fail("'color' expected numbers from 0 to 1");
+  const Shape shape = readShape(map);
+  const Eigen::Isometry3d pose = readPose(map);
+  const Eigen::Vector3d velocity = map.vector("velocity", Eigen::Vector3d::Zero(), "x y z in m/s");
+  map.finish();
+  const auto points = latticeIn(shape, scene.config.spacing);
+  if (points.empty())
+    map.fail("body '" + body.name + "' is smaller than a particle, expected at least one spacing");
+  for (const Eigen::Vector3d& point : points) {
+    scene.particles.push_back({(pose * point).cast<float>(), velocity.cast<float>(), body.material,
+                               static_cast<std::uint16_t>(scene.bodies.size())});
+  }
+  scene.bodies.push_back(body);
+}
+
+}  // namespace
+
+Scene loadScene(const std::string& name, const std::string& share, double spacing) {
+  const std::string file = findFile("scene", name, fs::path(share) / "config" / "scenes");
+  YamlMap map = loadYaml(file);
+  Scene scene;
+  scene.name = fs::path(file).stem().string();
+  scene.config.spacing = map.get("spacing", scene.config.spacing, "m between particles");
+  if (spacing > 0.0) scene.config.spacing = spacing;
+  if (!(scene.config.spacing > 0.0)) map.fail("'spacing' expected above zero, in m");
+  scene.config.gravity = map.vector("gravity", scene.config.gravity, "x y z in m/s^2");
+  scene.config.world = map.get("world", scene.config.world, "m, half extent of the world");
+
+  const std::string urdf = map.get<std::string>("urdf", "the URDF of table and tools");
+  const fs::path beside = fs::path(file).parent_path() / urdf;
+  const fs::path shipped = fs::path(share) / "config" / "urdf" / urdf;
+  scene.urdf = fs::is_regular_file(beside) ? beside.string() : shipped.string();
+  if (!fs::is_regular_file(scene.urdf))
+    map.fail("urdf '" + urdf + "' not found beside the scene nor in config/urdf");
+
+  std::map<std::string, std::uint8_t> known;
+  for (const YamlMap& body : map.maps("bodies")) readBody(body, share, scene, known);
+  if (scene.bodies.empty()) map.fail("no clay, expected at least one entry in 'bodies'");
+  for (YamlMap entry : map.maps("motions")) {
+    Motion motion;
+    motion.joint = entry.get<std::string>("joint", "the name of a joint of the URDF");
+    motion.velocity = entry.get<double>("velocity", "rad/s or m/s");
+    motion.start = entry.get("start", 0.0, "s");
+    motion.duration = entry.get("duration", std::numeric_limits<double>::infinity(), "s");
+    entry.finish();
+    scene.motions.push_back(motion);
+  }
+  map.finish();
+  return scene;
+}
+
+clay::Budget loadQuality(const std::string& name, const std::string& share) {
+  const std::string file = (fs::path(share) / "config" / "quality.yaml").string();
+  YamlMap map = loadYaml(file);
+  if (!map.has(name)) {
+    std::string list;
+    for (const auto& entry : YAML::LoadFile(file))
+      list += (list.empty() ? "" : ", ") + entry.first.as<std::string>();
+    throw std::runtime_error("quality '" + name + "' not found, expected one of: " + list);
+  }
+  YamlMap preset(map.node(name), file);
+  clay::Budget budget;
+  budget.substeps = preset.get<int>("substeps", "a whole number >= 1");
+  budget.iterations = preset.get<int>("iterations", "a whole number >= 1");
+  preset.finish();
+  if (budget.substeps < 1 || budget.iterations < 1) preset.fail("substeps and iterations expected >= 1");
+  return budget;
+}
+
+}  // namespace tactile_clay::scene

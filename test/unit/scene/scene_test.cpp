@@ -1,0 +1,107 @@
+#include "scene/scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+namespace tactile_clay::scene {
+namespace {
+
+const std::string share = TACTILE_CLAY_SHARE;
+
+/// What loading a scene file of this text complains about; empty where it does not.
+std::string complaint(const std::string& text) {
+  const std::string file = (std::filesystem::temp_directory_path() / "tactile_clay_scene_test.yaml").string();
+  std::ofstream(file) << text;
+  try {
+    loadScene(file, share);
+  } catch (const std::runtime_error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+const std::string good =
+    "urdf: table.urdf\n"
+    "bodies:\n"
+    "  - {name: a, material: dough, shape: box, size: [0.02, 0.02, 0.02]}\n";
+
+TEST(Scene, EveryShippedSceneLoads) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(share + "/config/scenes")) {
+    const Scene scene = loadScene(entry.path().stem().string(), share);
+    EXPECT_FALSE(scene.particles.empty()) << entry.path();
+    EXPECT_NO_THROW(clay::Clay(scene.config, scene.materials, scene.particles)) << entry.path();
+    ++count;
+  }
+  EXPECT_GE(count, 7);
+}
+
+TEST(Scene, ThePapersScenesHaveThePapersParticles) {
+  EXPECT_EQ(loadScene("kindergarten", share).particles.size(), 2114u);
+  EXPECT_EQ(loadScene("potters_wheel", share).particles.size(), 4169u);
+}
+
+TEST(Scene, SpacingIsTheOneNumberToChangeForAnotherResolution) {
+  const Scene coarse = loadScene("kindergarten", share), fine = loadScene("kindergarten", share, 0.0025);
+  EXPECT_DOUBLE_EQ(fine.config.spacing, 0.0025);
+  EXPECT_EQ(fine.particles.size(), 8 * coarse.particles.size());
+}
+
+TEST(Scene, BodiesStartFlatOnTheTable) {
+  for (const clay::InitialParticle& p : loadScene("kindergarten", share).particles) {
+    EXPECT_GE(p.position.z(), 0.0024999f);
+  }
+}
+
+TEST(Scene, SaysWhatIsKnownWhenASceneIsNot) {
+  try {
+    loadScene("volcano", share);
+    FAIL() << "an unknown scene was loaded";
+  } catch (const std::runtime_error& e) {
+    const std::string what = e.what();
+    EXPECT_NE(what.find("'volcano'"), std::string::npos) << what;
+    EXPECT_NE(what.find("kindergarten"), std::string::npos) << what;
+    EXPECT_EQ(what.find('\n'), std::string::npos) << what;
+  }
+}
+
+TEST(Scene, ComplaintsNameFileLineAndExpectation) {
+  EXPECT_EQ(complaint(good), "");
+  EXPECT_NE(complaint(good + "colour: red\n").find(".yaml:4: unknown key 'colour'"), std::string::npos);
+  EXPECT_NE(complaint("urdf: table.urdf\nbodies: 3\n").find("'bodies' expected a list"), std::string::npos);
+  EXPECT_NE(complaint("urdf: table.urdf\n").find("no clay"), std::string::npos);
+  EXPECT_NE(complaint("urdf: [\n").find("not YAML"), std::string::npos);
+  EXPECT_NE(complaint("urdf: moon.urdf\n").find("urdf 'moon.urdf' not found"), std::string::npos);
+  EXPECT_NE(complaint("- 1\n").find("expected a map"), std::string::npos);
+  EXPECT_NE(complaint("spacing: wide\n" + good).find(":1: 'spacing' cannot be read"), std::string::npos);
+  EXPECT_NE(
+      complaint("urdf: table.urdf\nbodies:\n  - {name: a, material: jelly, shape: box, size: [1, 1, 1]}\n")
+          .find(":3: material 'jelly' not found, expected a file or one of: dough"),
+      std::string::npos);
+  EXPECT_NE(complaint("urdf: table.urdf\nbodies:\n  - {name: a, material: dough, shape: box, size: [1, 1]}\n")
+                .find("'size' has 2 numbers"),
+            std::string::npos);
+  EXPECT_NE(
+      complaint("urdf: table.urdf\nbodies:\n  - {name: a, material: dough, shape: star, size: [1, 1, 1]}\n")
+          .find("expected box or cylinder"),
+      std::string::npos);
+}
+
+TEST(Quality, PresetsSpendMoreForMore) {
+  const clay::Budget fast = loadQuality("fast", share), balanced = loadQuality("balanced", share),
+                     accurate = loadQuality("accurate", share);
+  EXPECT_LT(fast.substeps * fast.iterations, balanced.substeps * balanced.iterations);
+  EXPECT_LT(balanced.substeps * balanced.iterations, accurate.substeps * accurate.iterations);
+  try {
+    loadQuality("best", share);
+    FAIL();
+  } catch (const std::runtime_error& e) {
+    EXPECT_STREQ(e.what(), "quality 'best' not found, expected one of: fast, balanced, accurate");
+  }
+}
+
+}  // namespace
+}  // namespace tactile_clay::scene

@@ -1,0 +1,61 @@
+#include "scene/solids.h"
+
+#include <gtest/gtest.h>
+
+namespace tactile_clay::scene {
+namespace {
+
+const std::string share = TACTILE_CLAY_SHARE;
+
+Solids solidsOf(const std::string& name) {
+  const Scene scene = loadScene(name, share);
+  return Solids(readText(scene.urdf), scene.motions);
+}
+
+TEST(Solids, TheTableTopIsTheGroundOfTheWorld) {
+  const auto solids = solidsOf("kindergarten").at(0.0);
+  ASSERT_EQ(solids.size(), 1u);
+  EXPECT_NEAR(clay::surface(solids[0], solids[0].pose.inverse() * Eigen::Vector3d(0.1, -0.1, 0.02)).distance,
+              0.02, 1e-12);
+}
+
+TEST(Solids, TheWheelTurnsAtItsSpeed) {
+  const Solids solids = solidsOf("potters_wheel");
+  EXPECT_NEAR(solids.joints(0.25).at("wheel_joint"), M_PI / 2, 1e-6);
+  const auto at = solids.at(0.25);
+  const auto wheel =
+      std::find_if(at.begin(), at.end(), [](const clay::Solid& s) { return s.name == "wheel"; });
+  ASSERT_NE(wheel, at.end());
+  EXPECT_NEAR(wheel->angular_velocity.z(), 2 * M_PI, 1e-6);
+  EXPECT_TRUE((wheel->pose.linear() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY(), 1e-6));
+}
+
+TEST(Solids, VelocitiesAreTheRateOfThePoses) {
+  const Solids solids = solidsOf("press");
+  const double t = 0.6, dt = 1e-4;
+  const auto a = solids.at(t - dt), b = solids.at(t + dt), mid = solids.at(t);
+  for (std::size_t i = 0; i < mid.size(); ++i) {
+    const Eigen::Vector3d rate = (b[i].pose.translation() - a[i].pose.translation()) / (2 * dt);
+    EXPECT_TRUE(rate.isApprox(mid[i].linear_velocity, 1e-6) || (rate - mid[i].linear_velocity).norm() < 1e-9);
+  }
+  EXPECT_EQ(solids.at(0.4).back().linear_velocity.norm(), 0.0);  // before its start
+  EXPECT_EQ(solids.at(1.0).back().linear_velocity.norm(), 0.0);  // after its end
+}
+
+TEST(Solids, BadModelsAndMotionsAreNamed) {
+  EXPECT_THROW(Solids("<robot", {}), std::runtime_error);
+  Motion unknown;
+  unknown.joint = "tail_joint";
+  EXPECT_THROW(Solids(readText(share + "/config/urdf/table.urdf"), {unknown}), std::runtime_error);
+  Motion fixed;
+  fixed.joint = "table_joint";
+  EXPECT_THROW(Solids(readText(share + "/config/urdf/table.urdf"), {fixed}), std::runtime_error);
+  EXPECT_THROW(
+      Solids("<robot name='r'><link name='world'><collision><geometry><mesh filename='a.stl'/></geometry>"
+             "</collision></link></robot>",
+             {}),
+      std::runtime_error);
+}
+
+}  // namespace
+}  // namespace tactile_clay::scene
