@@ -60,6 +60,8 @@ void validate(const Material& m) {
   require(m.unbond_rate >= m.bond_rate, "unbond_rate" + of, m.unbond_rate, ">= bond_rate");
   require(m.yield_strain > 0.0, "yield_strain" + of, m.yield_strain, "> 0");
   require(m.friction >= 0.0, "friction" + of, m.friction, ">= 0");
+  require(m.adhesion >= 0.0, "adhesion" + of, m.adhesion, ">= 0 Pa");
+  require(m.skin_friction >= 0.0, "skin_friction" + of, m.skin_friction, ">= 0");
 }
 
 struct Clay::Solver {

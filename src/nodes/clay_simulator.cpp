@@ -25,9 +25,8 @@ constexpr std::size_t lockstep_queue = 0;  // unlimited
 ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : lockstep_(param(private_nh, "lockstep", false)),
       period_(1.0 / paramIn(private_nh, "rate", 60.0, 1.0, 1000.0)),
-      scene_(scene::loadScene(param<std::string>(private_nh, "scene", "kindergarten"), configFolder())) {
-  const auto quality = param<std::string>(private_nh, "quality", "");
-  if (!quality.empty()) scene_.config.budget = scene::loadQuality(quality, configFolder());
+      scene_(scene::loadScene(param<std::string>(private_nh, "scene", "kindergarten"), packageFolder())) {
+  scene_.config.budget = scene::loadQuality(param<std::string>(private_nh, "quality", "balanced"), packageFolder());
   // 0 means what the preset says, so that launch arguments can pass it on.
   if (const int n = paramIn(private_nh, "substeps", 0, 0, 1000)) scene_.config.budget.substeps = n;
   if (const int n = paramIn(private_nh, "iterations", 0, 0, 1000)) scene_.config.budget.iterations = n;

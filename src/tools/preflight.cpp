@@ -28,7 +28,7 @@ using Arguments = std::map<std::string, std::string>;
 namespace clay = tactile_clay;
 
 Arguments parse(int argc, char** argv) {
-  Arguments arguments = {{"scene", "kindergarten"},     {"quality", ""},      {"hands", "bag"},
+  Arguments arguments = {{"scene", "kindergarten"},     {"quality", "balanced"},      {"hands", "bag"},
                          {"file", clay::nodes::packageFolder() + "/test/bags/knead.bag"}, {"device", "simulated"}, {"hand_model", "kinematic"},
                          {"tracker_pose", ""}};
   for (int i = 1; i < argc; ++i) {
@@ -73,11 +73,11 @@ void check(const Arguments& arguments, const std::string& key, double low, doubl
 }
 
 std::string checkAll(const Arguments& arguments) {
-  const std::string config = clay::nodes::configFolder();
-  const clay::scene::Scene scene = clay::scene::loadScene(arguments.at("scene"), config);
+  const std::string package = clay::nodes::packageFolder();
+  const clay::scene::Scene scene = clay::scene::loadScene(arguments.at("scene"), package);
   std::string urdf = clay::scene::readText(scene.urdf);
   clay::scene::Solids(urdf, scene.motions);
-  if (!arguments.at("quality").empty()) clay::scene::loadQuality(arguments.at("quality"), config);
+  clay::scene::loadQuality(arguments.at("quality"), package);
   if (arguments.at("hand_model") != "kinematic")
     throw std::runtime_error("unknown hand_model '" + arguments.at("hand_model") + "': expected kinematic");
   checkHands(arguments);
