@@ -99,12 +99,14 @@ class Contacts {
   void detectSolids(const Particles& particles, const VectorField& guess, const std::vector<Solid>& solids,
                     const std::vector<Eigen::Isometry3d>& start, const std::vector<Eigen::Isometry3d>& end,
                     float dt);
+  float friction(const Contact& c, const Particles& particles) const;
   void recall(const Particles& particles, float dt);
   Eigen::Vector3f prescribed(Filter& filter, Eigen::Vector3f u);
   Eigen::Vector3f pull(const Contact& c, const Particles& particles, const Eigen::Vector3f& u) const;
 
   float spacing_;
-  std::vector<float> friction_;  // of each material
+  std::vector<float> friction_, skin_friction_;  // of each material
+  std::vector<float> adhesion_;                  // N, of one particle of each material
   std::vector<Contact> contacts_, previous_;
   std::vector<GhostShare> shares_;
   std::vector<Filter> filters_;  // one a touched particle
