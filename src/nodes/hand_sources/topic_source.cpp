@@ -1,6 +1,6 @@
-#include <pluginlib/class_list_macros.hpp>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
+#include <pluginlib/class_list_macros.hpp>
 
 #include <optional>
 #include <stdexcept>
@@ -16,9 +16,8 @@ class TopicSource : public hand::HandSource {
   void open(const hand::SourceOptions& options) override {
     if (options.topic.empty()) throw std::runtime_error("hands from a topic: expected its name in 'topic'");
     nh_.setCallbackQueue(&queue_);
-    subscriber_ = nh_.subscribe<TrackedHands>(options.topic, 1, [this](const TrackedHands::ConstPtr& message) {
-      newest_ = toCore(*message);
-    });
+    subscriber_ = nh_.subscribe<TrackedHands>(
+        options.topic, 1, [this](const TrackedHands::ConstPtr& message) { newest_ = toCore(*message); });
   }
 
   Read read(hand::TrackedFrame& frame, std::chrono::milliseconds timeout) override {
