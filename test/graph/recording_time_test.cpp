@@ -26,7 +26,7 @@ TEST(RecordingTime, RepeatedAndZeroStampsStillRise) {
   RecordingTime time;
   auto before = time(0ns);
   EXPECT_GT(before, 0ns);
-  for (const auto stamp : {0ns, 0ns, 40ms, 40ms, 0ns}) {
+  for (const std::chrono::nanoseconds stamp : {0ns, 0ns, 40000000ns, 40000000ns, 0ns}) {
     const auto now = time(stamp);
     EXPECT_GT(now, before);
     before = now;
