@@ -196,7 +196,7 @@ void Clay::Solver::residual(float dt) {
   contact_constraint.addFriction(particles, u, r);
   parallelFor(particles.size(), 1024, [&](std::size_t i) {
     const float inertia = 1.0f / (particles.inverse_mass[i] * dt * dt);
-    r.add(i, -inertia * (u.at(i) - free.at(i)));
+    r[i] -= inertia * (u[i] - free[i]);
   });
 }
 
@@ -206,7 +206,7 @@ void Clay::Solver::multiply(float dt) {
   contact_constraint.addFrictionChange(p, q);
   parallelFor(particles.size(), 1024, [&](std::size_t i) {
     const float inertia = 1.0f / (particles.inverse_mass[i] * dt * dt);
-    q.set(i, inertia * p.at(i) - q.at(i));
+    q[i] = inertia * p[i] - q[i];
   });
 }
 
@@ -262,8 +262,7 @@ void Clay::Solver::descend(int count, float dt) {
     parallelFor(chunks, 1, [&](std::size_t c) {
       double total = 0.0;
       for (std::size_t i = c * chunk; i < std::min(n, (c + 1) * chunk); ++i) {
-        total += static_cast<double>(a.x[i]) * b.x[i] + static_cast<double>(a.y[i]) * b.y[i] +
-                 static_cast<double>(a.z[i]) * b.z[i];
+        total += static_cast<double>(a[i].dot(b[i]));
       }
       partial[c] = total;
     });
@@ -272,13 +271,13 @@ void Clay::Solver::descend(int count, float dt) {
     return total;
   };
   const auto precondition = [&] {
-    parallelFor(n, 1024, [&](std::size_t i) { z.set(i, particles.inverse_mass[i] * r.at(i)); });
+    parallelFor(n, 1024, [&](std::size_t i) { z[i] = particles.inverse_mass[i] * r[i]; });
     contact_constraint.filter(z);
   };
   const auto advance = [&](float alpha) {
     parallelFor(n, 1024, [&](std::size_t i) {
-      u.add(i, alpha * p.at(i));
-      r.add(i, -alpha * q.at(i));
+      u[i] += alpha * p[i];
+      r[i] -= alpha * q[i];
     });
   };
 
@@ -294,7 +293,7 @@ void Clay::Solver::descend(int count, float dt) {
     const double next = dot(r, z);
     const float beta = static_cast<float>(next / rz);
     rz = next;
-    parallelFor(n, 1024, [&](std::size_t i) { p.set(i, z.at(i) + beta * p.at(i)); });
+    parallelFor(n, 1024, [&](std::size_t i) { p[i] = z[i] + beta * p[i]; });
   }
 }
 
@@ -319,20 +318,15 @@ void Clay::Solver::endStep(float dt) {
   const Stopwatch watch(ms(finish));
   contact_constraint.finish(particles, u, dt);
   const float world = static_cast<float>(config.world);
-  const auto advanceAxis = [&](std::vector<float>& x, std::vector<float>& v, const std::vector<float>& step) {
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      // A displacement that is not finite, or larger than the world, is a lost particle: it stops where it
-      // is.
-      const bool sane = std::abs(step[i]) < 2.0f * world;
-      v[i] = sane ? step[i] / dt : 0.0f;
-      const float next = sane ? x[i] + step[i] : x[i];
-      x[i] = std::clamp(next, -world, world);
-      if (x[i] != next) v[i] = 0.0f;
-    }
-  };
-  advanceAxis(particles.position.x, particles.velocity.x, u.x);
-  advanceAxis(particles.position.y, particles.velocity.y, u.y);
-  advanceAxis(particles.position.z, particles.velocity.z, u.z);
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    // A displacement that is not finite, or larger than the world, is a lost particle: it stops where it is.
+    Eigen::Vector3f step = u.at(i);
+    if (!(step.cwiseAbs().maxCoeff() < 2.0f * world)) step.setZero();
+    const Eigen::Vector3f next = particles.position.at(i) + step;
+    const Eigen::Vector3f inside = next.cwiseMax(-world).cwiseMin(world);
+    particles.position.set(i, inside);
+    particles.velocity.set(i, (inside.array() == next.array()).select(step / dt, 0.0f));
+  }
   if (bonded) bond_constraint.flow(particles);
 }
 

@@ -20,11 +20,10 @@ class Neighbourhood {
   /// Finds all neighbours. Positions must be finite.
   void build(const VectorField& position);
 
-  /// Range [begin, end) of particle i in the pair arrays; a multiple of the lane width.
+  /// Range [begin, end) of particle i in the pair arrays; it is not its own neighbour.
   std::uint32_t begin(std::size_t i) const { return begin_[i]; }
-  std::uint32_t end(std::size_t i) const { return begin_[i] + lanes_[i] * lane; }
-  /// Number of real neighbours, without the padding and the particle itself.
-  std::uint32_t count(std::size_t i) const { return count_[i]; }
+  std::uint32_t end(std::size_t i) const { return begin_[i + 1]; }
+  std::uint32_t count(std::size_t i) const { return end(i) - begin(i); }
   std::size_t pairs() const { return other_.size(); }
 
   const std::vector<std::uint32_t>& other() const { return other_; }  // j of each pair (i, j)
@@ -39,8 +38,6 @@ class Neighbourhood {
   void forEachNear(const Eigen::Vector3f& centre, float radius, const F& f) const;
 
  private:
-  static constexpr std::uint32_t lane = 8;
-
   int cellAlong(float x, int axis) const;
   std::size_t cellIndex(int cx, int cy, int cz) const {
     return (static_cast<std::size_t>(cz) * size_[1] + cy) * size_[0] + cx;
@@ -59,11 +56,11 @@ class Neighbourhood {
   Eigen::Vector3f origin_ = Eigen::Vector3f::Zero();
   std::array<int, 3> size_{1, 1, 1};  // cells
   std::vector<std::uint32_t> cell_of_, cell_begin_, in_cell_, place_, cursor_;
-  VectorField sorted_;  // positions in the order of the cells
+  std::vector<float> sorted_x_, sorted_y_, sorted_z_;  // positions in the order of the cells
   std::vector<Chunk> chunks_;
   std::vector<std::uint32_t> lump_of_cell_, frontier_;
   std::size_t lumps_ = 0;
-  std::vector<std::uint32_t> begin_, lanes_, count_, other_;
+  std::vector<std::uint32_t> begin_, count_, other_;
   VectorField offset_;
 };
 
