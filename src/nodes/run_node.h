@@ -11,7 +11,8 @@
 
 namespace tactile_clay::nodes {
 
-/// Runs a node as the program `name` until it ends. \return the program's exit code; 1 after one line of error
+/// Runs a node as the program `name` until it ends. \return the program's exit code; 1 after one line of
+/// error
 template <class Node>
 int runNode(int argc, char** argv, const char* name) {
   ros::init(argc, argv, name);

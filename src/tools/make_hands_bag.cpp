@@ -32,7 +32,8 @@ void write(const hand::Score& score, const std::string& file) {
   bag.setCompression(rosbag::compression::BZ2);
   const int last = static_cast<int>(score.duration() * rate);
   for (int i = 0; i <= last; ++i) {
-    tactile_clay::TrackedHands message = tactile_clay::nodes::toMessage(score.sample(static_cast<double>(i) / rate));
+    tactile_clay::TrackedHands message =
+        tactile_clay::nodes::toMessage(score.sample(static_cast<double>(i) / rate));
     message.header.stamp = start + ros::Duration(i / rate, i % rate * (1'000'000'000 / rate));
     message.header.frame_id = "world";
     bag.write("/hands/tracked", message.header.stamp, message);
