@@ -209,6 +209,8 @@ void ClaySimulator::publishState(ros::Time stamp) {
   if (!joints.empty()) {
     auto message = boost::make_shared<sensor_msgs::JointState>();
     message->header = header;
+    // Joints are for robot_state_publisher, which complains of states as old as a recording.
+    if (lockstep_) message->header.stamp = ros::Time::now();
     for (const auto& [name, position] : joints) {
       message->name.push_back(name);
       message->position.push_back(position);
