@@ -19,8 +19,8 @@ int runNode(int argc, char** argv, const char* name) {
   // roscpp handles SIGINT; an array must go silent on these as well.
   std::signal(SIGTERM, [](int) { ros::requestShutdown(); });
   std::signal(SIGHUP, [](int) { ros::requestShutdown(); });
+  ros::NodeHandle nh, private_nh("~");  // outlive the catch: with the last handle goes the console
   try {
-    ros::NodeHandle nh, private_nh("~");
     Node node(nh, private_nh);
     ros::spin();
   } catch (const std::exception& error) {
