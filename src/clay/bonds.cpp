@@ -19,42 +19,41 @@ Bonds::Bonds(float spacing, const std::vector<Material>& materials)
   }
 }
 
-void Bonds::update(const Neighbourhood& near, const Particles& particles) {
-  const std::size_t n = particles.size();
-  begin_.resize(n + 1, 0);
-  next_begin_.assign(n + 1, 0);
-
-  // Calls keep(j, rest length) for each bond of particle i after the update, in the neighbours' order.
-  const auto forEachNext = [&](std::size_t i, const auto& keep) {
+void Bonds::updateIn(Chunk& chunk, const Neighbourhood& near, const Particles& particles, std::size_t first,
+                     std::size_t last) {
+  chunk.bonds.clear();
+  for (std::size_t i = first; i < last; ++i) {
+    const std::size_t before = chunk.bonds.size();
     for (std::uint32_t p = near.begin(i); p < near.begin(i) + near.count(i); ++p) {
       const std::uint32_t j = near.other()[p];
       const PairRule& pair = rule(particles.material[i], particles.material[j]);
       if (!(pair.stiffness > 0.0f)) continue;
       const Eigen::Vector3f x = near.offset().at(p);
-      const float length = x.norm();
-      if (!(length > 0.0f)) continue;
-      const auto owned = bonds_.begin() + begin_[i], end = bonds_.begin() + begin_[i + 1];
-      const auto bond = std::find_if(owned, end, [j](const Bond& b) { return b.other == j; });
-      if (bond == end && length >= reach_) continue;
-      const float rate =
-          std::abs((particles.velocity.at(i) - particles.velocity.at(j)).dot(x)) / (length * length);
-      if (bond != end && rate <= pair.unbond_rate) keep(j, bond->rest_length);
-      if (bond == end && rate < pair.bond_rate) keep(j, length);
+      const float square = x.squaredNorm();
+      const Bond* bond = std::find_if(begin(i), end(i), [j](const Bond& b) { return b.other == j; });
+      const bool bonded = bond != end(i);
+      if (!(square > 0.0f) || (!bonded && square >= reach_ * reach_)) continue;
+      const float rate = std::abs((particles.velocity.at(i) - particles.velocity.at(j)).dot(x)) / square;
+      if (bonded && rate <= pair.unbond_rate) chunk.bonds.push_back(*bond);
+      if (!bonded && rate < pair.bond_rate) chunk.bonds.push_back({j, std::sqrt(square)});
     }
-  };
-  parallelFor(n, 256, [&](std::size_t i) {
-    std::uint32_t count = 0;
-    forEachNext(i, [&](std::uint32_t, float) { ++count; });
-    next_begin_[i + 1] = count;
+    chunk.count[i - first] = static_cast<std::uint32_t>(chunk.bonds.size() - before);
+  }
+}
+
+void Bonds::update(const Neighbourhood& near, const Particles& particles) {
+  const std::size_t n = particles.size();
+  begin_.resize(n + 1, 0);
+  chunks_.resize((n + chunk_size - 1) / chunk_size);
+  parallelFor(chunks_.size(), 1, [&](std::size_t c) {
+    updateIn(chunks_[c], near, particles, c * chunk_size, std::min(n, (c + 1) * chunk_size));
   });
-  for (std::size_t i = 0; i < n; ++i) next_begin_[i + 1] += next_begin_[i];
-  next_.resize(next_begin_[n]);
-  parallelFor(n, 256, [&](std::size_t i) {
-    std::uint32_t b = next_begin_[i];
-    forEachNext(i, [&](std::uint32_t j, float rest_length) { next_[b++] = {j, rest_length}; });
+  for (std::size_t i = 0; i < n; ++i)
+    begin_[i + 1] = begin_[i] + chunks_[i / chunk_size].count[i % chunk_size];
+  bonds_.resize(begin_[n]);
+  parallelFor(chunks_.size(), 1, [&](std::size_t c) {
+    std::copy(chunks_[c].bonds.begin(), chunks_[c].bonds.end(), bonds_.begin() + begin_[c * chunk_size]);
   });
-  bonds_.swap(next_);
-  begin_.swap(next_begin_);
 }
 
 void Bonds::flow(const Particles& particles) {

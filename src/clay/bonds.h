@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -47,11 +48,20 @@ class Bonds {
   };
   const PairRule& rule(std::uint8_t a, std::uint8_t b) const { return rules_[a * materials_ + b]; }
 
+  static constexpr std::size_t chunk_size = 256;
+  struct Chunk {
+    std::vector<Bond> bonds;  // of a run of particles, one particle after the other
+    std::array<std::uint32_t, chunk_size> count;
+  };
+  void updateIn(Chunk& chunk, const Neighbourhood& near, const Particles& particles, std::size_t first,
+                std::size_t last);
+
   float reach_;  // m
   std::size_t materials_;
   std::vector<PairRule> rules_;
-  std::vector<std::uint32_t> begin_, next_begin_;
-  std::vector<Bond> bonds_, next_;
+  std::vector<std::uint32_t> begin_;
+  std::vector<Bond> bonds_;
+  std::vector<Chunk> chunks_;
 };
 
 }  // namespace tactile_clay::clay

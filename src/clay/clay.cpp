@@ -60,6 +60,8 @@ void validate(const Material& m) {
   require(m.unbond_rate >= m.bond_rate, "unbond_rate" + of, m.unbond_rate, ">= bond_rate");
   require(m.yield_strain > 0.0, "yield_strain" + of, m.yield_strain, "> 0");
   require(m.friction >= 0.0, "friction" + of, m.friction, ">= 0");
+  require(m.adhesion >= 0.0, "adhesion" + of, m.adhesion, ">= 0 Pa");
+  require(m.skin_friction >= 0.0, "skin_friction" + of, m.skin_friction, ">= 0");
 }
 
 struct Clay::Solver {
@@ -194,7 +196,7 @@ void Clay::Solver::residual(float dt) {
   contact_constraint.addFriction(particles, u, r);
   parallelFor(particles.size(), 1024, [&](std::size_t i) {
     const float inertia = 1.0f / (particles.inverse_mass[i] * dt * dt);
-    r.add(i, -inertia * (u.at(i) - free.at(i)));
+    r[i] -= inertia * (u[i] - free[i]);
   });
 }
 
@@ -204,7 +206,7 @@ void Clay::Solver::multiply(float dt) {
   contact_constraint.addFrictionChange(p, q);
   parallelFor(particles.size(), 1024, [&](std::size_t i) {
     const float inertia = 1.0f / (particles.inverse_mass[i] * dt * dt);
-    q.set(i, inertia * p.at(i) - q.at(i));
+    q[i] = inertia * p[i] - q[i];
   });
 }
 
@@ -220,15 +222,18 @@ void Clay::Solver::translate(float dt) {
   std::vector<Lump> lumps(near.lumps());
   const std::size_t n = particles.size();
   for (std::size_t i = 0; i < n; ++i) {
+    // Internal forces cancel within a lump, so inertia and friction are all there is.
     Lump& lump = lumps[near.lump(i)];
-    lump.force += r.at(i).cast<double>();
-    lump.inertia.diagonal().array() += 1.0 / (particles.inverse_mass[i] * static_cast<double>(dt) * dt);
+    const double inertia = 1.0 / (particles.inverse_mass[i] * static_cast<double>(dt) * dt);
+    lump.force += inertia * (free.at(i) - u.at(i)).cast<double>();
+    lump.inertia.diagonal().array() += inertia;
   }
   for (const Contact& c : contact_constraint.contacts()) {
     if (c.state == Contact::State::open) continue;
     Lump& lump = lumps[near.lump(c.particle)];
     const Eigen::Vector3d normal = c.normal.cast<double>();
     lump.blocked += normal * normal.transpose();
+    lump.force += contact_constraint.frictionOn(c, particles, u).cast<double>();
     if (c.state == Contact::State::stick) {
       lump.inertia += c.stiffness * (Eigen::Matrix3d::Identity() - normal * normal.transpose());
     }
@@ -257,8 +262,7 @@ void Clay::Solver::descend(int count, float dt) {
     parallelFor(chunks, 1, [&](std::size_t c) {
       double total = 0.0;
       for (std::size_t i = c * chunk; i < std::min(n, (c + 1) * chunk); ++i) {
-        total += static_cast<double>(a.x[i]) * b.x[i] + static_cast<double>(a.y[i]) * b.y[i] +
-                 static_cast<double>(a.z[i]) * b.z[i];
+        total += static_cast<double>(a[i].dot(b[i]));
       }
       partial[c] = total;
     });
@@ -267,13 +271,13 @@ void Clay::Solver::descend(int count, float dt) {
     return total;
   };
   const auto precondition = [&] {
-    parallelFor(n, 1024, [&](std::size_t i) { z.set(i, particles.inverse_mass[i] * r.at(i)); });
+    parallelFor(n, 1024, [&](std::size_t i) { z[i] = particles.inverse_mass[i] * r[i]; });
     contact_constraint.filter(z);
   };
   const auto advance = [&](float alpha) {
     parallelFor(n, 1024, [&](std::size_t i) {
-      u.add(i, alpha * p.at(i));
-      r.add(i, -alpha * q.at(i));
+      u[i] += alpha * p[i];
+      r[i] -= alpha * q[i];
     });
   };
 
@@ -289,7 +293,7 @@ void Clay::Solver::descend(int count, float dt) {
     const double next = dot(r, z);
     const float beta = static_cast<float>(next / rz);
     rz = next;
-    parallelFor(n, 1024, [&](std::size_t i) { p.set(i, z.at(i) + beta * p.at(i)); });
+    parallelFor(n, 1024, [&](std::size_t i) { p[i] = z[i] + beta * p[i]; });
   }
 }
 
@@ -302,8 +306,6 @@ void Clay::Solver::minimise(float dt) {
   constexpr int iterations_a_round = 4;
   for (int left = config.budget.iterations; left > 0; left -= iterations_a_round) {
     contact_constraint.prescribe(u);
-    potential.activateDensity(u);
-    residual(dt);
     translate(dt);
     contact_constraint.prescribe(u);
     residual(dt);
@@ -316,20 +318,15 @@ void Clay::Solver::endStep(float dt) {
   const Stopwatch watch(ms(finish));
   contact_constraint.finish(particles, u, dt);
   const float world = static_cast<float>(config.world);
-  const auto advanceAxis = [&](std::vector<float>& x, std::vector<float>& v, const std::vector<float>& step) {
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      // A displacement that is not finite, or larger than the world, is a lost particle: it stops where it
-      // is.
-      const bool sane = std::abs(step[i]) < 2.0f * world;
-      v[i] = sane ? step[i] / dt : 0.0f;
-      const float next = sane ? x[i] + step[i] : x[i];
-      x[i] = std::clamp(next, -world, world);
-      if (x[i] != next) v[i] = 0.0f;
-    }
-  };
-  advanceAxis(particles.position.x, particles.velocity.x, u.x);
-  advanceAxis(particles.position.y, particles.velocity.y, u.y);
-  advanceAxis(particles.position.z, particles.velocity.z, u.z);
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    // A displacement that is not finite, or larger than the world, is a lost particle: it stops where it is.
+    Eigen::Vector3f step = u.at(i);
+    if (!(step.cwiseAbs().maxCoeff() < 2.0f * world)) step.setZero();
+    const Eigen::Vector3f next = particles.position.at(i) + step;
+    const Eigen::Vector3f inside = next.cwiseMax(-world).cwiseMin(world);
+    particles.position.set(i, inside);
+    particles.velocity.set(i, (inside.array() == next.array()).select(step / dt, 0.0f));
+  }
   if (bonded) bond_constraint.flow(particles);
 }
 

@@ -24,7 +24,11 @@ Vector tangential(const Vector& v, const Vector& n) {
 }  // namespace
 
 Contacts::Contacts(float spacing, const std::vector<Material>& materials) : spacing_(spacing) {
-  for (const Material& m : materials) friction_.push_back(static_cast<float>(m.friction));
+  for (const Material& m : materials) {
+    friction_.push_back(static_cast<float>(m.friction));
+    skin_friction_.push_back(static_cast<float>(m.skin_friction));
+    adhesion_.push_back(static_cast<float>(m.adhesion) * spacing * spacing);
+  }
 }
 
 void Contacts::detect(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
@@ -154,11 +158,16 @@ void Contacts::detectSolids(const Particles& particles, const VectorField& guess
   }
 }
 
+float Contacts::friction(const Contact& c, const Particles& particles) const {
+  const auto& of_material = c.solid == Contact::skin ? skin_friction_ : friction_;
+  return of_material[particles.material[c.particle]];
+}
+
 void Contacts::recall(const Particles& particles, float dt) {
   auto from = previous_.cbegin();
   for (Contact& c : contacts_) {
     c.anchor = particles.position.at(c.particle) + c.drift;
-    if (friction_[particles.material[c.particle]] > 0.0f) {
+    if (friction(c, particles) > 0.0f) {
       c.stiffness = anchor_stiffness / (particles.inverse_mass[c.particle] * dt * dt);
     }
     while (from != previous_.cend() && from->particle < c.particle) ++from;
@@ -214,11 +223,21 @@ Eigen::Vector3f Contacts::pull(const Contact& c, const Particles& particles, con
   return c.stiffness * tangential(c.anchor - (particles.position.at(c.particle) + u), c.normal);
 }
 
-void Contacts::addFriction(const Particles& particles, const VectorField& u, VectorField& force) const {
-  for (const Contact& c : contacts_) {
-    if (c.state == Contact::State::slide) force.add(c.particle, c.friction);
-    if (c.state == Contact::State::stick) force.add(c.particle, pull(c, particles, u.at(c.particle)));
+Eigen::Vector3f Contacts::frictionOn(const Contact& c, const Particles& particles,
+                                     const VectorField& u) const {
+  switch (c.state) {
+    case Contact::State::slide:
+      return c.friction;
+    case Contact::State::stick:
+      return pull(c, particles, u.at(c.particle));
+    case Contact::State::open:
+      break;
   }
+  return Vector::Zero();
+}
+
+void Contacts::addFriction(const Particles& particles, const VectorField& u, VectorField& force) const {
+  for (const Contact& c : contacts_) force.add(c.particle, frictionOn(c, particles, u));
 }
 
 void Contacts::addFrictionChange(const VectorField& p, VectorField& force) const {
@@ -231,7 +250,6 @@ void Contacts::addFrictionChange(const VectorField& p, VectorField& force) const
 void Contacts::update(const Particles& particles, const VectorField& u, const VectorField& residual) {
   parallelFor(filters_.size(), 64, [&](std::size_t f) {
     const Filter& filter = filters_[f];
-    const float mu = friction_[particles.material[filter.particle]];
     // What the contacts must add for the particle to move as prescribed.
     Vector needed = filter.free * residual.at(filter.particle) - residual.at(filter.particle);
     for (std::uint32_t k = filter.first; k < filter.last; ++k) {
@@ -239,7 +257,8 @@ void Contacts::update(const Particles& particles, const VectorField& u, const Ve
       c.force.setZero();
       if (c.state == Contact::State::open) continue;
       const float pressing = needed.dot(c.normal);
-      if (pressing < 0.0f) {
+      const float adhesion = c.solid == Contact::skin ? 0.0f : adhesion_[particles.material[filter.particle]];
+      if (pressing < -adhesion) {
         c.state = Contact::State::open;
         c.friction.setZero();
         continue;
@@ -248,7 +267,7 @@ void Contacts::update(const Particles& particles, const VectorField& u, const Ve
       // the force that acted in this round; the new state acts in the next
       const Vector trial = pull(c, particles, u.at(c.particle));
       c.force = pressing * c.normal + (c.state == Contact::State::stick ? trial : c.friction);
-      const float limit = mu * pressing, size = trial.norm();
+      const float limit = friction(c, particles) * (pressing + adhesion), size = trial.norm();
       // A particle that friction would turn around comes to rest first.
       const bool turned = c.state == Contact::State::slide && trial.dot(c.friction) < 0.0f;
       c.state = size > limit && !turned ? Contact::State::slide : Contact::State::stick;

@@ -70,6 +70,8 @@ class Contacts {
   /// Removes the prescribed directions from a field.
   void filter(VectorField& field) const;
 
+  /// Friction of a contact at the displacements u, N.
+  Eigen::Vector3f frictionOn(const Contact& c, const Particles& particles, const VectorField& u) const;
   /// Adds the friction at the displacements u to the forces, N.
   void addFriction(const Particles& particles, const VectorField& u, VectorField& force) const;
   /// Adds the change of friction with the displacements p to the forces.
@@ -97,12 +99,14 @@ class Contacts {
   void detectSolids(const Particles& particles, const VectorField& guess, const std::vector<Solid>& solids,
                     const std::vector<Eigen::Isometry3d>& start, const std::vector<Eigen::Isometry3d>& end,
                     float dt);
+  float friction(const Contact& c, const Particles& particles) const;
   void recall(const Particles& particles, float dt);
   Eigen::Vector3f prescribed(Filter& filter, Eigen::Vector3f u);
   Eigen::Vector3f pull(const Contact& c, const Particles& particles, const Eigen::Vector3f& u) const;
 
   float spacing_;
-  std::vector<float> friction_;  // of each material
+  std::vector<float> friction_, skin_friction_;  // of each material
+  std::vector<float> adhesion_;                  // N, of one particle of each material
   std::vector<Contact> contacts_, previous_;
   std::vector<GhostShare> shares_;
   std::vector<Filter> filters_;  // one a touched particle

@@ -15,7 +15,9 @@ struct Material {
   double bond_rate = 1.0;     // 1/s, a bond forms where the pair's stretch rate is below
   double unbond_rate = 10.0;  // 1/s, a bond breaks where the pair's stretch rate is above; > bond_rate
   double yield_strain = std::numeric_limits<double>::infinity();  // 1, a bond's rest length flows beyond it
-  double friction = 0.6;  // 1, Coulomb coefficient against solids and skin; 0: none
+  double friction = 0.6;       // 1, Coulomb coefficient against solids; 0: none
+  double adhesion = 0.0;       // Pa, pull under which the clay comes off a solid; 0: it only rests on it
+  double skin_friction = 0.6;  // 1, the same against skin
 };
 
 }  // namespace tactile_clay::clay

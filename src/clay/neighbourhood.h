@@ -12,9 +12,7 @@ namespace tactile_clay::clay {
 /// All pairs closer than the support radius, and the grid that found them. There is no cap on neighbours.
 ///
 /// Lists are padded to whole lanes with the particle itself at an offset beyond the support radius, where
-/// every kernel is zero. Blocks of 2x2x2 cells are coloured so that constraints of particles in different
-/// blocks of a colour share no neighbour: Gauss-Seidel runs them in parallel with the same result for any
-/// number of threads.
+/// every kernel is zero.
 class Neighbourhood {
  public:
   explicit Neighbourhood(float support_radius) : h_(support_radius) {}
@@ -22,11 +20,10 @@ class Neighbourhood {
   /// Finds all neighbours. Positions must be finite.
   void build(const VectorField& position);
 
-  /// Range [begin, end) of particle i in the pair arrays; a multiple of the lane width.
+  /// Range [begin, end) of particle i in the pair arrays; it is not its own neighbour.
   std::uint32_t begin(std::size_t i) const { return begin_[i]; }
-  std::uint32_t end(std::size_t i) const { return begin_[i] + lanes_[i] * lane; }
-  /// Number of real neighbours, without the padding and the particle itself.
-  std::uint32_t count(std::size_t i) const { return count_[i]; }
+  std::uint32_t end(std::size_t i) const { return begin_[i + 1]; }
+  std::uint32_t count(std::size_t i) const { return end(i) - begin(i); }
   std::size_t pairs() const { return other_.size(); }
 
   const std::vector<std::uint32_t>& other() const { return other_; }  // j of each pair (i, j)
@@ -36,18 +33,11 @@ class Neighbourhood {
   std::size_t lumps() const { return lumps_; }
   std::uint32_t lump(std::size_t i) const { return lump_of_cell_[cell_of_[i]]; }
 
-  /// Calls f(i) for every particle, block by block of one colour after the other.
-  template <typename F>
-  void forEachColoured(const F& f) const;
-
   /// Calls f(j) for each particle of the cells that touch the ball; a superset of the particles in it.
   template <typename F>
   void forEachNear(const Eigen::Vector3f& centre, float radius, const F& f) const;
 
  private:
-  static constexpr std::uint32_t lane = 8;
-  static constexpr std::size_t colours = 8;
-
   int cellAlong(float x, int axis) const;
   std::size_t cellIndex(int cx, int cy, int cz) const {
     return (static_cast<std::size_t>(cz) * size_[1] + cy) * size_[0] + cx;
@@ -55,20 +45,23 @@ class Neighbourhood {
   void layOutGrid(const VectorField& position);
   void sortIntoCells(const VectorField& position);
   void listPairs(const VectorField& position);
-  void colourBlocks();
+  struct Chunk {
+    std::vector<std::uint32_t> found;  // neighbours of a run of particles, one particle after the other
+  };
+  void findIn(Chunk& chunk, std::size_t first, std::size_t last);
   void labelLumps();
 
   float h_;
   float cell_ = 0.0f;  // m, edge of a cell, at least h
   Eigen::Vector3f origin_ = Eigen::Vector3f::Zero();
   std::array<int, 3> size_{1, 1, 1};  // cells
-  std::vector<std::uint32_t> cell_of_, cell_begin_, in_cell_, cursor_;
+  std::vector<std::uint32_t> cell_of_, cell_begin_, in_cell_, place_, cursor_;
+  std::vector<float> sorted_x_, sorted_y_, sorted_z_;  // positions in the order of the cells
+  std::vector<Chunk> chunks_;
   std::vector<std::uint32_t> lump_of_cell_, frontier_;
   std::size_t lumps_ = 0;
-  std::vector<std::uint32_t> begin_, lanes_, count_, other_;
+  std::vector<std::uint32_t> begin_, count_, other_;
   VectorField offset_;
-  std::vector<std::uint32_t> block_of_, block_begin_, in_block_, block_order_;
-  std::array<std::size_t, colours + 1> colour_begin_{};
 };
 
 }  // namespace tactile_clay::clay

@@ -8,17 +8,6 @@
 namespace tactile_clay::clay {
 
 template <typename F>
-void Neighbourhood::forEachColoured(const F& f) const {
-  for (std::size_t c = 0; c < colours; ++c) {
-    const std::size_t first = colour_begin_[c];
-    parallelFor(colour_begin_[c + 1] - first, 1, [&](std::size_t b) {
-      const std::uint32_t block = block_order_[first + b];
-      for (std::uint32_t k = block_begin_[block]; k < block_begin_[block + 1]; ++k) f(in_block_[k]);
-    });
-  }
-}
-
-template <typename F>
 void Neighbourhood::forEachNear(const Eigen::Vector3f& centre, float radius, const F& f) const {
   std::array<int, 3> low, high;
   for (int a = 0; a < 3; ++a) {

@@ -24,31 +24,6 @@ Eigen::Matrix3f rotationOf(const Eigen::Matrix3f& gradient) {
   return Eigen::AngleAxisf(std::asin(std::min(sine, 1.0f)), axial / sine).toRotationMatrix();
 }
 
-/// The pair loops: lanes of x_ij and of the difference of a field over the pair.
-struct Pairs {
-  Lane x, y, z;
-
-  static Pairs offsets(const Neighbourhood& near, std::uint32_t p) {
-    return {Eigen::Map<const Lane>(near.offset().x.data() + p),
-            Eigen::Map<const Lane>(near.offset().y.data() + p),
-            Eigen::Map<const Lane>(near.offset().z.data() + p)};
-  }
-  /// u_j - u_i
-  static Pairs differences(const Neighbourhood& near, const VectorField& u, std::size_t i, std::uint32_t p) {
-    Pairs d;
-    const std::uint32_t* other = near.other().data() + p;
-    for (int k = 0; k < lane_width; ++k) {
-      d.x[k] = u.x[other[k]];
-      d.y[k] = u.y[other[k]];
-      d.z[k] = u.z[other[k]];
-    }
-    d.x -= u.x[i];
-    d.y -= u.y[i];
-    d.z -= u.z[i];
-    return d;
-  }
-};
-
 }  // namespace
 
 Potential::Potential(const Kernel& kernel, float spacing, const std::vector<Material>& materials)
@@ -62,148 +37,142 @@ Potential::Potential(const Kernel& kernel, float spacing, const std::vector<Mate
 
 void Potential::begin(const Neighbourhood& near, const Particles& particles, const Bonds* bonds,
                       const VectorField& guess, float dt) {
-  near_ = &near, particles_ = &particles;
+  near_ = &near;
   const std::size_t n = particles.size();
-  slope_.resize(near.pairs()), spring_.resize(near.pairs());
-  bond_force_.resize(n), ratio_.resize(n), pressing_.resize(n);
-  for (auto& s : stress_) s.resize(n);
+  gradient_.resize(near.pairs());
+  for (VectorField* field : {&own_gradient_, &bond_force_}) field->resize(n);
+  ratio_.resize(n), pressing_.resize(n), bulk_.resize(n), stress_.resize(n);
   if (viscous_) viscous_stiffness_.resize(n), rotation_.resize(n), correction_.resize(n);
-  parallelFor(n, grain, [&](std::size_t i) { beginParticle(particles, bonds, guess, i, dt); });
+  layOutSprings(bonds, n);
+  parallelFor(n, grain, [&](std::size_t i) {
+    beginKernels(particles, i);
+    if (bonds != nullptr) beginSprings(particles, *bonds, i);
+    if (viscous_) beginViscosity(particles, guess, i, dt);
+  });
 }
 
-void Potential::beginParticle(const Particles& particles, const Bonds* bonds, const VectorField& guess,
-                              std::size_t i, float dt) {
-  const Neighbourhood& near = *near_;
-  const Material& material = (*materials_)[particles.material[i]];
-  Lane total = Lane::Zero();
-  Lane moment[6];
-  for (Lane& m : moment) m.setZero();
-  for (std::uint32_t p = near.begin(i); p < near.end(i); p += lane_width) {
-    const Pairs x = Pairs::offsets(near, p);
-    const Lane r = (x.x * x.x + x.y * x.y + x.z * x.z).sqrt();
-    total += kernel_.value(r);
-    const Lane slope = volume_ * kernel_.slope(r) / r.max(1e-9f);
-    Eigen::Map<Lane>(slope_.data() + p) = slope;
-    Eigen::Map<Lane>(spring_.data() + p).setZero();
-    moment[0] -= slope * x.x * x.x;
-    moment[1] -= slope * x.x * x.y;
-    moment[2] -= slope * x.x * x.z;
-    moment[3] -= slope * x.y * x.y;
-    moment[4] -= slope * x.y * x.z;
-    moment[5] -= slope * x.z * x.z;
+void Potential::layOutSprings(const Bonds* bonds, std::size_t n) {
+  spring_begin_.assign(n + 1, 0);
+  if (bonds == nullptr) return;
+  for (std::size_t i = 0; i < n; ++i) {
+    spring_begin_[i + 1] = spring_begin_[i] + static_cast<std::uint32_t>(bonds->end(i) - bonds->begin(i));
   }
-  ratio_[i] = (sum(total) + kernel_.sigma) / lattice_sum_;
+  spring_.resize(spring_begin_[n]), spring_other_.resize(spring_begin_[n]);
+}
 
-  Eigen::Vector3f bond_force = Eigen::Vector3f::Zero();
-  if (bonds != nullptr) {
-    std::uint32_t p = near.begin(i);
-    for (const Bond* bond = bonds->begin(i); bond != bonds->end(i); ++bond) {
-      while (near.other()[p] != bond->other) ++p;
-      const Eigen::Vector3f x = near.offset().at(p);
-      const float length = x.norm();
-      const float k = bonds->stiffness(particles.material[i], particles.material[bond->other]);
-      spring_[p] = k / (length * length);
-      bond_force -= k * (length - bond->rest_length) / length * x;
+void Potential::beginKernels(const Particles& particles, std::size_t i) {
+  const Neighbourhood& near = *near_;
+  Lane total = Lane::Zero(), square, slope;
+  Eigen::Vector4f own = Eigen::Vector4f::Zero();
+  for (std::uint32_t p = near.begin(i); p < near.end(i); p += lane_width) {
+    const int count = std::min<int>(lane_width, near.end(i) - p);
+    square.setConstant(4.0f * kernel_.h * kernel_.h);  // beyond the support, where every kernel is zero
+    for (int k = 0; k < count; ++k) square[k] = near.offset()[p + k].squaredNorm();
+    const Lane r = square.sqrt();
+    total += kernel_.value(r);
+    slope = volume_ * kernel_.slope(r) / r.max(1e-9f);
+    for (int k = 0; k < count; ++k) {
+      gradient_[p + k] = slope[k] * near.offset()[p + k];
+      own += gradient_[p + k];
     }
   }
-  bond_force_.set(i, bond_force);
+  own_gradient_[i] = own;
+  bulk_[i] = static_cast<float>((*materials_)[particles.material[i]].bulk_modulus);
+  ratio_[i] = (sum(total) + kernel_.sigma) / lattice_sum_;
+}
 
-  if (!viscous_) return;
+void Potential::beginSprings(const Particles& particles, const Bonds& bonds, std::size_t i) {
+  Eigen::Vector4f force = Eigen::Vector4f::Zero();
+  std::uint32_t s = spring_begin_[i];
+  std::uint32_t p = near_->begin(i);
+  for (const Bond* bond = bonds.begin(i); bond != bonds.end(i); ++bond, ++s) {
+    while (near_->other()[p] != bond->other) ++p;  // bonds stand in the order of the neighbours
+    const Eigen::Vector4f& x = near_->offset()[p];
+    const float length = x.norm();
+    const float k = bonds.stiffness(particles.material[i], particles.material[bond->other]);
+    spring_other_[s] = bond->other;
+    spring_[s] = std::sqrt(k) / length * x;
+    force -= k * (length - bond->rest_length) / length * x;
+  }
+  bond_force_[i] = force;
+}
+
+void Potential::beginViscosity(const Particles& particles, const VectorField& guess, std::size_t i,
+                               float dt) {
+  const Material& material = (*materials_)[particles.material[i]];
   viscous_stiffness_[i] = 0.0f;
   if (!(material.viscosity > 0.0)) return;
-  Eigen::Matrix3f m;
-  const float xx = sum(moment[0]), xy = sum(moment[1]), xz = sum(moment[2]);
-  const float yy = sum(moment[3]), yz = sum(moment[4]), zz = sum(moment[5]);
-  m << xx, xy, xz, xy, yy, yz, xz, yz, zz;
-  const float scale = m.trace() / 3.0f;
+  // The gradient that the plain sum gives to u = x; symmetric.
+  Eigen::Matrix3f moment = Eigen::Matrix3f::Zero();
+  for (std::uint32_t p = near_->begin(i); p < near_->end(i); ++p) {
+    moment -= near_->offset().at(p) * gradient_.at(p).transpose();
+  }
+  const float scale = moment.trace() / 3.0f;
   // Where the neighbours do not span space, there is no velocity gradient to damp.
-  if (!(m.determinant() > 0.02f * scale * scale * scale)) return;
+  if (!(moment.determinant() > 0.02f * scale * scale * scale)) return;
   viscous_stiffness_[i] = static_cast<float>(2.0 * material.viscosity * volume_ / dt);
-  correction_[i] = m.inverse();
+  correction_[i] = moment.inverse();
   rotation_[i] = rotationOf(plainGradient(guess, i) * correction_[i]);
 }
 
 Eigen::Matrix3f Potential::plainGradient(const VectorField& u, std::size_t i) const {
-  Lane d[9];
-  for (Lane& entry : d) entry.setZero();
-  for (std::uint32_t p = near_->begin(i); p < near_->end(i); p += lane_width) {
-    const Pairs x = Pairs::offsets(*near_, p);
-    const Pairs du = Pairs::differences(*near_, u, i, p);
-    const Eigen::Map<const Lane> slope(slope_.data() + p);
-    const Lane gx = slope * x.x, gy = slope * x.y, gz = slope * x.z;
-    d[0] += du.x * gx, d[1] += du.x * gy, d[2] += du.x * gz;
-    d[3] += du.y * gx, d[4] += du.y * gy, d[5] += du.y * gz;
-    d[6] += du.z * gx, d[7] += du.z * gy, d[8] += du.z * gz;
+  Eigen::Vector4f d0 = Eigen::Vector4f::Zero(), d1 = d0, d2 = d0;
+  const Eigen::Vector4f own = u[i];
+  const std::uint32_t* other = near_->other().data();
+  for (std::uint32_t p = near_->begin(i), end = near_->end(i); p < end; ++p) {
+    const Eigen::Vector4f du = u[other[p]] - own;
+    const Eigen::Vector4f& g = gradient_[p];
+    d0 += g[0] * du;
+    d1 += g[1] * du;
+    d2 += g[2] * du;
   }
-  Eigen::Matrix3f result;
-  result << sum(d[0]), sum(d[1]), sum(d[2]), sum(d[3]), sum(d[4]), sum(d[5]), sum(d[6]), sum(d[7]), sum(d[8]);
-  return result;
-}
-
-void Potential::activateDensity(const VectorField& u) {
-  parallelFor(ratio_.size(), grain, [&](std::size_t i) {
-    const float compression = ratio_[i] - 1.0f - plainGradient(u, i).trace() / (volume_ * lattice_sum_);
-    pressing_[i] =
-        compression > 0.0f ? static_cast<float>((*materials_)[particles_->material[i]].bulk_modulus) : 0.0f;
-  });
+  Eigen::Matrix3f d;
+  d << d0.head<3>(), d1.head<3>(), d2.head<3>();
+  return d;
 }
 
 template <bool affine>
 void Potential::gatherStress(const VectorField& u, std::size_t i, VectorField& f) {
-  Lane d[9], bx = Lane::Zero(), by = Lane::Zero(), bz = Lane::Zero();
-  for (Lane& entry : d) entry.setZero();
-  for (std::uint32_t p = near_->begin(i); p < near_->end(i); p += lane_width) {
-    const Pairs x = Pairs::offsets(*near_, p);
-    const Pairs du = Pairs::differences(*near_, u, i, p);
-    const Eigen::Map<const Lane> slope(slope_.data() + p), spring(spring_.data() + p);
-    const Lane stretch = spring * (x.x * du.x + x.y * du.y + x.z * du.z);
-    bx += stretch * x.x, by += stretch * x.y, bz += stretch * x.z;
-    const Lane gx = slope * x.x, gy = slope * x.y, gz = slope * x.z;
-    d[0] += du.x * gx, d[1] += du.x * gy, d[2] += du.x * gz;
-    d[3] += du.y * gx, d[4] += du.y * gy, d[5] += du.y * gz;
-    d[6] += du.z * gx, d[7] += du.z * gy, d[8] += du.z * gz;
+  Eigen::Vector4f bond_force = affine ? bond_force_[i] : Eigen::Vector4f::Zero();
+  for (std::uint32_t s = spring_begin_[i], end = spring_begin_[i + 1]; s < end; ++s) {
+    bond_force += spring_[s].dot(u[spring_other_[s]] - u[i]) * spring_[s];
   }
-  Eigen::Matrix3f plain;
-  plain << sum(d[0]), sum(d[1]), sum(d[2]), sum(d[3]), sum(d[4]), sum(d[5]), sum(d[6]), sum(d[7]), sum(d[8]);
-  Eigen::Vector3f bond_force(sum(bx), sum(by), sum(bz));
-  if (affine) bond_force += bond_force_.at(i);
-  f.set(i, bond_force);
+  f[i] = bond_force;
 
+  const Eigen::Matrix3f plain = plainGradient(u, i);
   Eigen::Matrix3f stress = Eigen::Matrix3f::Zero();
   if (viscous_ && viscous_stiffness_[i] > 0.0f) {
     const Eigen::Matrix3f& r = rotation_[i];
-    Eigen::Matrix3f a = r.transpose() * plain * correction_[i];
+    const Eigen::Matrix3f corrected = plain * correction_[i];
+    Eigen::Matrix3f a = r.transpose() * corrected;
     if (affine) a += r.transpose() - Eigen::Matrix3f::Identity();
-    stress = 0.5f * viscous_stiffness_[i] * (r * (a + a.transpose()) * correction_[i]);
+    const Eigen::Matrix3f symmetric = 0.5f * viscous_stiffness_[i] * (a + a.transpose());
+    const Eigen::Matrix3f turned = r * symmetric;
+    stress = turned * correction_[i];
   }
-  if (pressing_[i] > 0.0f) {
-    float compression = -plain.trace() / (volume_ * lattice_sum_);
-    if (affine) compression += ratio_[i] - 1.0f;
-    stress.diagonal().array() -= pressing_[i] * compression / lattice_sum_;
+  float compression = -plain.trace() / (volume_ * lattice_sum_);
+  if (affine) {
+    compression += ratio_[i] - 1.0f;
+    pressing_[i] = compression > 0.0f ? bulk_[i] : 0.0f;
   }
-  for (int a = 0; a < 3; ++a) {
-    for (int b = 0; b < 3; ++b) stress_[3 * a + b][i] = stress(a, b);
-  }
+  if (pressing_[i] > 0.0f) stress.diagonal().array() -= pressing_[i] * compression / lattice_sum_;
+  for (int b = 0; b < 3; ++b) stress_[i].column[b] << stress.col(b), 0.0f;
 }
 
 void Potential::gatherForce(std::size_t i, VectorField& f) const {
-  Lane fx = Lane::Zero(), fy = Lane::Zero(), fz = Lane::Zero();
-  for (std::uint32_t p = near_->begin(i); p < near_->end(i); p += lane_width) {
-    Lane s[9];
-    const std::uint32_t* other = near_->other().data() + p;
-    for (int e = 0; e < 9; ++e) {
-      const float* stress = stress_[e].data();
-      for (int k = 0; k < lane_width; ++k) s[e][k] = stress[other[k]];
-      s[e] += stress[i];
-    }
-    const Pairs x = Pairs::offsets(*near_, p);
-    const Eigen::Map<const Lane> slope(slope_.data() + p);
-    const Lane gx = slope * x.x, gy = slope * x.y, gz = slope * x.z;
-    fx += s[0] * gx + s[1] * gy + s[2] * gz;
-    fy += s[3] * gx + s[4] * gy + s[5] * gz;
-    fz += s[6] * gx + s[7] * gy + s[8] * gz;
+  // sum_j (S_i + S_j) p_ij, of which sum_j p_ij is known
+  const Eigen::Vector4f& own = own_gradient_[i];
+  const Stress& s = stress_[i];
+  Eigen::Vector4f f0 = own[0] * s.column[0], f1 = own[1] * s.column[1], f2 = own[2] * s.column[2];
+  const std::uint32_t* other = near_->other().data();
+  for (std::uint32_t p = near_->begin(i), end = near_->end(i); p < end; ++p) {
+    const Stress& stress = stress_[other[p]];
+    const Eigen::Vector4f& g = gradient_[p];
+    f0 += g[0] * stress.column[0];
+    f1 += g[1] * stress.column[1];
+    f2 += g[2] * stress.column[2];
   }
-  f.add(i, {sum(fx), sum(fy), sum(fz)});
+  f[i] += f0 + f1 + f2;
 }
 
 template <bool affine>

@@ -35,10 +35,8 @@ class Potential {
   void begin(const Neighbourhood& near, const Particles& particles, const Bonds* bonds,
              const VectorField& guess, float dt);
 
-  /// Chooses the particles whose density constraint is active at the displacements u.
-  void activateDensity(const VectorField& u);
-
-  /// Forces at the displacements u, N.
+  /// Forces at the displacements u, N. Density constraints are active, here and in `change`, where u
+  /// compresses.
   void force(const VectorField& u, VectorField& f) { evaluate<true>(u, f); }
   /// Change of the forces with the displacements p: the linear part of `force`, negative semidefinite.
   void change(const VectorField& p, VectorField& f) { evaluate<false>(p, f); }
@@ -52,8 +50,10 @@ class Potential {
   template <bool affine>
   void gatherStress(const VectorField& u, std::size_t i, VectorField& f);
   void gatherForce(std::size_t i, VectorField& f) const;
-  void beginParticle(const Particles& particles, const Bonds* bonds, const VectorField& guess, std::size_t i,
-                     float dt);
+  void layOutSprings(const Bonds* bonds, std::size_t n);
+  void beginKernels(const Particles& particles, std::size_t i);
+  void beginSprings(const Particles& particles, const Bonds& bonds, std::size_t i);
+  void beginViscosity(const Particles& particles, const VectorField& guess, std::size_t i, float dt);
   Eigen::Matrix3f plainGradient(const VectorField& u, std::size_t i) const;
 
   Kernel kernel_;
@@ -62,16 +62,21 @@ class Potential {
   const std::vector<Material>* materials_;
   bool viscous_ = false;
   const Neighbourhood* near_ = nullptr;
-  const Particles* particles_ = nullptr;
 
-  std::vector<float> slope_;              // p_ij = slope x_ij of each pair, m
-  std::vector<float> spring_;             // bond force = spring x_ij (x_ij . (u_j - u_i)), N/m^3
+  VectorField gradient_;      // p_ij of each pair, m^2
+  VectorField own_gradient_;  // sum of a particle's p_ij
+  std::vector<std::uint32_t> spring_begin_, spring_other_;
+  VectorField spring_;                    // of each bond at both ends: force = s (s . (u_j - u_i)), sqrt(N/m)
   VectorField bond_force_;                // N, at u = 0
   std::vector<float> ratio_;              // rho / rho_0
-  std::vector<float> pressing_;           // Pa, bulk modulus of particles with active density, else 0
+  std::vector<float> bulk_;               // Pa, bulk modulus of each particle's material
+  std::vector<float> pressing_;           // Pa, the same where the density constraint is active, else 0
   std::vector<float> viscous_stiffness_;  // 2 eta V / dt, J
   std::vector<Eigen::Matrix3f> rotation_, correction_;
-  std::vector<float> stress_[9];  // S of each particle, row by row, J
+  struct Stress {
+    Eigen::Vector4f column[3];  // J
+  };
+  std::vector<Stress> stress_;  // S of each particle
 };
 
 }  // namespace tactile_clay::clay

@@ -16,7 +16,8 @@ struct SourceOptions {
 };
 
 /// Where tracked hands come from. One implementation a tracker or recording format; loaded by pluginlib under
-/// this base class. A source neither filters nor places hands: it speaks in its own frame, clock and units of m.
+/// this base class. A source neither filters nor places hands: it speaks in its own frame, clock and units of
+/// m.
 class HandSource {
  public:
   enum class Read {

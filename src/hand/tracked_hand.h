@@ -44,9 +44,9 @@ enum Joint : int {
 
 /// Pose of one joint: -Z points toward the tip, +Y is dorsal (OpenXR).
 struct JointPose {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();              // m
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
-  double radius = 0.0;                                             // m
+  double radius = 0.0;  // m
 };
 
 struct TrackedHand {
@@ -58,7 +58,8 @@ struct TrackedHand {
 
 /// One sample of a tracker: every hand it sees, in the frame `frame_id`.
 struct TrackedFrame {
-  std::chrono::nanoseconds stamp{0};  // of the source's own clock; ROS time where `frame_id` is a ROS recording's
+  std::chrono::nanoseconds stamp{
+      0};  // of the source's own clock; ROS time where `frame_id` is a ROS recording's
   std::string frame_id = "tracker";
   std::vector<TrackedHand> hands;
 };

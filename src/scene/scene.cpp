@@ -47,6 +47,8 @@ clay::Material readMaterial(YamlMap map, const std::string& name) {
   m.unbond_rate = map.get("unbond_rate", m.unbond_rate, "1/s");
   m.yield_strain = map.get("yield_strain", m.yield_strain, "a strain, or .inf");
   m.friction = map.get("friction", m.friction, "a Coulomb coefficient");
+  m.adhesion = map.get("adhesion", m.adhesion, "Pa");
+  m.skin_friction = map.get("skin_friction", m.friction, "a Coulomb coefficient");
   map.finish();
   try {
     clay::validate(m);

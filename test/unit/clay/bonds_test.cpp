@@ -46,7 +46,7 @@ struct Bonded {
 /// Two particles a spacing apart, parting at `rate` (1/s, of their distance).
 Bonded pairParting(float rate) {
   Bonded pair({{0, 0, 0}, {spacing, 0, 0}});
-  pair.particles.velocity.x[1] = rate * spacing;
+  pair.particles.velocity[1].x() = rate * spacing;
   return pair;
 }
 
@@ -68,15 +68,15 @@ TEST(Bonds, SurviveUpToTheUnbondRateAndBreakAbove) {
   Bonded pair = pairParting(0.0f);
   pair.update();
   for (const float rate : {1.1f, 5.0f, 9.9f, -9.9f}) {
-    pair.particles.velocity.x[1] = rate * spacing;
+    pair.particles.velocity[1].x() = rate * spacing;
     pair.update();
     EXPECT_EQ(pair.bonds.size(), 1u) << rate;
   }
-  pair.particles.velocity.x[1] = 10.1f * spacing;
+  pair.particles.velocity[1].x() = 10.1f * spacing;
   pair.update();
   EXPECT_EQ(pair.bonds.size(), 0u);
   // hysteresis: what kept a bond alive does not make one
-  pair.particles.velocity.x[1] = 5.0f * spacing;
+  pair.particles.velocity[1].x() = 5.0f * spacing;
   pair.update();
   EXPECT_EQ(pair.bonds.size(), 0u);
 }
@@ -84,7 +84,7 @@ TEST(Bonds, SurviveUpToTheUnbondRateAndBreakAbove) {
 TEST(Bonds, SlidingPastEachOtherIsNoStretch) {
   Bonded pair = pairParting(0.0f);
   pair.update();
-  pair.particles.velocity.y[1] = 1.0f;
+  pair.particles.velocity[1].y() = 1.0f;
   pair.update();
   EXPECT_EQ(pair.bonds.size(), 1u);
 }
@@ -92,7 +92,7 @@ TEST(Bonds, SlidingPastEachOtherIsNoStretch) {
 TEST(Bonds, KeepTheirRestLengthAndFormOnlyWithinReach) {
   Bonded pair = pairParting(0.0f);
   pair.update();
-  pair.particles.position.x[1] = 1.3f * spacing;
+  pair.particles.position[1].x() = 1.3f * spacing;
   pair.update();
   EXPECT_FLOAT_EQ(pair.find(0, 1)->rest_length, spacing);
   Bonded far({{0, 0, 0}, {1.6f * spacing, 0, 0}});
@@ -122,7 +122,7 @@ TEST(Bonds, TheWeakerOfTwoMaterialsDecides) {
   EXPECT_FLOAT_EQ(pair.bonds.stiffness(0, 1), 2e4f * spacing);
   EXPECT_FLOAT_EQ(pair.bonds.stiffness(1, 0), 2e4f * spacing);
   EXPECT_FLOAT_EQ(pair.bonds.stiffness(0, 0), 1e5f * spacing);
-  pair.particles.velocity.x[1] = 0.5f * spacing;  // above the weak one's rate, below the other's
+  pair.particles.velocity[1].x() = 0.5f * spacing;  // above the weak one's rate, below the other's
   pair.update();
   EXPECT_EQ(pair.bonds.size(), 0u);
 }
@@ -176,7 +176,7 @@ TEST(Bonds, FlowBringsTheStrainBackToYield) {
     Bonded pair = pairParting(0.0f);
     pair.update();
     const float length = (1.0f + strain) * spacing;
-    pair.particles.position.x[1] = length;
+    pair.particles.position[1].x() = length;
     pair.bonds.flow(pair.particles);
     const float rest = pair.find(0, 1)->rest_length;
     const float elastic = (length - rest) / rest;
@@ -195,7 +195,7 @@ TEST(Bonds, WithoutYieldNothingFlows) {
   Bonded pair({{0, 0, 0}, {spacing, 0, 0}}, {elastic});
   pair.update();
   for (const float length : {1e-4f * spacing, 1.9f * spacing}) {
-    pair.particles.position.x[1] = length;
+    pair.particles.position[1].x() = length;
     pair.bonds.flow(pair.particles);
     EXPECT_FLOAT_EQ(pair.find(0, 1)->rest_length, spacing);
   }

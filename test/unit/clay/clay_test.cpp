@@ -26,10 +26,7 @@ void run(Clay& clay, int frames, const Ghosts& ghosts = {}, const std::vector<So
 }
 
 bool sameBits(const VectorField& a, const VectorField& b) {
-  const auto same = [](const std::vector<float>& p, const std::vector<float>& q) {
-    return p.size() == q.size() && std::memcmp(p.data(), q.data(), p.size() * sizeof(float)) == 0;
-  };
-  return same(a.x, b.x) && same(a.y, b.y) && same(a.z, b.z);
+  return a.size() == b.size() && std::memcmp(&a[0], &b[0], a.size() * sizeof(a[0])) == 0;
 }
 
 TEST(Clay, FallsFreely) {
@@ -246,6 +243,8 @@ TEST(Clay, NamesTheParameterAndItsValue) {
   material("unbond_rate", "0.5", [](Material& m) { m.unbond_rate = 0.5; });
   material("yield_strain", "0", [](Material& m) { m.yield_strain = 0.0; });
   material("friction", "-0.1", [](Material& m) { m.friction = -0.1; });
+  material("skin_friction", "-0.2", [](Material& m) { m.skin_friction = -0.2; });
+  material("adhesion", "-5", [](Material& m) { m.adhesion = -5.0; });
   expectNamed(messageOf(configOf(), {}, {}), "material", "at least one");
   auto particles = block(1, 1, 2, spacing);
   particles[1].position.x() = std::numeric_limits<float>::infinity();

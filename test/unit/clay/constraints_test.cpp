@@ -13,7 +13,7 @@ constexpr double spacing = 0.005;
 
 Material nothing() {
   Material m;
-  m.bulk_modulus = 0.0, m.viscosity = 0.0, m.stiffness = 0.0, m.friction = 0.0;
+  m.bulk_modulus = 0.0, m.viscosity = 0.0, m.stiffness = 0.0, m.friction = m.skin_friction = 0.0;
   return m;
 }
 
@@ -89,7 +89,7 @@ TEST(Constraint, ViscosityBrakesAShearFlow) {
     const Particles& p = clay.particles();
     for (std::size_t i = 0; i < p.size(); ++i) {
       const double x = particles[i].position.x(), z = particles[i].position.z();
-      zz += z * z, vz += p.velocity.x[i] * z, vx += p.velocity.z[i] * x;
+      zz += z * z, vz += p.velocity[i].x() * z, vx += p.velocity[i].z() * x;
     }
     return (vz + vx) / zz / rate;
   };
@@ -137,7 +137,7 @@ TEST(Constraint, ImpenetrabilityPushesOutWithoutAJump) {
       clay.advance(ghosts, solids, config.frame / 4);
       fastest = std::max(fastest, meanSpeed(clay.particles()));
     }
-    EXPECT_GE(clay.particles().position.z[0], 0.5 * spacing - 1e-6);
+    EXPECT_GE(clay.particles().position[0].z(), 0.5 * spacing - 1e-6);
     EXPECT_LE(fastest, 0.5 + 1e-3);  // the speed of recovery
   }
 }
@@ -151,12 +151,12 @@ TEST(Constraint, FrictionBrakesByMuG) {
   config.gravity = {0.0, 0.0, -9.81};
   Clay clay(config, {m}, particle);
   clay.advance({}, {ground()}, 0.1);  // to get hold of the floor
-  const double start = clay.particles().velocity.x[0], time = clay.time();
+  const double start = clay.particles().velocity[0].x(), time = clay.time();
   clay.advance({}, {ground()}, 0.2);
-  const double braking = (start - clay.particles().velocity.x[0]) / (clay.time() - time);
+  const double braking = (start - clay.particles().velocity[0].x()) / (clay.time() - time);
   EXPECT_NEAR(braking, 0.5 * 9.81, 0.01 * 0.5 * 9.81);
   clay.advance({}, {ground()}, 0.3);
-  EXPECT_NEAR(clay.particles().velocity.x[0], 0.0, 1e-4);  // and then it rests
+  EXPECT_NEAR(clay.particles().velocity[0].x(), 0.0, 1e-4);  // and then it rests
 }
 
 }  // namespace

@@ -122,7 +122,6 @@ struct Cloud {
 
   Vectors forceAt(const VectorField& u) {
     VectorField f = zeros(size());
-    potential.activateDensity(u);
     potential.force(u, f);
     return toVectors(f);
   }
@@ -305,10 +304,9 @@ TEST(Potential, ViscosityIsInPascalSeconds) {
     const float rate = 0.1f;  // 1/s
     VectorField u = zeros(particles.size()), f = u;
     for (std::size_t i = 0; i < particles.size(); ++i) {
-      u.set(i, {rate * step * particles.position.z[i], 0.0f, 0.0f});
+      u.set(i, {rate * step * particles.position[i].z(), 0.0f, 0.0f});
     }
     potential.begin(near, particles, nullptr, zeros(particles.size()), step);
-    potential.activateDensity(u);
     potential.force(u, f);
     double power = 0.0;  // W, put in by whoever shears the cloud
     for (std::size_t i = 0; i < particles.size(); ++i)

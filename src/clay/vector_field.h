@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+namespace tactile_clay::clay {
+
+/// A vector field over particles or pairs. Each vector fills a 16-byte slot whose fourth number stays zero,
+/// so that the pair loops fetch a neighbour with one load and work on whole vectors.
+class VectorField {
+ public:
+  void resize(std::size_t n) { slots_.resize(n, Eigen::Vector4f::Zero()); }
+  std::size_t size() const { return slots_.size(); }
+
+  Eigen::Vector3f at(std::size_t i) const { return slots_[i].head<3>(); }
+  void set(std::size_t i, const Eigen::Vector3f& v) { slots_[i].head<3>() = v; }
+  void add(std::size_t i, const Eigen::Vector3f& v) { slots_[i].head<3>() += v; }
+
+  const Eigen::Vector4f& operator[](std::size_t i) const { return slots_[i]; }
+  Eigen::Vector4f& operator[](std::size_t i) { return slots_[i]; }
+
+ private:
+  std::vector<Eigen::Vector4f> slots_;
+};
+
+}  // namespace tactile_clay::clay

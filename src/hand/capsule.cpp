@@ -1,0 +1,27 @@
+#include "hand/capsule.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tactile_clay::hand {
+
+double Capsule::taper() const {
+  const double l = length();
+  if (l > 0.0) return (radius_from - radius_to) / l;
+  return radius_from >= radius_to ? 1.0 : -1.0;
+}
+
+double Capsule::distance(const Eigen::Vector3d& point) const {
+  const double k = taper();
+  if (k >= 1.0) return (point - from).norm() - radius_from;
+  if (k <= -1.0) return (point - to).norm() - radius_to;
+  const double l = length();
+  const Eigen::Vector3d axis = (to - from) / l;
+  const double along = (point - from).dot(axis);
+  const double across = (point - from - along * axis).norm();
+  // The normal through the point leaves the axis where along - across * tan(taper angle) says.
+  const double u = std::clamp((along - across * k / std::sqrt(1.0 - k * k)) / l, 0.0, 1.0);
+  return (point - centre(u)).norm() - radius(u);
+}
+
+}  // namespace tactile_clay::hand

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace tactile_clay::hand {
+
+/// Tapered capsule: the hull of two spheres. Each point of its surface is centre(u) + radius(u) n with the
+/// outward normal n, where n . axis = taper on the cone, less on the sphere at u = 0 and more on the one at u
+/// = 1.
+struct Capsule {
+  Eigen::Vector3d from, to;  // m
+  double radius_from, radius_to;
+
+  double length() const { return (to - from).norm(); }
+  /// (radius_from - radius_to) / length; one sphere holds the other where its magnitude is one or more.
+  double taper() const;
+  Eigen::Vector3d centre(double u) const { return from + u * (to - from); }
+  double radius(double u) const { return radius_from + u * (radius_to - radius_from); }
+
+  /// Signed distance to the surface, m, negative inside.
+  double distance(const Eigen::Vector3d& point) const;
+};
+
+}  // namespace tactile_clay::hand

@@ -1,0 +1,281 @@
+#include "hand/choreography.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <random>
+#include <stdexcept>
+#include <utility>
+
+#include "hand/hand_shape.h"
+
+namespace tactile_clay::hand {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Vector3d;
+
+constexpr double degree = M_PI / 180.0;
+
+double eased(Ease ease, double s) {
+  return ease == Ease::steady ? s : s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
+}
+
+HandPose between(const HandPose& a, const HandPose& b, double s) {
+  HandPose pose = a;
+  pose.wrist = Eigen::Translation3d((1.0 - s) * a.wrist.translation() + s * b.wrist.translation()) *
+               Eigen::Quaterniond(a.wrist.rotation()).slerp(s, Eigen::Quaterniond(b.wrist.rotation()));
+  for (int finger = 0; finger < finger_count; ++finger) {
+    FingerAngles& angles = pose.fingers[finger];
+    for (int i = 0; i < 3; ++i)
+      angles.flexion[i] = (1.0 - s) * a.fingers[finger].flexion[i] + s * b.fingers[finger].flexion[i];
+    angles.abduction = (1.0 - s) * a.fingers[finger].abduction + s * b.fingers[finger].abduction;
+  }
+  return pose;
+}
+
+HandPose poseAt(const std::vector<Keyframe>& keys, double t) {
+  const auto next = std::find_if(keys.begin(), keys.end(), [&](const Keyframe& key) { return key.time > t; });
+  if (next == keys.begin()) return keys.front().pose;
+  if (next == keys.end()) return keys.back().pose;
+  const Keyframe& last = *std::prev(next);
+  return between(last.pose, next->pose, eased(next->ease, (t - last.time) / (next->time - last.time)));
+}
+
+void addNoise(const TrackerNoise& noise, double t, HandPose& pose) {
+  const auto microseconds = static_cast<std::uint64_t>(std::llround(std::max(0.0, t) * 1e6));
+  std::seed_seq seed{noise.seed, static_cast<std::uint32_t>(pose.side),
+                     static_cast<std::uint32_t>(microseconds),
+                     static_cast<std::uint32_t>(microseconds >> 32U)};
+  std::mt19937 random(seed);
+  // Box-Muller, for std::normal_distribution differs between libraries.
+  const auto normal = [&random] {
+    const double u = (static_cast<double>(random()) + 1.0) / 4294967297.0;
+    const double v = static_cast<double>(random()) / 4294967296.0;
+    return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * M_PI * v);
+  };
+  for (int axis = 0; axis < 3; ++axis) pose.wrist.translation()[axis] += noise.position * normal();
+  for (FingerAngles& finger : pose.fingers) {
+    for (double& angle : finger.flexion) angle += noise.angle * normal();
+    finger.abduction += noise.angle * normal();
+  }
+}
+
+// Fingers forward (world x), palm down. Pitch turns the fingers down.
+Eigen::Isometry3d palmDown(double pitch) {
+  Eigen::Matrix3d rotation;
+  rotation << -Vector3d::UnitY(), Vector3d::UnitZ(), -Vector3d::UnitX();
+  return Eigen::Isometry3d(rotation * AngleAxisd(-pitch, Vector3d::UnitX()));
+}
+
+// The same flexion of all fingers, the thumb beside the palm.
+HandPose curled(Side side, double scale, double mcp, double pip, double dip) {
+  HandPose pose;
+  pose.side = side;
+  pose.scale = scale;
+  pose.fingers[0].abduction = -10 * degree;
+  for (int finger = 1; finger < finger_count; ++finger) pose.fingers[finger].flexion = {mcp, pip, dip};
+  return pose;
+}
+
+// Smallest `measure` (of centre and radius) over the spheres that sweep the hand's capsules.
+double smallest(const TrackedHand& hand, const std::function<double(const Vector3d&, double)>& measure) {
+  constexpr int steps = 16;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Bone& bone : bones) {
+    const Capsule capsule = boneCapsule(bone, hand);
+    for (int i = 0; i <= steps; ++i) {
+      const double u = static_cast<double>(i) / steps;
+      least = std::min(least, measure(capsule.centre(u), capsule.radius(u)));
+    }
+  }
+  return least;
+}
+
+double lowestSkin(const TrackedHand& hand) {
+  return smallest(hand, [](const Vector3d& centre, double radius) { return centre.z() - radius; });
+}
+
+// Puts `joint` over (x, y), and the lowest skin of the hand at height z.
+HandPose placed(HandPose pose, const Eigen::Isometry3d& orientation, Joint joint, const Vector3d& target) {
+  pose.wrist = orientation;
+  const TrackedHand hand = forwardKinematics(pose);
+  const Vector3d& at = hand.joints[joint].position;
+  pose.wrist.pretranslate(Vector3d(target.x() - at.x(), target.y() - at.y(), target.z() - lowestSkin(hand)));
+  return pose;
+}
+
+HandPose lifted(HandPose pose, double z) {
+  pose.wrist.pretranslate(Vector3d(0.0, 0.0, z));
+  return pose;
+}
+
+// What changes while a hand kneads.
+struct Stroke {
+  double grip;   // 0 open to 1 curled, stretched below 0
+  double pitch;  // rad, fingers down
+  double x;      // m, of the palm
+  double z;      // m, of the lowest skin
+};
+
+HandPose strokePose(Side side, double scale, double y, const Stroke& stroke) {
+  const double g = stroke.grip;
+  return placed(curled(side, scale, (5 + 30 * g) * degree, (5 + 40 * g) * degree, (5 + 20 * g) * degree),
+                palmDown(stroke.pitch), palm, {stroke.x, y, stroke.z});
+}
+
+// Between two strokes the lowest skin moves evenly too, which interpolated wrist poses would not give: the
+// hand rolls.
+void addMotion(std::vector<Keyframe>& keys, double scale, double y, const Stroke& from, const Stroke& to,
+               double seconds) {
+  constexpr int steps = 8;
+  const double start = keys.back().time;
+  const Side side = keys.back().pose.side;
+  for (int i = 1; i <= steps; ++i) {
+    const double s = eased(Ease::minimum_jerk, static_cast<double>(i) / steps);
+    const Stroke now{from.grip + s * (to.grip - from.grip), from.pitch + s * (to.pitch - from.pitch),
+                     from.x + s * (to.x - from.x), from.z + s * (to.z - from.z)};
+    keys.push_back({start + seconds * i / steps, strokePose(side, scale, y, now), Ease::steady});
+  }
+}
+
+// Down from `approach` above a pose that just touches, `depth` beyond it, and up again.
+Score press(const HandPose& touching, const PressFinger& p) {
+  if (!(p.speed > 0.0 && p.depth >= 0.0 && p.hold >= 0.0 && p.approach > 0.0 && p.scale > 0.0))
+    throw std::invalid_argument(
+        "press: expected positive speed, approach and scale, depth and hold of 0 or more");
+  constexpr double pause = 0.3;  // s, at rest at both ends
+  constexpr double reach = 1.0;  // s, between rest and touch
+  const HandPose above = lifted(touching, p.approach);
+  const HandPose below = lifted(touching, -p.depth);
+  double t = pause;
+  Score score;
+  std::vector<Keyframe>& keys = score.hands.emplace_back();
+  keys.push_back({0.0, above});
+  keys.push_back({t, above});
+  keys.push_back({t += reach, touching});
+  keys.push_back({t += p.depth / p.speed, below, Ease::steady});
+  keys.push_back({t += p.hold, below});
+  keys.push_back({t += reach, above});
+  keys.push_back({t + pause, above});
+  return score;
+}
+
+}  // namespace
+
+double Score::duration() const {
+  double last = 0.0;
+  for (const auto& keys : hands) last = std::max(last, keys.back().time);
+  return last;
+}
+
+TrackedFrame Score::sample(double t) const {
+  TrackedFrame frame;
+  frame.frame_id = "world";
+  frame.stamp = std::chrono::nanoseconds(std::llround(t * 1e9));
+  for (const auto& keys : hands) {
+    HandPose pose = poseAt(keys, t);
+    if (noise.position > 0.0 || noise.angle > 0.0) addNoise(noise, t, pose);
+    frame.hands.push_back(forwardKinematics(pose));
+    frame.hands.back().id = static_cast<std::uint32_t>(pose.side) + 1;
+  }
+  return frame;
+}
+
+Score knead(const Knead& p) {
+  if (!(p.scale > 0.0 && p.depth >= 0.0 && p.block_height > p.depth && p.strokes > 0))
+    throw std::invalid_argument(
+        "knead: expected positive scale and strokes, and a depth below the block's height");
+  const double pressed = p.block_height - p.depth;
+  const Stroke hover{0.0, 0.0, -0.03, p.block_height + 0.05};
+  Score score;
+  for (const Side side : {Side::left, Side::right}) {
+    const double y = side == Side::left ? 0.08 : -0.08;
+    std::vector<Keyframe>& keys = score.hands.emplace_back();
+    keys.push_back({0.0, strokePose(side, p.scale, y, hover)});
+    keys.push_back({side == Side::left ? 0.5 : 1.25, keys.back().pose});  // the hands take turns
+    for (int i = 0; i < p.strokes; ++i) {
+      const double x = i % 2 == 0 ? -0.03 : -0.05;
+      const Stroke heel{0.0, -12 * degree, x + 0.02, pressed};
+      const Stroke flat{-0.25, 5 * degree, x, pressed};
+      const Stroke tips{0.1, 18 * degree, x, pressed};
+      const Stroke grip{1.0, 12 * degree, x, pressed};
+      const Stroke drawn{1.0, 12 * degree, x - 0.03, pressed};
+      const Stroke* last = &hover;
+      for (const auto& [next, seconds] :
+           {std::pair(&heel, 0.9), std::pair(&flat, 0.7), std::pair(&tips, 0.7), std::pair(&grip, 0.6),
+            std::pair(&drawn, 0.6), std::pair(&hover, 0.9)}) {
+        addMotion(keys, p.scale, y, *last, *next, seconds);
+        last = next;
+      }
+    }
+    keys.push_back({0.5 + 0.75 + 4.4 * p.strokes + 0.5, keys.back().pose});
+  }
+  return score;
+}
+
+Score pressFinger(const PressFinger& p) {
+  HandPose pose = curled(Side::right, p.scale, 0.0, 0.0, 0.0);
+  pose.fingers[1].flexion = {55 * degree, 20 * degree, 10 * degree};
+  return press(placed(pose, palmDown(0.0), index_tip, {p.centre.x(), p.centre.y(), p.block_height}), p);
+}
+
+Score flatPress(const PressFinger& p) {
+  // Only the skin over the block touches it: heel and ball of the thumb are lower, but hang beside the block,
+  // which the front of the palm is level with.
+  constexpr double half_width = 0.02;  // m
+  HandPose pose = placed(curled(Side::right, p.scale, 0.0, 0.0, 0.0), palmDown(0.0), palm,
+                         {p.centre.x() - 0.015 * p.scale, p.centre.y(), 0.0});
+  const double lowest = smallest(forwardKinematics(pose), [&](const Vector3d& centre, double radius) {
+    const Eigen::Vector2d beside =
+        ((centre.head<2>() - p.centre).cwiseAbs().array() - half_width).cwiseMax(0.0);
+    const double square =
+        radius * radius - beside.squaredNorm();  // of the sphere's depth over the block's nearest point
+    return square > 0.0 ? centre.z() - std::sqrt(square) : std::numeric_limits<double>::infinity();
+  });
+  return press(lifted(pose, p.block_height - lowest), p);
+}
+
+Score potter(const Potter& p) {
+  if (!(p.scale > 0.0 && p.radius > p.depth && p.depth >= 0.0 && p.height > 0.0))
+    throw std::invalid_argument("potter: expected positive scale and height, and a depth below the radius");
+  Score score;
+  for (const Side side : {Side::left, Side::right}) {
+    const double away = side == Side::left ? 1.0 : -1.0;  // the right hand is at -y
+    HandPose open = curled(side, p.scale, 10 * degree, 15 * degree, 10 * degree);
+    // Fingers forward, palm to the axis, thumb up.
+    Eigen::Matrix3d rotation;
+    rotation << Vector3d(0.0, 0.0, away), Vector3d(0.0, away, 0.0), -Vector3d::UnitX();
+    // The closest skin at `distance` from the axis, the lowest at height z.
+    const auto around = [&](double distance, double z) {
+      HandPose pose = placed(open, Eigen::Isometry3d(rotation), middle_proximal, {0.0, 0.0, z});
+      const auto gap = [&](double y) {
+        pose.wrist.translation().y() = away * y;
+        return smallest(forwardKinematics(pose),
+                        [](const Vector3d& c, double r) { return c.head<2>().norm() - r; });
+      };
+      double near = 0.0;
+      double far = distance + 0.3;
+      for (int i = 0; i < 50; ++i) {
+        const double middle = 0.5 * (near + far);
+        (gap(middle) < distance ? near : far) = middle;
+      }
+      gap(far);
+      return pose;
+    };
+    const double touch = p.radius - p.depth;
+    const double top = 0.005 + 0.4 * p.height;
+    score.hands.push_back({{0.0, around(p.radius + 0.04, 0.005)},
+                           {0.5, around(p.radius + 0.04, 0.005)},
+                           {2.0, around(p.radius, 0.005)},
+                           {3.0, around(touch, 0.005)},
+                           {6.0, around(touch, top)},
+                           {6.5, around(touch, top)},
+                           {7.5, around(p.radius + 0.04, top)},
+                           {8.0, around(p.radius + 0.04, top)}});
+  }
+  return score;
+}
+
+}  // namespace tactile_clay::hand

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <vector>
+
+#include "hand/hand_pose.h"
+#include "hand/tracked_hand.h"
+
+namespace tactile_clay::hand {
+
+/// How a hand comes to a keyframe from the one before.
+enum class Ease {
+  minimum_jerk,  // from rest to rest, s = 10 t^3 - 15 t^4 + 6 t^5 (Flash & Hogan 1985)
+  steady         // at constant speed
+};
+
+struct Keyframe {
+  double time;  // s
+  HandPose pose;
+  Ease ease = Ease::minimum_jerk;
+};
+
+/// A tracker's noise: white, normal, the same at the same time. Bones keep their lengths.
+struct TrackerNoise {
+  double position = 0.0;  // m, standard deviation of each coordinate of the wrist
+  double angle = 0.0;     // rad, of each joint
+  std::uint32_t seed = 1;
+};
+
+/// Scripted motion of hands in frame `world` (z up): one list of keyframes a hand, each in the order of time.
+struct Score {
+  std::vector<std::vector<Keyframe>> hands;
+  TrackerNoise noise;
+
+  double duration() const;  // s, time of the last keyframe
+
+  /// The hands at time t, s; each rests before its first and after its last keyframe.
+  TrackedFrame sample(double t) const;
+};
+
+/// Two palm-down hands knead blocks that stand on z = 0 within 0.1 m of the origin, one after the other:
+/// press with the heel, roll over the palm to the fingers, curl them into the clay and draw it back.
+struct Knead {
+  double scale = 1.05;          // of the person
+  double block_height = 0.045;  // m, 35 to 50 mm
+  double depth = 0.02;          // m below the block's top that the lowest skin goes
+  int strokes = 2;              // of each hand, 4.4 s each
+};
+Score knead(const Knead& parameters = {});
+
+/// The right index finger pokes a block from above and leaves it.
+struct PressFinger {
+  double scale = 1.05;
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();  // m, of the block
+  double block_height = 0.04;                        // m
+  double approach = 0.06;                            // m above the block's top at start and end
+  double depth = 0.01;                               // m below it
+  double speed = 0.03;                               // m/s, from touch to depth
+  double hold = 0.5;                                 // s
+};
+Score pressFinger(const PressFinger& parameters = {});
+
+/// The whole right palm presses a block from above and leaves it; the same times and distances.
+Score flatPress(const PressFinger& parameters = {});
+
+/// Two hands close on an upright cylinder around the origin that stands on z = 0, draw up along it and leave.
+struct Potter {
+  double scale = 1.05;
+  double radius = 0.05;   // m
+  double height = 0.065;  // m
+  double depth = 0.008;   // m
+};
+Score potter(const Potter& parameters = {});
+
+}  // namespace tactile_clay::hand

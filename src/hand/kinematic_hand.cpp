@@ -1,0 +1,126 @@
+#include "hand/kinematic_hand.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "hand/anatomy.h"
+#include "hand/hand_check.h"
+
+namespace tactile_clay::hand {
+namespace {
+
+constexpr double farthest_step = 0.5;  // m between two samples of one hand
+constexpr double person_change = 0.1;  // relative
+constexpr double scale_step = 0.05;    // persons between two steps share a template, and so a result
+
+struct BonePose {
+  Eigen::Vector3f from, along;  // m
+  float radius_from, radius_growth;
+  Eigen::Matrix3f rotation;
+};
+
+BonePose bonePose(const Bone& bone, const Eigen::Vector3d& rest_direction, const TrackedHand& hand) {
+  const JointPose& from = hand.joints[bone.from];
+  const JointPose& to = hand.joints[bone.to];
+  return {from.position.cast<float>(), (to.position - from.position).cast<float>(),
+          static_cast<float>(from.radius), static_cast<float>(to.radius - from.radius),
+          boneRotation(bone, rest_direction, hand).cast<float>()};
+}
+
+Eigen::Vector3f sampleNormal(const BoundSample& sample, const std::array<BonePose, bones.size()>& poses) {
+  Eigen::Vector3f normal = poses[sample.bone].rotation * sample.normal_in_bone;
+  if (sample.neighbour_weight == 0.0F) return normal;
+  const Eigen::Vector3f blended =
+      (1.0F - sample.neighbour_weight) * normal +
+      sample.neighbour_weight * (poses[sample.neighbour].rotation * sample.normal_in_neighbour);
+  // Only a knuckle folded right over cancels the two; then the bone itself decides.
+  const float norm = blended.norm();
+  if (norm > 1e-3F) normal = blended / norm;
+  return normal;
+}
+
+}  // namespace
+
+KinematicHands::KinematicHands(double spacing) : spacing_(spacing) {
+  // Made now, most adults' hands cost nothing when they appear.
+  constexpr double adult = 1.05;
+  SkinTemplate right = makeSkinTemplate(Side::right, adult, spacing);
+  templates_[0] = std::make_shared<SkinTemplate>(mirroredTemplate(right));
+  templates_[1] = std::make_shared<SkinTemplate>(std::move(right));
+}
+
+std::shared_ptr<const SkinTemplate> KinematicHands::templateFor(const TrackedHand& hand) {
+  auto& skin = templates_[static_cast<int>(hand.side)];
+  const double scale = std::clamp(personScale(hand), 0.4, 2.0);
+  if (std::abs(scale / skin->scale - 1.0) > person_change)
+    skin = std::make_shared<SkinTemplate>(
+        makeSkinTemplate(hand.side, std::round(scale / scale_step) * scale_step, spacing_));
+  return skin;
+}
+
+const Skin& KinematicHands::update(const std::vector<TrackedHand>& hands_in_world,
+                                   std::chrono::nanoseconds stamp) {
+  for (const TrackedHand& hand : hands_in_world) {
+    const std::string fault = faultOf(hand);
+    if (!fault.empty()) throw std::invalid_argument(fault);
+  }
+  std::vector<TrackedHand> hands = hands_in_world;
+  keepOneHandASide(hands);
+  std::sort(hands.begin(), hands.end(), [](const auto& a, const auto& b) { return a.side < b.side; });
+  skin_ = Skin();
+  std::array<bool, 2> present{};
+  for (const TrackedHand& hand : hands) {
+    append(hand, stamp);
+    present[static_cast<int>(hand.side)] = true;
+  }
+  for (int side = 0; side < 2; ++side)
+    if (!present[side]) tracked_[side].reset();
+  return skin_;
+}
+
+void KinematicHands::append(const TrackedHand& hand, std::chrono::nanoseconds stamp) {
+  std::optional<Tracked>& tracked = tracked_[static_cast<int>(hand.side)];
+  const Eigen::Vector3d& palm_position = hand.joints[palm].position;
+  const bool goes_on = tracked && (palm_position - tracked->palm_position).norm() <= farthest_step;
+  if (!tracked) tracked.emplace().skin = templateFor(hand);
+  const SkinTemplate& skin = *tracked->skin;
+
+  std::array<BonePose, bones.size()> poses;
+  for (std::size_t i = 0; i < bones.size(); ++i) poses[i] = bonePose(bones[i], skin.rest_direction[i], hand);
+  const double dt = goes_on ? std::chrono::duration<double>(stamp - tracked->stamp).count() : 0.0;
+  const float per_second = dt > 0.0 ? static_cast<float>(1.0 / dt) : 0.0F;
+
+  const std::size_t count = skin.samples.size();
+  const std::size_t start = skin_.size();
+  // Areas are the template's, resized with the person as the tracker sees it now.
+  const double growth = std::pow(personScale(hand) / skin.scale, 2);
+  tracked->position.resize(count, Eigen::Vector3f::Zero());
+  skin_.position.resize(start + count);
+  skin_.normal.resize(start + count);
+  skin_.velocity.resize(start + count);
+  skin_.area.resize(start + count);
+  skin_.pad_distance.resize(start + count);
+  skin_.side.resize(start + count, static_cast<std::uint8_t>(hand.side));
+  skin_.region.resize(start + count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const BoundSample& sample = skin.samples[i];
+    const BonePose& bone = poses[sample.bone];
+    const Eigen::Vector3f normal = sampleNormal(sample, poses);
+    const Eigen::Vector3f position =
+        bone.from + sample.u * bone.along + (bone.radius_from + sample.u * bone.radius_growth) * normal;
+    skin_.position[start + i] = position;
+    skin_.normal[start + i] = normal;
+    skin_.velocity[start + i] = (position - tracked->position[i]) * per_second;
+    skin_.area[start + i] = sample.area * static_cast<float>(growth);
+    skin_.pad_distance[start + i] = sample.pad_distance * static_cast<float>(std::sqrt(growth));
+    skin_.region[start + i] = static_cast<std::uint8_t>(bones[sample.bone].region);
+    tracked->position[i] = position;
+  }
+  tracked->palm_position = palm_position;
+  tracked->stamp = stamp;
+}
+
+}  // namespace tactile_clay::hand

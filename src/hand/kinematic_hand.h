@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "hand/skin.h"
+#include "hand/skin_template.h"
+#include "hand/tracked_hand.h"
+
+namespace tactile_clay::hand {
+
+/// Skin of kinematic hands: samples follow position, length and radius of the tracked bones. While a hand
+/// stays tracked its samples keep their number and order, even where the tracker rescales the person; the
+/// samples of a hand that comes back are made anew if its person's size is more than a tenth off.
+class KinematicHands {
+ public:
+  /// \param spacing of the samples, m \throws std::invalid_argument outside 1 to 20 mm
+  explicit KinematicHands(double spacing);
+
+  /// Skin at the next sample of the tracker: the left hand's samples, then the right one's, of hands that are
+  /// present; of two hands of one side the more confident one. Velocities are finite differences from the
+  /// sample before; zero when a hand appears, when it has jumped by more than 0.5 m, and when the stamp does
+  /// not advance. \throws std::invalid_argument with hand_check's line for a hand that is not sane; the state
+  /// is then unchanged
+  const Skin& update(const std::vector<TrackedHand>& hands_in_world, std::chrono::nanoseconds stamp);
+
+ private:
+  struct Tracked {
+    std::shared_ptr<const SkinTemplate> skin;
+    std::vector<Eigen::Vector3f> position;  // of the samples
+    Eigen::Vector3d palm_position;
+    std::chrono::nanoseconds stamp;
+  };
+
+  std::shared_ptr<const SkinTemplate> templateFor(const TrackedHand& hand);
+  void append(const TrackedHand& hand, std::chrono::nanoseconds stamp);
+
+  double spacing_;
+  std::array<std::shared_ptr<const SkinTemplate>, 2> templates_;  // by side, kept over a loss
+  std::array<std::optional<Tracked>, 2> tracked_;                 // by side, while the hand is present
+  Skin skin_;
+};
+
+}  // namespace tactile_clay::hand

@@ -1,0 +1,216 @@
+#include "hand/leap_frame.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "hand/anatomy.h"
+#include "hand/hand_check.h"
+#include "hand/hand_pose.h"
+#include "hand/leap_json.h"
+
+namespace tactile_clay::hand {
+namespace {
+
+using Eigen::Vector3d;
+using leap::Json;
+using Positions = std::array<std::optional<Vector3d>, joint_count>;
+
+// A hand that cannot be used, in a frame that can.
+struct Unusable : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// Metres in our axes; a direction comes out at 1/1000, which its user normalises away.
+Vector3d fromLeap(const Vector3d& v) {
+  return Vector3d(-v.z(), -v.x(), v.y()) * 1e-3;
+}
+
+std::optional<Vector3d> optionalVector(const Json& object, const char* key) {
+  constexpr double absurd = 1e5;  // mm
+  const auto value = leap::vector(object, key);
+  if (!value) return std::nullopt;
+  if (!(value->cwiseAbs().maxCoeff() < absurd))
+    throw Unusable(std::string(key) + " is not finite, expected mm within the tracker's reach");
+  return fromLeap(*value);
+}
+
+Vector3d requiredVector(const Json& object, const char* key) {
+  const auto value = optionalVector(object, key);
+  if (!value) throw Unusable(std::string(key) + " is missing");
+  return *value;
+}
+
+// Rigid frame of the palm, and what is fixed to it, for either side.
+struct PalmFrame {
+  Side side;
+  Vector3d origin;
+  Eigen::Matrix3d rotation;  // +Y dorsal, -Z along the palm
+  double scale;
+
+  // A direction or offset given for a right hand at scale 1.
+  Vector3d offset(const Vector3d& v) const {
+    return rotation * ((side == Side::left ? mirrored(v) : v) * scale);
+  }
+  // The mirror image of +X is -X of the right-handed frame.
+  Vector3d flexionAxis(int finger) const {
+    const Vector3d axis = offset(palm_anatomy[finger].flexion_axis);
+    return side == Side::left ? Vector3d(-axis) : axis;
+  }
+};
+
+Eigen::Matrix3d palmRotation(const Json& hand) {
+  const Vector3d dorsal = -requiredVector(hand, "palmNormal");
+  const Vector3d back = -requiredVector(hand, "direction");
+  const Vector3d x = dorsal.cross(back);
+  if (dorsal.norm() < 1e-6 || x.norm() < 1e-3 * dorsal.norm() * back.norm() || back.norm() < 1e-6)
+    throw Unusable("palmNormal and direction span no plane, expected two unit vectors at right angles");
+  Eigen::Matrix3d rotation;
+  rotation << x.normalized(), dorsal.normalized(), x.cross(dorsal).normalized();
+  return rotation;
+}
+
+// What the frame says of the joints of the hand with this id.
+Positions knownJoints(const Json& pointables, const std::string& hand_id,
+                      std::array<const Json*, finger_count>& found) {
+  Positions positions;
+  for (const Json& pointable : pointables) {
+    if (leap::id(pointable, "handId") != hand_id) continue;
+    const int finger = leap::fingerType(pointable);
+    if (finger < 0) continue;
+    found[finger] = &pointable;
+    const FingerJoints& joints = fingers[finger];
+    const int mcp = joints.count - 4;  // the thumb has no bone before it, its carpPosition is its mcpPosition
+    if (mcp > 0) positions[joints[0]] = optionalVector(pointable, "carpPosition");
+    positions[joints[mcp]] = requiredVector(pointable, "mcpPosition");
+    positions[joints[mcp + 1]] = requiredVector(pointable, "pipPosition");
+    positions[joints[mcp + 2]] = requiredVector(pointable, "dipPosition");
+    positions[joints[mcp + 3]] = optionalVector(pointable, "btipPosition");
+  }
+  static const std::array<const char*, finger_count> names = {"thumb", "index", "middle", "ring", "little"};
+  for (int finger = 0; finger < finger_count; ++finger)
+    if (found[finger] == nullptr)
+      throw Unusable(std::string("no pointable for its ") + names[finger] + " finger");
+  return positions;
+}
+
+// Seen from the back of a right hand with its fingers up, the thumb is on the left.
+Side sideOf(const Json& hand, const Positions& positions, const Eigen::Matrix3d& rotation) {
+  const std::string type = leap::handType(hand);
+  if (type == "left") return Side::left;
+  if (type == "right") return Side::right;
+  if (!type.empty()) throw Unusable("type '" + type + "', expected left or right");
+  const Vector3d across = *positions[little_proximal] - *positions[thumb_proximal];
+  return across.dot(rotation.col(0)) > 0.0 ? Side::right : Side::left;
+}
+
+// `direction` of a pointable is that of the phalanx before the last one; `tipPosition` may be off along the
+// last bone, but lies in its direction.
+Vector3d boneTip(const Json& pointable, const Vector3d& pip, const Vector3d& dip, double length) {
+  constexpr double shortest = 1e-3;  // m, below which a difference has no direction
+  if (const auto tip = optionalVector(pointable, "tipPosition"); tip && (*tip - dip).norm() > shortest)
+    return dip + length * (*tip - dip).normalized();
+  if (const auto direction = optionalVector(pointable, "direction"); direction && direction->norm() > 1e-6)
+    return dip + length * direction->normalized();
+  return dip + length * (dip - pip).normalized();
+}
+
+void fillMissing(const PalmFrame& frame, const std::array<const Json*, finger_count>& pointables,
+                 const Json& hand, Positions& positions) {
+  for (int finger = 0; finger < finger_count; ++finger) {
+    const FingerJoints& joints = fingers[finger];
+    const PalmAnatomy& anatomy = palm_anatomy[finger];
+    if (!positions[joints[0]])
+      positions[joints[0]] = *positions[joints[1]] + frame.offset(anatomy.base - anatomy.knuckle);
+    if (!positions[joints.tip()])
+      positions[joints.tip()] = boneTip(*pointables[finger], *positions[joints[joints.count - 3]],
+                                        *positions[joints[joints.count - 2]],
+                                        joint_anatomy[joints.tip()].bone_length * frame.scale);
+  }
+  positions[palm] = frame.origin;
+  positions[wrist] = optionalVector(hand, "wrist");
+  if (!positions[wrist])
+    positions[wrist] = *positions[middle_metacarpal] + frame.offset(wrist_in_palm - palm_anatomy[2].base);
+}
+
+std::array<JointPose, joint_count> jointPoses(const PalmFrame& frame, const Positions& positions) {
+  std::array<JointPose, joint_count> poses;
+  for (int joint = 0; joint < joint_count; ++joint) {
+    poses[joint].position = *positions[joint];
+    poses[joint].orientation = Eigen::Quaterniond(frame.rotation);
+    poses[joint].radius = joint_anatomy[joint].radius * frame.scale;
+  }
+  for (int finger = 0; finger < finger_count; ++finger) {
+    const FingerJoints& joints = fingers[finger];
+    const Vector3d axis = frame.flexionAxis(finger);
+    for (int i = 0; i + 1 < joints.count; ++i) {
+      const Vector3d bone = poses[joints[i + 1]].position - poses[joints[i]].position;
+      // A bone without a length goes on in the direction of the one before.
+      poses[joints[i]].orientation = bone.norm() > 1e-6 ? boneOrientation(bone, axis)
+                                     : i > 0            ? poses[joints[i - 1]].orientation
+                                                        : poses[palm].orientation;
+    }
+    poses[joints.tip()].orientation = poses[joints[joints.count - 2]].orientation;
+  }
+  return poses;
+}
+
+TrackedHand readHand(const Json& hand, const std::string& id, const Json& pointables) {
+  TrackedHand tracked;
+  const auto [end, error] = std::from_chars(id.data(), id.data() + id.size(), tracked.id);
+  if (error != std::errc() || end != id.data() + id.size())
+    throw Unusable("expected a whole number as its id");
+  std::array<const Json*, finger_count> found{};
+  Positions positions = knownJoints(pointables, id, found);
+  PalmFrame frame{};
+  frame.origin = requiredVector(hand, "palmPosition");
+  frame.rotation = palmRotation(hand);
+  frame.side = tracked.side = sideOf(hand, positions, frame.rotation);
+  frame.scale = personScale(positions);
+  if (!(frame.scale > 0.3 && frame.scale < 3.0))
+    throw Unusable("its bones are " + std::to_string(frame.scale) +
+                   " times an adult's, expected 0.3 to 3 times");
+  fillMissing(frame, found, hand, positions);
+  tracked.joints = jointPoses(frame, positions);
+  tracked.confidence = std::clamp(leap::number(hand, "confidence").value_or(1.0), 0.0, 1.0);
+  const std::string fault = faultOf(tracked);
+  if (!fault.empty()) throw Unusable(fault);
+  return tracked;
+}
+
+}  // namespace
+
+std::optional<LeapFrame> parseLeapFrame(const std::string& text, const std::string& where) {
+  if (text.find_first_not_of(" \t\r\n") == std::string::npos) return std::nullopt;
+  try {
+    const Json message = leap::parse(text);
+    if (!message.is_object()) throw std::runtime_error("is not an object");
+    if (!message.contains("hands")) {
+      if (message.contains("version") || message.contains("event")) return std::nullopt;
+      throw std::runtime_error("has neither hands nor version nor event");
+    }
+    const Json& hands = leap::array(message, "hands");
+    const Json& pointables = leap::array(message, "pointables");
+    LeapFrame result;
+    result.frame.stamp = leap::timestamp(message);
+    for (const Json& hand : hands) {
+      const std::string id = leap::id(hand, "id");
+      try {
+        result.frame.hands.push_back(readHand(hand, id, pointables));
+      } catch (const Unusable& unusable) {
+        std::string line = where;
+        line.append(": hand ").append(id).append(" is dropped: ").append(unusable.what());
+        result.dropped.push_back(std::move(line));
+      }
+    }
+    return result;
+  } catch (const std::exception& error) {
+    throw std::runtime_error(where + ": " + error.what() +
+                             ", expected one message of Leap's JSON protocol v6");
+  }
+}
+
+}  // namespace tactile_clay::hand

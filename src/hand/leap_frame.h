@@ -1,0 +1,28 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hand/tracked_hand.h"
+
+namespace tactile_clay::hand {
+
+/// One frame of Ultraleap's websocket protocol v6 in our terms: m, axes x forward, y left, z up for a user
+/// who looks forward over the tracker, that is (-z, -x, y) of Leap; the stamp is the device clock's.
+struct LeapFrame {
+  TrackedFrame frame;
+  std::vector<std::string> dropped;  // why, one line a hand that could not be used
+};
+
+/// Reads one message. Optional fields may be missing: metacarpal and wrist joints are then placed by the
+/// palm's anatomy, the tip of the last bone in the direction of `tipPosition`, both at the person's scale;
+/// `type` of a pointable comes from its id, that of a hand from where its thumb is. Radii are the anatomy's
+/// at the person's scale. Orientations follow bones and palm, so that left hands are right-handed too
+/// whatever the service's `bases` say. A hand with a non-finite or absurd number, or without a finger, is
+/// dropped, the frame is not. \param where the message is from, for errors, such as `file:line` \return
+/// nothing for an empty line, and for the service's version and event messages \throws std::runtime_error
+/// with one line if it is no such message
+std::optional<LeapFrame> parseLeapFrame(const std::string& text, const std::string& where);
+
+}  // namespace tactile_clay::hand

@@ -1,0 +1,107 @@
+#include "hand/leap_recording.h"
+
+#include <sys/stat.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+namespace tactile_clay::hand {
+namespace {
+
+constexpr std::size_t longest_line = 4U << 20U;  // a frame of two hands has 20 kB
+
+}  // namespace
+
+void LeapRecording::CloseFile::operator()(gzFile_s* file) const {
+  gzclose_r(file);
+}
+
+void LeapRecording::fail(const std::string& what) const {
+  throw std::runtime_error("recording '" + path_ + "': " + what +
+                           ", expected a file of Leap v6 JSON frames, one a line, plain or gzipped");
+}
+
+void LeapRecording::open(const SourceOptions& options) {
+  *this = LeapRecording();
+  path_ = options.file;
+  loop_ = options.loop;
+  if (path_.empty()) fail("no file is given");
+  struct stat status {};
+  if (stat(path_.c_str(), &status) != 0) fail(std::strerror(errno));
+  if (S_ISDIR(status.st_mode)) fail("is a folder");
+  errno = 0;
+  file_.reset(gzopen(path_.c_str(), "rb"));
+  if (!file_) fail(errno != 0 ? std::strerror(errno) : "cannot be opened");
+  gzbuffer(file_.get(), 1U << 17U);
+  first_ = nextFrame();
+  if (!first_) fail("holds no frame");
+}
+
+bool LeapRecording::readLine(std::string& line) {
+  line.clear();
+  std::array<char, 16384> part;
+  while (gzgets(file_.get(), part.data(), static_cast<int>(part.size())) != nullptr) {
+    if (part[0] == '\0') fail("line " + std::to_string(line_ + 1) + " is not text");
+    line += part.data();
+    if (line.back() == '\n') break;
+    if (line.size() > longest_line) fail("line " + std::to_string(line_ + 1) + " is longer than 4 MiB");
+  }
+  int code = Z_OK;
+  const char* message = gzerror(file_.get(), &code);
+  if (code != Z_OK && code != Z_STREAM_END)
+    fail("cannot be read after line " + std::to_string(line_) + ": " +
+         (code == Z_ERRNO ? std::strerror(errno) : message));
+  if (line.empty()) return false;
+  ++line_;
+  return true;
+}
+
+std::optional<LeapFrame> LeapRecording::nextFrame() {
+  std::string line;
+  while (readLine(line)) {
+    auto frame = parseLeapFrame(line, path_ + ":" + std::to_string(line_));
+    if (!frame) continue;
+    dropped_hands_ += frame->dropped.size();
+    if (!frame->dropped.empty()) last_drop_ = frame->dropped.back();
+    const auto stamp = frame->frame.stamp;
+    if (pass_frames_++ == 0) pass_first_ = stamp;
+    pass_last_ = stamp;
+    return frame;
+  }
+  return std::nullopt;
+}
+
+void LeapRecording::rewind() {
+  using namespace std::chrono_literals;
+  const std::chrono::nanoseconds period =
+      pass_frames_ > 1 ? (pass_last_ - pass_first_) / static_cast<std::int64_t>(pass_frames_ - 1)
+                       : 16'666'667ns;
+  offset_ += pass_last_ - pass_first_ + std::max<std::chrono::nanoseconds>(period, 1us);
+  pass_frames_ = 0;
+  line_ = 0;
+  if (gzrewind(file_.get()) != 0) fail("cannot be rewound");
+}
+
+HandSource::Read LeapRecording::read(TrackedFrame& frame, std::chrono::milliseconds /*timeout*/) {
+  if (!file_) return Read::ended;
+  std::optional<LeapFrame> next = std::move(first_);
+  first_.reset();
+  if (!next) next = nextFrame();
+  if (!next && loop_) {
+    rewind();
+    next = nextFrame();
+  }
+  if (!next) {
+    file_.reset();
+    return Read::ended;
+  }
+  frame = std::move(next->frame);
+  frame.stamp += offset_;
+  return Read::frame;
+}
+
+}  // namespace tactile_clay::hand

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "hand/hand_source.h"
+#include "hand/leap_frame.h"
+
+struct gzFile_s;
+
+namespace tactile_clay::hand {
+
+/// A recording of Leap v6 messages, one JSON a line, plain or gzipped (`leapd`'s websocket written to a
+/// file). Streams: holds one line in memory. Looped, its clock goes on by the mean frame time from the last
+/// to the first.
+class LeapRecording : public HandSource {
+ public:
+  /// \throws std::runtime_error if `options.file` cannot be read or holds no frame at all
+  void open(const SourceOptions& options) override;
+
+  /// Does not wait. \throws std::runtime_error for a line that is no Leap message, with file and line
+  Read read(TrackedFrame& frame, std::chrono::milliseconds timeout) override;
+
+  bool recorded() const override { return true; }
+
+  std::uint64_t droppedHands() const { return dropped_hands_; }
+  const std::string& lastDrop() const { return last_drop_; }  // one line, empty while there was none
+
+ private:
+  struct CloseFile {
+    void operator()(gzFile_s* file) const;
+  };
+
+  bool readLine(std::string& line);
+  std::optional<LeapFrame> nextFrame();
+  void rewind();
+  [[noreturn]] void fail(const std::string& what) const;
+
+  std::string path_;
+  std::unique_ptr<gzFile_s, CloseFile> file_;
+  bool loop_ = false;
+  std::uint64_t line_ = 0;
+  std::optional<LeapFrame> first_;  // read by open, not yet handed out
+
+  std::chrono::nanoseconds offset_{0};  // of this pass through the file
+  std::chrono::nanoseconds pass_first_{0}, pass_last_{0};
+  std::uint64_t pass_frames_ = 0;
+
+  std::uint64_t dropped_hands_ = 0;
+  std::string last_drop_;
+};
+
+}  // namespace tactile_clay::hand

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <ros/ros.h>
+
+#include <memory>
+
+#include "device/array_device.h"
+#include "nodes/array_model.h"
+#include "nodes/gated_array.h"
+#include "nodes/plugin.h"
+
+namespace tactile_clay::nodes {
+
+/// Owns one array, a device plugin named by `~device`, behind the safety gate. The plugin is opened with the texts of
+/// `~port` and of the map `~device_options`. The sound pressure level at the head is that of the model `~layout`.
+class ArrayDriver {
+ public:
+  /// \throws std::runtime_error with one line where a parameter is wrong or the device cannot be opened
+  ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh);
+
+ private:
+  std::string name_;
+  ArrayModel model_;
+  Plugin<device::ArrayDevice> device_;
+  std::unique_ptr<GatedArray> array_;  // goes first, and silences the device
+};
+
+}  // namespace tactile_clay::nodes

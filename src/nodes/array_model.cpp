@@ -1,0 +1,31 @@
+#include "nodes/array_model.h"
+
+#include <stdexcept>
+
+#include "nodes/params.h"
+
+namespace tactile_clay::nodes {
+
+ArrayModel::ArrayModel(const ros::NodeHandle& private_nh)
+    : layout(ultrasound::arrayLayout(param<std::string>(private_nh, "layout", "usx"))) {
+  acoustics.temperature = paramIn(private_nh, "temperature", acoustics.temperature, -20.0, 60.0);
+  acoustics.reference_pressure = paramIn(private_nh, "reference_pressure", acoustics.reference_pressure, 0.01, 100.0);
+  acoustics.validate();
+  options.iterations = paramIn(private_nh, "solver_iterations", options.iterations, 1, 1000);
+  const Eigen::Isometry3d array = poseParam(private_nh, "array_pose", "0 0 -0.15 0 0 0");
+  head_point = array.inverse() * pointParam(private_nh, "head_point", "-0.4 0 0.45");
+}
+
+ultrasound::Drive ArrayModel::solve(const device::Emission& emission) const {
+  return ultrasound::solvePhases(layout, acoustics, emission.points, options).drive;
+}
+
+std::optional<double> ArrayModel::headSpl(const device::Emission& emission) const {
+  try {
+    return ultrasound::headSpl(layout, acoustics, solve(emission), head_point);
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace tactile_clay::nodes

@@ -1,0 +1,261 @@
+#include "nodes/clay_simulator.h"
+
+#include <sensor_msgs/JointState.h>
+#include <tactile_clay/ClayStatus.h>
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+
+#include "nodes/conversions.h"
+#include "nodes/exit_code.h"
+#include "nodes/params.h"
+#include "nodes/share.h"
+#include "nodes/topics.h"
+
+namespace tactile_clay::nodes {
+namespace {
+
+constexpr double skin_lifetime = 0.15;    // s; a hand without news is out of the clay by then
+constexpr double longest_gap = 1.0;       // s; lockstep simulates at most this between two skins
+constexpr std::size_t lockstep_queue = 0;  // unlimited
+
+}  // namespace
+
+ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
+    : lockstep_(param(private_nh, "lockstep", false)),
+      period_(1.0 / paramIn(private_nh, "rate", 60.0, 1.0, 1000.0)),
+      scene_(scene::loadScene(param<std::string>(private_nh, "scene", "kindergarten"), packageFolder())) {
+  scene_.config.budget = scene::loadQuality(param<std::string>(private_nh, "quality", "balanced"), packageFolder());
+  // 0 means what the preset says, so that launch arguments can pass it on.
+  if (const int n = paramIn(private_nh, "substeps", 0, 0, 1000)) scene_.config.budget.substeps = n;
+  if (const int n = paramIn(private_nh, "iterations", 0, 0, 1000)) scene_.config.budget.iterations = n;
+  scene_.config.threads = paramIn(private_nh, "threads", 0, 0, 1024);
+
+  // The clay collides with what the rest of the graph knows as the robot.
+  std::string urdf;
+  if (!nh.getParam("robot_description", urdf)) urdf = scene::readText(scene_.urdf);
+  solids_ = std::make_unique<scene::Solids>(urdf, scene_.motions);
+  restart();
+
+  skin_subscriber_ = nh.subscribe(topic::hands_skin, lockstep_ ? lockstep_queue : 1, &ClaySimulator::receive, this,
+                                  ros::TransportHints().tcpNoDelay());
+  reset_server_ = private_nh.advertiseService("reset", &ClaySimulator::reset, this);
+  const unsigned queue = lockstep_ ? lockstep_queue : 2;
+  particles_ = nh.advertise<Cloud>(topic::clay_particles, queue);
+  status_ = nh.advertise<ClayStatus>(topic::clay_status, queue);
+  joints_ = nh.advertise<sensor_msgs::JointState>(topic::joint_states, queue);
+  contacts_ = nh.advertise<Cloud>(topic::clay_contacts, queue);
+  health_ = std::make_unique<Health>(nh, private_nh, "clay", [this](auto& status) { diagnose(status); });
+  thread_ = std::thread([this] { run(); });
+}
+
+ClaySimulator::~ClaySimulator() {
+  {
+    const std::lock_guard<std::mutex> lock(skins_mutex_);
+    stopping_ = true;
+  }
+  skin_came_.notify_all();
+  thread_.join();
+}
+
+void ClaySimulator::restart() {
+  clay_ = std::make_unique<clay::Clay>(scene_.config, scene_.materials, scene_.particles);
+  factor_since_ = ros::WallTime::now();
+  factor_time_ = 0.0;
+}
+
+bool ClaySimulator::reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+  const std::lock_guard<std::mutex> lock(clay_mutex_);
+  restart();
+  response.success = true;
+  response.message = "scene '" + scene_.name + "' starts again";
+  return true;
+}
+
+void ClaySimulator::receive(const Cloud::ConstPtr& skin) {
+  if (skin->header.frame_id != frame::world) {
+    ROS_WARN_THROTTLE(1.0, "clay_simulator: skin in frame '%s' left out, expected '%s'", skin->header.frame_id.c_str(),
+                      frame::world);
+    return;
+  }
+  {
+    const std::lock_guard<std::mutex> lock(skins_mutex_);
+    if (!lockstep_ && !skins_.empty()) {
+      skins_.clear();
+      ++dropped_skins_;
+    }
+    skins_.push_back(skin);
+  }
+  skin_came_.notify_all();
+}
+
+void ClaySimulator::run() {
+  try {
+    lockstep_ ? runLockstep() : runLive();
+  } catch (const std::exception& error) {
+    ROS_FATAL("clay_simulator: %s", error.what());
+    finish(1);
+  }
+}
+
+clay::Ghosts ClaySimulator::read(const Cloud& skin) {
+  try {
+    return ghosts(skin);
+  } catch (const std::runtime_error& error) {
+    ROS_WARN_THROTTLE(1.0, "clay_simulator: skin left out: %s", error.what());
+    const std::lock_guard<std::mutex> lock(clay_mutex_);
+    ++bad_skins_;
+    return {};
+  }
+}
+
+void ClaySimulator::step(const clay::Ghosts& ghosts, double duration) {
+  const std::lock_guard<std::mutex> lock(clay_mutex_);
+  const ros::WallTime start = ros::WallTime::now();
+  clay_->advance(ghosts, solids_->at(clay_->time()), duration);
+  const ros::WallTime now = ros::WallTime::now();
+  busy_ += (now - start).toSec();
+  simulated_ += duration;
+  factor_time_ += duration;
+  const double wall = (now - factor_since_).toSec();
+  if (wall < 1.0) return;
+  real_time_factor_ = factor_time_ / wall;
+  factor_time_ = 0.0;
+  factor_since_ = now;
+}
+
+void ClaySimulator::runLockstep() {
+  ros::Time before;
+  while (true) {
+    Cloud::ConstPtr skin;
+    {
+      std::unique_lock<std::mutex> lock(skins_mutex_);
+      skin_came_.wait(lock, [this] { return stopping_ || !skins_.empty(); });
+      if (stopping_) return;
+      skin = skins_.front();
+      skins_.pop_front();
+    }
+    const ros::Time stamp = skin->header.stamp;
+    double duration = before.isZero() ? scene_.config.frame : (stamp - before).toSec();
+    if (duration < 0.0 || duration > longest_gap)
+      ROS_WARN_THROTTLE(1.0, "clay_simulator: %.3f s between two skins, expected 0 to %.0f s", duration, longest_gap);
+    duration = std::clamp(duration, 0.0, longest_gap);
+    before = stamp;
+    const clay::Ghosts ghosts = read(*skin);
+    step(ghosts, duration);
+    publishState(stamp);
+    publishContacts(*skin, ghosts);  // last: the answer from the array means that all was published
+  }
+}
+
+void ClaySimulator::runLive() {
+  using Clock = std::chrono::steady_clock;
+  const std::chrono::duration<double> period(period_);
+  Clock::time_point before = Clock::now(), skin_at = before - std::chrono::hours(1);
+  clay::Ghosts held;
+  while (true) {
+    Cloud::ConstPtr skin;
+    {
+      std::unique_lock<std::mutex> lock(skins_mutex_);
+      // Skins at the tracker's rate start the frames; half a period of grace keeps the two clocks from beating.
+      const auto next = before + std::chrono::duration_cast<Clock::duration>(1.5 * period);
+      skin_came_.wait_until(lock, next, [this] { return stopping_ || !skins_.empty(); });
+      if (stopping_) return;
+      if (!skins_.empty()) {
+        skin = skins_.front();
+        skins_.pop_front();
+      }
+    }
+    const Clock::time_point now = Clock::now();
+    const double elapsed = std::chrono::duration<double>(now - before).count();
+    before = now;
+    const double duration = std::min(elapsed, 1.5 * period_);
+    if (elapsed > duration) {
+      const std::lock_guard<std::mutex> lock(clay_mutex_);
+      dropped_ += elapsed - duration;
+    }
+    if (skin) {
+      held = read(*skin);
+      skin_at = now;
+      step(held, duration);
+      publishContacts(*skin, held);
+    } else {
+      if (std::chrono::duration<double>(now - skin_at).count() > skin_lifetime) held = {};
+      std::fill(held.velocity.begin(), held.velocity.end(), Eigen::Vector3f::Zero());
+      step(held, duration);
+    }
+    publishState(skin ? skin->header.stamp : ros::Time::now());
+  }
+}
+
+void ClaySimulator::publishContacts(const Cloud& skin, const clay::Ghosts& ghosts) {
+  const std::lock_guard<std::mutex> lock(clay_mutex_);
+  // A reset between the step and here leaves no forces, which is right.
+  contacts_.publish(contactCloud(clay_->ghostForces(), ghosts, skin.header));
+}
+
+void ClaySimulator::publishState(ros::Time stamp) {
+  const std::lock_guard<std::mutex> lock(clay_mutex_);
+  std_msgs::Header header;
+  header.stamp = stamp;
+  header.frame_id = frame::world;
+  if (particles_.getNumSubscribers() > 0) particles_.publish(particleCloud(*clay_, scene_, header));
+
+  const auto joints = solids_->joints(clay_->time());
+  if (!joints.empty()) {
+    auto message = boost::make_shared<sensor_msgs::JointState>();
+    message->header = header;
+    for (const auto& [name, position] : joints) {
+      message->name.push_back(name);
+      message->position.push_back(position);
+    }
+    joints_.publish(message);
+  }
+
+  const clay::Statistics& statistics = clay_->statistics();
+  auto status = boost::make_shared<ClayStatus>();
+  status->header = header;
+  status->step = statistics.step;
+  status->particles = status->active_particles = static_cast<std::uint32_t>(clay_->particles().size());
+  status->bonds = static_cast<std::uint32_t>(statistics.bonds);
+  status->contacts = static_cast<std::uint32_t>(statistics.contacts);
+  status->density_error_mean = static_cast<float>(statistics.density_error_mean);
+  status->density_error_max = static_cast<float>(statistics.density_error_max);
+  status->real_time_factor = static_cast<float>(real_time_factor_);
+  for (const clay::Stage& stage : statistics.stages) {
+    status->stages.push_back(stage.name);
+    status->stage_ms.push_back(static_cast<float>(stage.ms));
+  }
+  status_.publish(status);
+}
+
+void ClaySimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  using Level = diagnostic_msgs::DiagnosticStatus;
+  unsigned dropped_skins = 0;
+  {
+    const std::lock_guard<std::mutex> lock(skins_mutex_);
+    dropped_skins = dropped_skins_;
+  }
+  const std::lock_guard<std::mutex> lock(clay_mutex_);
+  if (dropped_ > 0.1) {
+    ROS_WARN_THROTTLE(10.0, "clay_simulator: late, %.2f s of the last second dropped; a lower quality would keep up",
+                      dropped_);
+    status.summary(Level::WARN, "late: time is dropped");
+  } else if (bad_skins_ > 0) {
+    status.summary(Level::WARN, "skins left out");
+  } else {
+    status.summary(Level::OK, "simulating");
+  }
+  status.add("scene", scene_.name);
+  status.add("particles", clay_->particles().size());
+  status.add("real-time factor", real_time_factor_);
+  status.add("simulated s", simulated_);
+  status.add("dropped s", dropped_);
+  status.add("ms of computing", 1e3 * busy_);
+  status.add("skins left out", bad_skins_);
+  status.add("skins overtaken by newer ones", dropped_skins);
+  simulated_ = dropped_ = busy_ = 0.0;
+}
+
+}  // namespace tactile_clay::nodes

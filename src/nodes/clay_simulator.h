@@ -1,0 +1,72 @@
+#pragma once
+
+#include <ros/ros.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <std_srvs/Trigger.h>
+
+#include <condition_variable>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "clay/clay.h"
+#include "nodes/health.h"
+#include "scene/scene.h"
+#include "scene/solids.h"
+
+namespace tactile_clay::nodes {
+
+/// Simulates the clay of one scene: `hands/skin` in, `clay/contacts`, `clay/particles` and `clay/status` out.
+///
+/// Live, simulated time follows the wall clock: a new skin starts a frame at once, the newest skin wins, and where
+/// none comes the clay goes on at `~rate`. A frame never simulates more than 1.5 periods of `~rate`; when computing takes
+/// longer, time is dropped, and said so. In lockstep every skin is one frame, of the time between its stamp and the
+/// one before.
+class ClaySimulator {
+ public:
+  /// \throws std::runtime_error with one line where a parameter or the scene is wrong
+  ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh);
+  ~ClaySimulator();
+
+ private:
+  using Cloud = sensor_msgs::PointCloud2;
+
+  void receive(const Cloud::ConstPtr& skin);
+  void run();
+  void runLive();
+  void runLockstep();
+  void step(const clay::Ghosts& ghosts, double duration);
+  clay::Ghosts read(const Cloud& skin);
+  void publishContacts(const Cloud& skin, const clay::Ghosts& ghosts);
+  void publishState(ros::Time stamp);
+  void restart();
+  bool reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
+  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
+
+  bool lockstep_;
+  double period_;  // s, longest wait for a skin
+  scene::Scene scene_;
+  std::unique_ptr<scene::Solids> solids_;
+
+  std::mutex clay_mutex_;  // guards what a reset replaces and diagnostics read
+  std::unique_ptr<clay::Clay> clay_;
+  double simulated_ = 0.0, dropped_ = 0.0, busy_ = 0.0;  // s, since the last diagnostics
+  unsigned bad_skins_ = 0, dropped_skins_ = 0;
+  double real_time_factor_ = 1.0;
+  ros::WallTime factor_since_;
+  double factor_time_ = 0.0;  // s, simulated since then
+
+  std::mutex skins_mutex_;
+  std::condition_variable skin_came_;
+  std::deque<Cloud::ConstPtr> skins_;
+  bool stopping_ = false;
+
+  ros::Subscriber skin_subscriber_;
+  ros::Publisher particles_, contacts_, status_, joints_;
+  ros::ServiceServer reset_server_;
+  std::unique_ptr<Health> health_;
+  std::thread thread_;
+};
+
+}  // namespace tactile_clay::nodes

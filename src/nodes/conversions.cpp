@@ -1,0 +1,205 @@
+#include "nodes/conversions.h"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "nodes/cloud.h"
+#include "ultrasound/perceptual_weight.h"
+
+namespace tactile_clay::nodes {
+namespace {
+
+template <typename T>
+struct Columns3 {
+  Columns3(const sensor_msgs::PointCloud2& cloud, const char* x, const char* y, const char* z)
+      : x_(column<T>(cloud, x)), y_(column<T>(cloud, y)), z_(column<T>(cloud, z)) {}
+  Eigen::Matrix<T, 3, 1> operator[](std::size_t i) const { return {x_[i], y_[i], z_[i]}; }
+
+ private:
+  Column<T> x_, y_, z_;
+};
+
+using Vectors = Columns3<float>;
+
+Vectors positions(const sensor_msgs::PointCloud2& cloud) { return {cloud, "x", "y", "z"}; }
+Vectors normals(const sensor_msgs::PointCloud2& cloud) { return {cloud, "normal_x", "normal_y", "normal_z"}; }
+
+/// Colour in the bits of a float, as PCL and rviz read the field `rgb`.
+float packed(const Eigen::Vector3f& color) {
+  std::uint32_t bits = 0;
+  for (int c = 0; c < 3; ++c)
+    bits = bits << 8 | static_cast<std::uint32_t>(std::lround(255.0f * std::min(std::max(color[c], 0.0f), 1.0f)));
+  float value;
+  std::memcpy(&value, &bits, 4);
+  return value;
+}
+
+}  // namespace
+
+std::chrono::nanoseconds toCore(const ros::Time& time) {
+  return std::chrono::seconds(time.sec) + std::chrono::nanoseconds(time.nsec);
+}
+
+ros::Time toRos(std::chrono::nanoseconds time) {
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(time);
+  if (time.count() < 0 || seconds.count() > std::numeric_limits<std::uint32_t>::max())
+    throw std::runtime_error("stamp of " + std::to_string(seconds.count()) + " s: expected 0 to 2^32 - 1 s");
+  return {static_cast<std::uint32_t>(seconds.count()), static_cast<std::uint32_t>((time - seconds).count())};
+}
+
+TrackedHands toMessage(const hand::TrackedFrame& frame) {
+  TrackedHands message;
+  message.header.stamp = toRos(frame.stamp);
+  message.header.frame_id = frame.frame_id;
+  for (const hand::TrackedHand& hand : frame.hands) {
+    TrackedHand& out = message.hands.emplace_back();
+    out.id = hand.id;
+    out.side = static_cast<std::uint8_t>(hand.side);
+    out.confidence = static_cast<float>(hand.confidence);
+    for (std::size_t j = 0; j < hand.joints.size(); ++j) {
+      const hand::JointPose& joint = hand.joints[j];
+      out.joints[j].position.x = joint.position.x();
+      out.joints[j].position.y = joint.position.y();
+      out.joints[j].position.z = joint.position.z();
+      out.joints[j].orientation.x = joint.orientation.x();
+      out.joints[j].orientation.y = joint.orientation.y();
+      out.joints[j].orientation.z = joint.orientation.z();
+      out.joints[j].orientation.w = joint.orientation.w();
+      out.radii[j] = static_cast<float>(joint.radius);
+    }
+  }
+  return message;
+}
+
+hand::TrackedFrame toCore(const TrackedHands& message) {
+  hand::TrackedFrame frame;
+  frame.stamp = toCore(message.header.stamp);
+  frame.frame_id = message.header.frame_id;
+  for (const TrackedHand& hand : message.hands) {
+    hand::TrackedHand& out = frame.hands.emplace_back();
+    out.id = hand.id;
+    out.side = hand.side == 0 ? hand::Side::left : hand::Side::right;
+    out.confidence = hand.confidence;
+    for (std::size_t j = 0; j < out.joints.size(); ++j) {
+      const auto& p = hand.joints[j].position;
+      const auto& q = hand.joints[j].orientation;
+      out.joints[j].position = {p.x, p.y, p.z};
+      out.joints[j].orientation = {q.w, q.x, q.y, q.z};
+      out.joints[j].radius = hand.radii[j];
+    }
+  }
+  return frame;
+}
+
+sensor_msgs::PointCloud2Ptr skinCloud(const hand::Skin& skin, const std_msgs::Header& header) {
+  CloudWriter cloud(header,
+                    "x y z normal_x normal_y normal_z vx vy vz area hand:u region:u weight pad_distance",
+                    skin.size());
+  for (std::size_t i = 0; i < skin.size(); ++i)
+    cloud.vector(skin.position[i]).vector(skin.normal[i]).vector(skin.velocity[i])
+        << skin.area[i] << std::uint32_t{skin.side[i]} << std::uint32_t{skin.region[i]}
+        << static_cast<float>(ultrasound::perceptualWeight(skin.pad_distance[i])) << skin.pad_distance[i];
+  return cloud.finish();
+}
+
+clay::Ghosts ghosts(const sensor_msgs::PointCloud2& skin) {
+  const Vectors position = positions(skin), normal = normals(skin), velocity(skin, "vx", "vy", "vz");
+  clay::Ghosts ghosts;
+  for (std::size_t i = 0, n = pointCount(skin); i < n; ++i) {
+    ghosts.position.push_back(position[i]);
+    ghosts.normal.push_back(normal[i]);
+    ghosts.velocity.push_back(velocity[i]);
+    if (!ghosts.position[i].allFinite() || !ghosts.normal[i].allFinite() || !ghosts.velocity[i].allFinite())
+      throw std::runtime_error("skin sample " + std::to_string(i) + ": expected finite numbers");
+  }
+  return ghosts;
+}
+
+PressureSkin pressureSkin(const sensor_msgs::PointCloud2& skin) {
+  const Vectors position = positions(skin), normal = normals(skin);
+  const auto area = column<float>(skin, "area"), weight = column<float>(skin, "weight");
+  PressureSkin out;
+  for (std::size_t i = 0, n = pointCount(skin); i < n; ++i) {
+    out.position.push_back(position[i]);
+    out.normal.push_back(normal[i]);
+    out.area.push_back(area[i]);
+    out.weight.push_back(weight[i]);
+  }
+  return out;
+}
+
+sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::Scene& scene,
+                                          const std_msgs::Header& header) {
+  const clay::Particles& particles = clay.particles();
+  std::vector<float> color;
+  for (const scene::Body& body : scene.bodies) color.push_back(packed(body.color));
+  std::vector<float> rest_density;
+  for (const clay::Material& material : clay.materials()) rest_density.push_back(static_cast<float>(material.density));
+
+  CloudWriter cloud(header, "x y z rgb vx vy vz density body:u", particles.size());
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    const float density = particles.density_ratio[i] * rest_density.at(particles.material[i]);
+    cloud.vector(particles.position.at(i)) << color.at(particles.body[i]);
+    cloud.vector(particles.velocity.at(i)) << density << std::uint32_t{particles.body[i]};
+  }
+  return cloud.finish();
+}
+
+sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& forces, const clay::Ghosts& ghosts,
+                                         const std_msgs::Header& header) {
+  CloudWriter cloud(header, "x y z fx fy fz index:u", forces.size());
+  for (const clay::GhostForce& force : forces)
+    cloud.vector(ghosts.position.at(force.ghost)).vector(force.force) << force.ghost;
+  return cloud.finish();
+}
+
+std::vector<contact::ContactForce> contactForces(const sensor_msgs::PointCloud2& contacts) {
+  const Vectors force(contacts, "fx", "fy", "fz");
+  const auto index = column<std::uint32_t>(contacts, "index");
+  std::vector<contact::ContactForce> out;
+  for (std::size_t i = 0, n = pointCount(contacts); i < n; ++i) out.push_back({index[i], force[i]});
+  return out;
+}
+
+sensor_msgs::PointCloud2Ptr pressureCloud(const std::vector<contact::PressureSample>& samples,
+                                          const std_msgs::Header& header) {
+  CloudWriter cloud(header, "x y z normal_x normal_y normal_z pressure force area weight", samples.size());
+  for (const contact::PressureSample& sample : samples)
+    cloud.vector(sample.position).vector(sample.normal)
+        << sample.pressure << sample.force << sample.area << sample.weight;
+  return cloud.finish();
+}
+
+std::vector<contact::PressureSample> pressureSamples(const sensor_msgs::PointCloud2& pressure) {
+  const Vectors position = positions(pressure), normal = normals(pressure);
+  const auto p = column<float>(pressure, "pressure"), force = column<float>(pressure, "force"),
+             area = column<float>(pressure, "area"), weight = column<float>(pressure, "weight");
+  std::vector<contact::PressureSample> out;
+  for (std::size_t i = 0, n = pointCount(pressure); i < n; ++i)
+    out.push_back({position[i], normal[i], p[i], force[i], area[i], weight[i]});
+  return out;
+}
+
+std::vector<FocalPoint> toMessage(const std::vector<ultrasound::FocalPoint>& points) {
+  std::vector<FocalPoint> out;
+  for (const ultrasound::FocalPoint& point : points) {
+    FocalPoint& message = out.emplace_back();
+    message.id = point.id;
+    message.position.x = point.position.x();
+    message.position.y = point.position.y();
+    message.position.z = point.position.z();
+    message.pressure = static_cast<float>(point.pressure);
+    message.intensity = static_cast<float>(point.intensity);
+  }
+  return out;
+}
+
+std::vector<ultrasound::FocalPoint> toCore(const std::vector<FocalPoint>& points) {
+  std::vector<ultrasound::FocalPoint> out;
+  for (const FocalPoint& point : points)
+    out.push_back({point.id, {point.position.x, point.position.y, point.position.z}, point.pressure, point.intensity});
+  return out;
+}
+
+}  // namespace tactile_clay::nodes

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <sensor_msgs/PointCloud2.h>
+#include <tactile_clay/FocalPointArray.h>
+#include <tactile_clay/TrackedHands.h>
+
+#include <vector>
+
+#include "clay/clay.h"
+#include "contact/pressure_field.h"
+#include "hand/skin.h"
+#include "hand/tracked_hand.h"
+#include "scene/scene.h"
+#include "ultrasound/focal_point.h"
+
+namespace tactile_clay::nodes {
+
+/// Every conversion between ROS messages and the core, with the fields and units of the messages and topics. What
+/// reads a message throws std::runtime_error, naming the field, where the message is not what it should be.
+
+std::chrono::nanoseconds toCore(const ros::Time& time);
+/// \throws std::runtime_error for a stamp that ROS time (32 bit seconds) cannot hold
+ros::Time toRos(std::chrono::nanoseconds time);
+
+TrackedHands toMessage(const hand::TrackedFrame& frame);
+hand::TrackedFrame toCore(const TrackedHands& message);
+
+/// hands/skin, with the perceptual weight of each sample.
+sensor_msgs::PointCloud2Ptr skinCloud(const hand::Skin& skin, const std_msgs::Header& header);
+clay::Ghosts ghosts(const sensor_msgs::PointCloud2& skin);
+
+/// hands/skin as the pressure needs it.
+struct PressureSkin {
+  std::vector<Eigen::Vector3f> position, normal;
+  std::vector<float> area, weight;
+
+  contact::SkinView view() const { return {position, normal, area, weight}; }
+};
+PressureSkin pressureSkin(const sensor_msgs::PointCloud2& skin);
+
+/// clay/particles, in the colours of the scene's bodies.
+sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::Scene& scene,
+                                          const std_msgs::Header& header);
+
+/// clay/contacts: the force on each touched skin sample. \param skin the message that the ghosts came from
+sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& forces, const clay::Ghosts& ghosts,
+                                         const std_msgs::Header& header);
+std::vector<contact::ContactForce> contactForces(const sensor_msgs::PointCloud2& contacts);
+
+/// hands/pressure.
+sensor_msgs::PointCloud2Ptr pressureCloud(const std::vector<contact::PressureSample>& samples,
+                                          const std_msgs::Header& header);
+std::vector<contact::PressureSample> pressureSamples(const sensor_msgs::PointCloud2& pressure);
+
+std::vector<FocalPoint> toMessage(const std::vector<ultrasound::FocalPoint>& points);
+std::vector<ultrasound::FocalPoint> toCore(const std::vector<FocalPoint>& points);
+
+}  // namespace tactile_clay::nodes

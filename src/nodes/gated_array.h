@@ -1,0 +1,70 @@
+#pragma once
+
+#include <ros/ros.h>
+#include <std_srvs/Trigger.h>
+#include <tactile_clay/FocalPointArray.h>
+#include <tf2_ros/static_transform_broadcaster.h>
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "device/safety_gate.h"
+#include "nodes/health.h"
+
+namespace tactile_clay::nodes {
+
+/// What the nodes of a real and of a simulated array share: `array/focal_points` in, the safety gate, `array/state` out, the
+/// services `~stop` and `~reset`, the frame `array`. The array is silent whenever the gate is closed, and in the end.
+class GatedArray {
+ public:
+  struct Output {
+    /// Sound pressure level that the emission would cause at the head, dB, where it can be known.
+    std::function<std::optional<double>(const device::Emission&)> head_spl;
+    /// Emits. \throws std::runtime_error when the array is gone
+    std::function<void(const device::Emission&, const std_msgs::Header&)> emit;
+    /// Goes silent. The header is that of the frame in force. Must not throw.
+    std::function<void(const std_msgs::Header&)> silence;
+    /// One line for diagnostics, empty while all is well.
+    std::function<std::string()> fault;
+  };
+
+  /// \param watch_in_lockstep whether frames may become stale by the wall clock in lockstep too, as for real arrays
+  /// \throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
+  GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std::string& device, bool watch_in_lockstep,
+             Output output);
+  ~GatedArray();
+
+ private:
+  void receive(const FocalPointArray::ConstPtr& message);
+  void emit(const device::Emission& emission);
+  void watch();
+  void close(const std::string& reason);
+  void publishState(ros::Time stamp);
+  bool stop(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
+  bool reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
+  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
+
+  std::string device_;
+  bool check_stamps_, watch_;
+  device::SafetyGate gate_;
+  Output output_;
+  tf2_ros::StaticTransformBroadcaster broadcaster_;
+
+  std_msgs::Header in_force_;          // of the last frame
+  ros::SteadyTime last_passed_;        // when the last frame passed the gate
+  bool emitting_ = false, open_ = false;
+  std::string silent_reason_ = "no focal points have come";
+  unsigned sent_ = 0, rejected_ = 0, late_ = 0, frames_ = 0;
+  double latency_ = 0.0, head_spl_ = 0.0;
+  std::vector<double> latencies_;      // s, since the last diagnostics
+
+  ros::Subscriber subscriber_;
+  ros::Publisher state_;
+  ros::ServiceServer stop_server_, reset_server_;
+  ros::WallTimer timer_;
+  Health health_;
+};
+
+}  // namespace tactile_clay::nodes

@@ -1,0 +1,42 @@
+#include <pluginlib/class_list_macros.hpp>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+
+#include <optional>
+#include <stdexcept>
+
+#include "hand/hand_source.h"
+#include "nodes/conversions.h"
+
+namespace tactile_clay::nodes {
+
+/// Tracked hands of a ROS topic, such as one that `rosbag play` publishes or the driver of another package.
+class TopicSource : public hand::HandSource {
+ public:
+  void open(const hand::SourceOptions& options) override {
+    if (options.topic.empty()) throw std::runtime_error("hands from a topic: expected its name in 'topic'");
+    nh_.setCallbackQueue(&queue_);
+    subscriber_ = nh_.subscribe<TrackedHands>(options.topic, 1, [this](const TrackedHands::ConstPtr& message) {
+      newest_ = toCore(*message);
+    });
+  }
+
+  Read read(hand::TrackedFrame& frame, std::chrono::milliseconds timeout) override {
+    queue_.callAvailable(ros::WallDuration(std::chrono::duration<double>(timeout).count()));
+    if (!newest_) return Read::nothing;
+    frame = *std::exchange(newest_, std::nullopt);
+    return Read::frame;
+  }
+
+  bool recorded() const override { return false; }
+
+ private:
+  ros::CallbackQueue queue_;
+  ros::NodeHandle nh_;
+  ros::Subscriber subscriber_;
+  std::optional<hand::TrackedFrame> newest_;
+};
+
+}  // namespace tactile_clay::nodes
+
+PLUGINLIB_EXPORT_CLASS(tactile_clay::nodes::TopicSource, tactile_clay::hand::HandSource)

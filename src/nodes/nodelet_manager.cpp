@@ -1,0 +1,18 @@
+// A nodelet manager whose exit code tells when a nodelet failed; the stock manager always exits with 0.
+#include <nodelet/loader.h>
+#include <ros/ros.h>
+
+#include <csignal>
+
+#include "nodes/exit_code.h"
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "manager");
+  std::signal(SIGTERM, [](int) { ros::requestShutdown(); });
+  std::signal(SIGHUP, [](int) { ros::requestShutdown(); });
+  {
+    nodelet::Loader loader;
+    ros::spin();
+  }
+  return tactile_clay::nodes::exitCode();
+}

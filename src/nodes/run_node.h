@@ -1,0 +1,48 @@
+#pragma once
+
+#include <nodelet/nodelet.h>
+#include <ros/ros.h>
+
+#include <csignal>
+#include <exception>
+#include <memory>
+
+#include "nodes/exit_code.h"
+
+namespace tactile_clay::nodes {
+
+/// Runs a node as the program `name` until it ends. \return the program's exit code; 1 after one line of error
+template <class Node>
+int runNode(int argc, char** argv, const char* name) {
+  ros::init(argc, argv, name);
+  // roscpp handles SIGINT; an array must go silent on these as well.
+  std::signal(SIGTERM, [](int) { ros::requestShutdown(); });
+  std::signal(SIGHUP, [](int) { ros::requestShutdown(); });
+  try {
+    ros::NodeHandle nh, private_nh("~");
+    Node node(nh, private_nh);
+    ros::spin();
+  } catch (const std::exception& error) {
+    ROS_FATAL("%s", error.what());
+    return 1;
+  }
+  return exitCode();
+}
+
+/// A node as a nodelet. A node that cannot start ends its manager, as a required node ends its launch.
+template <class Node>
+class AsNodelet : public nodelet::Nodelet {
+  void onInit() override {
+    try {
+      // The single-threaded handles: callbacks of one node never run at the same time, as in a program.
+      node_ = std::make_unique<Node>(getNodeHandle(), getPrivateNodeHandle());
+    } catch (const std::exception& error) {
+      NODELET_FATAL("%s", error.what());
+      finish(1);
+    }
+  }
+
+  std::unique_ptr<Node> node_;
+};
+
+}  // namespace tactile_clay::nodes

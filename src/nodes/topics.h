@@ -1,0 +1,30 @@
+#pragma once
+
+namespace tactile_clay::nodes {
+
+/// Names of topics, services and frames; all topics and services are relative and can be remapped.
+namespace topic {
+constexpr char hands_tracked[] = "hands/tracked";
+constexpr char hands_skin[] = "hands/skin";
+constexpr char hands_pressure[] = "hands/pressure";
+constexpr char clay_particles[] = "clay/particles";
+constexpr char clay_contacts[] = "clay/contacts";
+constexpr char clay_status[] = "clay/status";
+constexpr char joint_states[] = "joint_states";
+constexpr char focal_points[] = "array/focal_points";
+constexpr char array_state[] = "array/state";
+constexpr char array_drive[] = "array/drive";
+constexpr char array_measured[] = "array/measured";
+constexpr char array_field[] = "array/field";
+constexpr char array_geometry[] = "array/geometry";
+}  // namespace topic
+
+namespace frame {
+constexpr char world[] = "world";
+constexpr char tracker[] = "tracker";
+constexpr char array[] = "array";
+constexpr char hand_left[] = "hand_left";
+constexpr char hand_right[] = "hand_right";
+}  // namespace frame
+
+}  // namespace tactile_clay::nodes

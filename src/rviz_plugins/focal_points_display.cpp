@@ -1,0 +1,85 @@
+#include "rviz_plugins/focal_points_display.h"
+
+#include <OgreSceneManager.h>
+#include <OgreSceneNode.h>
+#include <rviz/display_context.h>
+#include <rviz/frame_manager.h>
+#include <rviz/properties/bool_property.h>
+#include <rviz/properties/color_property.h>
+#include <rviz/properties/float_property.h>
+
+#include <algorithm>
+#include <cmath>
+#include <pluginlib/class_list_macros.hpp>
+
+namespace tactile_clay::rviz_plugins {
+namespace {
+
+constexpr float beam_diameter = 0.0015f;  // m
+constexpr float beam_alpha = 0.35f;
+
+}  // namespace
+
+FocalPointsDisplay::FocalPointsDisplay() {
+  diameter_ = new rviz::FloatProperty("Diameter", 0.016f, "Diameter of a point of intensity 1, m.", this, SLOT(redraw()));
+  diameter_->setMin(0.0f);
+  weak_ = new rviz::ColorProperty("Weak", QColor(90, 200, 255), "Colour at intensity 0.", this, SLOT(redraw()));
+  strong_ = new rviz::ColorProperty("Strong", QColor(255, 40, 120), "Colour at intensity 1.", this, SLOT(redraw()));
+  beams_ = new rviz::BoolProperty("Beams", true, "A line from the centre of the array to each point.", this, SLOT(redraw()));
+}
+
+FocalPointsDisplay::~FocalPointsDisplay() = default;
+
+void FocalPointsDisplay::reset() {
+  MFDClass::reset();
+  message_.reset();
+  shapes_.clear();
+}
+
+void FocalPointsDisplay::processMessage(const tactile_clay::FocalPointArray::ConstPtr& message) {
+  message_ = message;
+  redraw();
+}
+
+void FocalPointsDisplay::redraw() {
+  shapes_.clear();
+  if (!message_) return;
+  Ogre::Vector3 position;
+  Ogre::Quaternion orientation;
+  // The array does not move: its latest pose serves frames of recordings too, whose stamps are old.
+  if (!context_->getFrameManager()->getTransform(message_->header.frame_id, ros::Time(), position, orientation)) {
+    setStatusStd(rviz::StatusProperty::Error, "Transform", "no transform from " + message_->header.frame_id);
+    return;
+  }
+  setStatusStd(rviz::StatusProperty::Ok, "Transform", "Transform OK");
+  scene_node_->setPosition(position);
+  scene_node_->setOrientation(orientation);
+
+  for (const tactile_clay::FocalPoint& point : message_->points) {
+    const float x = static_cast<float>(point.position.x), y = static_cast<float>(point.position.y),
+                z = static_cast<float>(point.position.z);
+    const float intensity = std::clamp(point.intensity, 0.0f, 1.0f);
+    if (!std::isfinite(x + y + z + point.intensity)) continue;
+    const Ogre::Vector3 at(x, y, z);
+    const Ogre::ColourValue color =
+        weak_->getOgreColor() * (1.0f - intensity) + strong_->getOgreColor() * intensity;
+    auto sphere = std::make_unique<rviz::Shape>(rviz::Shape::Sphere, scene_manager_, scene_node_);
+    sphere->setPosition(at);
+    const float diameter = diameter_->getFloat() * std::cbrt(std::max(intensity, 0.02f));
+    sphere->setScale(Ogre::Vector3(diameter));
+    sphere->setColor(color.r, color.g, color.b, 1.0f);
+    shapes_.push_back(std::move(sphere));
+    if (!beams_->getBool()) continue;
+    auto beam = std::make_unique<rviz::Shape>(rviz::Shape::Cylinder, scene_manager_, scene_node_);
+    beam->setPosition(at * 0.5f);
+    beam->setOrientation(Ogre::Vector3::UNIT_Z.getRotationTo(at) *
+                         Ogre::Quaternion(Ogre::Degree(90), Ogre::Vector3::UNIT_X));
+    beam->setScale(Ogre::Vector3(beam_diameter, at.length(), beam_diameter));
+    beam->setColor(color.r, color.g, color.b, beam_alpha);
+    shapes_.push_back(std::move(beam));
+  }
+}
+
+}  // namespace tactile_clay::rviz_plugins
+
+PLUGINLIB_EXPORT_CLASS(tactile_clay::rviz_plugins::FocalPointsDisplay, rviz::Display)

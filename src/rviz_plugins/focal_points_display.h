@@ -1,0 +1,42 @@
+#pragma once
+
+#include <rviz/message_filter_display.h>
+#include <rviz/ogre_helpers/shape.h>
+#include <tactile_clay/FocalPointArray.h>
+
+#include <memory>
+#include <vector>
+
+namespace rviz {
+class BoolProperty;
+class ColorProperty;
+class FloatProperty;
+}  // namespace rviz
+
+namespace tactile_clay::rviz_plugins {
+
+/// Focal points as spheres whose volume goes with intensity, each on a thin beam from the array.
+class FocalPointsDisplay : public rviz::MessageFilterDisplay<tactile_clay::FocalPointArray> {
+  Q_OBJECT
+ public:
+  FocalPointsDisplay();
+  ~FocalPointsDisplay() override;
+
+ protected:
+  void reset() override;
+
+ private Q_SLOTS:
+  void redraw();
+
+ private:
+  void processMessage(const tactile_clay::FocalPointArray::ConstPtr& message) override;
+
+  tactile_clay::FocalPointArray::ConstPtr message_;
+  std::vector<std::unique_ptr<rviz::Shape>> shapes_;
+  rviz::FloatProperty* diameter_;
+  rviz::ColorProperty* weak_;
+  rviz::ColorProperty* strong_;
+  rviz::BoolProperty* beams_;
+};
+
+}  // namespace tactile_clay::rviz_plugins

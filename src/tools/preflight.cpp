@@ -1,0 +1,106 @@
+// Checks the arguments of rig.launch before anything starts, with the loaders that the nodes use. Prints the robot model of
+// the scene, or one line about what is wrong, and then exits with 1.
+//
+//   preflight [scene:=NAME] [quality:=NAME] [hands:=SOURCE] [file:=PATH] [device:=NAME] [...]
+//
+// Arguments of rig.launch that need no check are passed over.
+#include <ros/console.h>
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "device/array_device.h"
+#include "hand/hand_source.h"
+#include "nodes/plugin.h"
+#include "nodes/share.h"
+#include "scene/scene.h"
+#include "scene/solids.h"
+
+namespace {
+
+using Arguments = std::map<std::string, std::string>;
+namespace clay = tactile_clay;
+
+Arguments parse(int argc, char** argv) {
+  Arguments arguments = {{"scene", "kindergarten"},     {"quality", "balanced"},      {"hands", "bag"},
+                         {"file", clay::nodes::packageFolder() + "/test/bags/knead.bag"}, {"device", "simulated"}, {"hand_model", "kinematic"},
+                         {"tracker_pose", ""}};
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    const std::size_t at = argument.find(":=");
+    if (at != std::string::npos && argument.substr(0, 2) != "__") arguments[argument.substr(0, at)] = argument.substr(at + 2);
+  }
+  return arguments;
+}
+
+void checkHands(const Arguments& arguments) {
+  const std::string& file = arguments.at("file");
+  clay::nodes::Plugin<clay::hand::HandSource> source("tactile_clay::hand::HandSource", "source of hands",
+                                                     arguments.at("hands"));
+  const bool needs_file = arguments.at("hands") == "bag" || arguments.at("hands") == "leap_recording";
+  if (!needs_file) return;
+  if (!std::ifstream(file)) throw std::runtime_error("file '" + file + "' of hands cannot be read");
+  clay::hand::SourceOptions options;
+  options.file = file;
+  source->open(options);
+}
+
+void checkPose(const std::string& text) {
+  std::istringstream stream(text);
+  double number = 0.0;
+  int count = 0;
+  while (stream >> number) count += std::isfinite(number) ? 1 : 100;
+  if (!text.empty() && (!stream.eof() || count != 6))
+    throw std::runtime_error("tracker_pose '" + text + "': expected \"x y z roll pitch yaw\", 6 numbers");
+}
+
+void check(const Arguments& arguments, const std::string& key, double low, double high) {
+  const auto found = arguments.find(key);
+  if (found == arguments.end()) return;
+  std::istringstream stream(found->second);
+  double number = 0.0;
+  if (!(stream >> number) || !(stream >> std::ws).eof() || !(number >= low && number <= high)) {
+    std::ostringstream line;
+    line << key << " '" << found->second << "': expected a number from " << low << " to " << high;
+    throw std::runtime_error(line.str());
+  }
+}
+
+std::string checkAll(const Arguments& arguments) {
+  const std::string package = clay::nodes::packageFolder();
+  const clay::scene::Scene scene = clay::scene::loadScene(arguments.at("scene"), package);
+  std::string urdf = clay::scene::readText(scene.urdf);
+  clay::scene::Solids(urdf, scene.motions);
+  clay::scene::loadQuality(arguments.at("quality"), package);
+  if (arguments.at("hand_model") != "kinematic")
+    throw std::runtime_error("unknown hand_model '" + arguments.at("hand_model") + "': expected kinematic");
+  checkHands(arguments);
+  checkPose(arguments.at("tracker_pose"));
+  if (arguments.at("device") != "simulated")
+    clay::nodes::Plugin<clay::device::ArrayDevice>("tactile_clay::device::ArrayDevice", "device", arguments.at("device"));
+  check(arguments, "rate", 0.01, 100.0);
+  check(arguments, "duration", 0.0, 1e9);
+  check(arguments, "substeps", 0, 1000);
+  check(arguments, "iterations", 0, 1000);
+  check(arguments, "threads", 0, 1024);
+  check(arguments, "max_points", 1, 256);
+  return urdf;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    std::cout << checkAll(parse(argc, argv));
+    return 0;
+  } catch (const std::exception& error) {
+    std::cerr << "tactile_clay: " << error.what() << std::endl;
+    return 1;
+  }
+}

@@ -1,0 +1,188 @@
+#include "hand/choreography.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+
+#include "hand/hand_check.h"
+#include "hand/kinematic_hand.h"
+
+namespace tactile_clay::hand {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double frame_time = 1.0 / 50.0;
+
+// Skin at every 20 ms of a score, with its time.
+template <typename Visitor>
+void play(const Score& score, Visitor&& visit) {
+  KinematicHands hands(8e-3);
+  for (int i = 0; i * frame_time <= score.duration(); ++i) {
+    const TrackedFrame frame = score.sample(i * frame_time);
+    visit(i * frame_time, frame, hands.update(frame.hands, frame.stamp));
+  }
+}
+
+// Lowest skin: a capsule's lowest point is that of one of its end spheres.
+double lowest(const TrackedFrame& frame) {
+  double z = 1.0;
+  for (const TrackedHand& hand : frame.hands)
+    for (int joint = 0; joint < joint_count; ++joint)
+      if (joint != palm) z = std::min(z, hand.joints[joint].position.z() - hand.joints[joint].radius);
+  return z;
+}
+
+void expectPlayable(const Score& score) {
+  for (const auto& keys : score.hands) {
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+      EXPECT_TRUE(withinLimits(keys[i].pose)) << i;
+      EXPECT_EQ(i == 0 || keys[i].time >= keys[i - 1].time, true) << i;
+    }
+  }
+  play(score, [](double t, const TrackedFrame& frame, const Skin& skin) {
+    EXPECT_EQ(frame.frame_id, "world");
+    EXPECT_NEAR(std::chrono::duration<double>(frame.stamp).count(), t, 1e-9);
+    for (const TrackedHand& hand : frame.hands) EXPECT_EQ(faultOf(hand), "");
+    for (const Eigen::Vector3f& v : skin.velocity) ASSERT_LT(v.norm(), 1.0F) << t;
+    EXPECT_GT(lowest(frame), 0.002) << t;  // above the table
+  });
+}
+
+TEST(Choreography, EveryScoreIsPlayable) {
+  for (const Score& score : {knead(), pressFinger(), flatPress(), potter()}) expectPlayable(score);
+}
+
+TEST(Choreography, KneadingPressesWithHeelPalmAndFingersToItsDepth) {
+  const Knead parameters;
+  const Score score = knead(parameters);
+  EXPECT_NEAR(score.duration(), 10.0, 1.0);
+  double deepest = 1.0;
+  double first = 0.0;
+  double last = 0.0;
+  std::set<int> touching;
+  play(score, [&](double t, const TrackedFrame& frame, const Skin& skin) {
+    EXPECT_EQ(frame.hands.size(), 2U);
+    if (t == 0.0) first = lowest(frame);
+    last = lowest(frame);
+    deepest = std::min(deepest, last);
+    double apart = 1.0;
+    for (std::size_t i = 0; i < skin.size(); ++i) {
+      if (skin.position[i].z() < parameters.block_height &&
+          skin.position[i].head<2>().cwiseAbs().maxCoeff() < 0.12F)
+        touching.insert(skin.region[i]);
+      if (skin.side[i] == 0) apart = std::min<double>(apart, skin.position[i].y());
+    }
+    EXPECT_GT(apart, 0.0) << t;  // the left hand stays on its side, and the right one by symmetry
+  });
+  EXPECT_NEAR(deepest, parameters.block_height - parameters.depth, 5e-4);
+  EXPECT_GT(first, parameters.block_height + 0.03);
+  EXPECT_GT(last, parameters.block_height + 0.03);
+  for (const Joint joint : {thumb_metacarpal, palm, middle_metacarpal, ring_metacarpal, index_distal,
+                            ring_distal, middle_intermediate})
+    EXPECT_EQ(touching.count(joint), 1U) << joint_anatomy[joint].name;
+}
+
+TEST(Choreography, TheIndexFingerAloneTouchesTheBlock) {
+  PressFinger parameters;
+  parameters.centre = {0.03, -0.02};
+  parameters.depth = 0.012;
+  const Score score = pressFinger(parameters);
+  double deepest = 1.0;
+  double touched = -1.0;
+  double reached = -1.0;
+  double left = -1.0;
+  play(score, [&](double t, const TrackedFrame& frame, const Skin& skin) {
+    const double z = lowest(frame);
+    if (t == 0.0) {
+      EXPECT_NEAR(z, 0.1, 1e-6);
+    }
+    deepest = std::min(deepest, z);
+    if (touched < 0.0 && z < 0.04 - 1e-4) touched = t;
+    if (reached < 0.0 && z < 0.028 + 5e-5) reached = t;
+    if (z < 0.028 + 5e-5) left = t;
+    for (std::size_t i = 0; i < skin.size(); ++i) {
+      if (skin.position[i].z() >= 0.04F) continue;
+      EXPECT_EQ(skin.region[i], index_distal);
+      EXPECT_LT((skin.position[i].head<2>() - Eigen::Vector2f(0.03F, -0.02F)).norm(), 0.02F);
+    }
+  });
+  EXPECT_NEAR(deepest, 0.028, 1e-6);
+  EXPECT_NEAR(reached - touched, 0.4, 3 * frame_time);
+  EXPECT_NEAR(left - reached, 0.5, 3 * frame_time);
+}
+
+TEST(Choreography, TheFlatHandPressesWithPalmToItsDepth) {
+  const PressFinger parameters;
+  const Score score = flatPress(parameters);
+  double deepest = 1.0;
+  int most = 0;
+  play(score, [&](double, const TrackedFrame& /*frame*/, const Skin& skin) {
+    int touching = 0;
+    for (std::size_t i = 0; i < skin.size(); ++i) {
+      if (skin.position[i].head<2>().cwiseAbs().maxCoeff() > 0.019F) continue;
+      deepest = std::min<double>(deepest, skin.position[i].z());
+      if (skin.position[i].z() < 0.04F) ++touching;
+    }
+    most = std::max(most, touching);
+  });
+  EXPECT_NEAR(deepest, parameters.block_height - parameters.depth, 1.5e-3);
+  EXPECT_GT(most, 15);  // of 25 samples on 40 x 40 mm
+}
+
+TEST(Choreography, ThePottersHandsAreMirrorImagesAndCloseToTheirDepth) {
+  const Potter parameters;
+  const Score score = potter(parameters);
+  EXPECT_NEAR(score.duration(), 8.0, 1e-9);
+  double closest = 1.0;
+  double first = 0.0;
+  play(score, [&](double t, const TrackedFrame& frame, const Skin& skin) {
+    double gap = 1.0;
+    for (const Eigen::Vector3f& x : skin.position) gap = std::min<double>(gap, x.head<2>().norm());
+    if (t == 0.0) first = gap;
+    closest = std::min(closest, gap);
+    for (int joint = 0; joint < joint_count; ++joint) {
+      Vector3d left = frame.hands[0].joints[joint].position;
+      left.y() = -left.y();
+      EXPECT_LT((left - frame.hands[1].joints[joint].position).norm(), 1e-9);
+    }
+  });
+  EXPECT_NEAR(closest, parameters.radius - parameters.depth, 1e-3);
+  EXPECT_NEAR(first, parameters.radius + 0.04, 1e-3);
+}
+
+TEST(Choreography, NoiseRepeatsIsWhiteAndKeepsBones) {
+  Score score = pressFinger();
+  const TrackedFrame clean = score.sample(0.1);
+  score.noise = {1e-4, 1e-3, 7};
+  const TrackedFrame once = score.sample(0.1);
+  EXPECT_EQ(once.hands[0].joints[index_tip].position, score.sample(0.1).hands[0].joints[index_tip].position);
+  score.noise.seed = 8;
+  EXPECT_NE(once.hands[0].joints[index_tip].position, score.sample(0.1).hands[0].joints[index_tip].position);
+  EXPECT_NEAR(personScale(once.hands[0]), 1.05, 1e-9);
+  double squares = 0.0;
+  constexpr int count = 2000;
+  for (int i = 0; i < count; ++i)  // the hand rests for the first 0.3 s
+    squares +=
+        (score.sample(1e-4 * i).hands[0].joints[wrist].position - clean.hands[0].joints[wrist].position)
+            .squaredNorm();
+  EXPECT_NEAR(std::sqrt(squares / (3 * count)), 1e-4, 4e-6);
+}
+
+TEST(Choreography, RefusesParametersThatMakeNoMotion) {
+  PressFinger still;
+  still.speed = 0.0;
+  EXPECT_THROW(pressFinger(still), std::invalid_argument);
+  Knead through;
+  through.depth = 0.05;
+  EXPECT_THROW(knead(through), std::invalid_argument);
+  Potter inside;
+  inside.depth = 0.06;
+  EXPECT_THROW(potter(inside), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace tactile_clay::hand

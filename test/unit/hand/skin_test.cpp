@@ -1,0 +1,308 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <random>
+#include <stdexcept>
+
+#include "hand/hand_pose.h"
+#include "hand/hand_shape.h"
+#include "hand/kinematic_hand.h"
+#include "hand/skin_template.h"
+
+namespace tactile_clay::hand {
+namespace {
+
+using Eigen::Vector3d;
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr double spacing = 5e-3;
+
+TrackedHand flatHand(Side side, double scale = 1.05) {
+  HandPose pose;
+  pose.side = side;
+  pose.scale = scale;
+  return forwardKinematics(pose);
+}
+
+void transform(TrackedHand& hand, const Eigen::Isometry3d& motion) {
+  for (JointPose& joint : hand.joints) {
+    joint.position = motion * joint.position;
+    joint.orientation = Eigen::Quaterniond(motion.rotation()) * joint.orientation;
+  }
+}
+
+double totalArea(const Skin& skin) {
+  double sum = 0.0;
+  for (const float area : skin.area) sum += area;
+  return sum;
+}
+
+// Area of the union by Minkowski's definition: volume of the shell outside it within h, over h, extrapolated
+// to h = 0 from two thicknesses (Steiner: A h + H h^2).
+double monteCarloArea(const TrackedHand& hand) {
+  Vector3d low = Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Vector3d high = -low;
+  for (const JointPose& joint : hand.joints) {
+    low = low.cwiseMin(joint.position.array().matrix() - Vector3d::Constant(joint.radius + 0.003));
+    high = high.cwiseMax(joint.position + Vector3d::Constant(joint.radius + 0.003));
+  }
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  constexpr int count = 400000;
+  int thin = 0;
+  int thick = 0;
+  for (int i = 0; i < count; ++i) {
+    const Vector3d point = low + Vector3d(unit(random), unit(random), unit(random)).cwiseProduct(high - low);
+    const double distance = handDistance(hand, point);
+    thin += distance > 0.0 && distance < 1e-3;
+    thick += distance > 0.0 && distance < 2e-3;
+  }
+  const double volume = (high - low).prod() / count;
+  return 2.0 * thin * volume / 1e-3 - thick * volume / 2e-3;
+}
+
+TEST(SkinTemplate, MeanSampleCoversASpacingSquared) {
+  const SkinTemplate skin = makeSkinTemplate(Side::right, 1.05, spacing);
+  double area = 0.0;
+  for (const BoundSample& sample : skin.samples) area += sample.area;
+  RecordProperty("samples", static_cast<int>(skin.samples.size()));
+  EXPECT_NEAR(area / static_cast<double>(skin.samples.size()) / (spacing * spacing), 1.0, 0.1);
+  // The soft hand's literature gives 425 cm^2 for a hand.
+  EXPECT_NEAR(area, 0.0425, 0.1 * 0.0425);
+}
+
+TEST(SkinTemplate, AreasSumToTheUnionSurface) {
+  for (const double scale : {0.8, 1.05}) {
+    const SkinTemplate skin = makeSkinTemplate(Side::right, scale, spacing);
+    double area = 0.0;
+    for (const BoundSample& sample : skin.samples) area += sample.area;
+    const double truth = monteCarloArea(restHand(Side::right, scale));
+    EXPECT_NEAR(area, truth, 0.05 * truth) << "scale " << scale;
+  }
+}
+
+TEST(SkinTemplate, RejectsASpacingItCannotSample) {
+  EXPECT_THROW(makeSkinTemplate(Side::right, 1.0, 0.0), std::invalid_argument);
+  EXPECT_THROW(makeSkinTemplate(Side::right, 1.0, std::nan("")), std::invalid_argument);
+  EXPECT_THROW(KinematicHands(0.1), std::invalid_argument);
+}
+
+TEST(SkinTemplate, EverySpacingIsConnectedAndPositive) {
+  for (const double each : {2.5e-3, 8e-3, 20e-3}) {
+    const SkinTemplate skin = makeSkinTemplate(Side::left, 1.0, each);
+    for (const BoundSample& sample : skin.samples) {
+      EXPECT_TRUE(std::isfinite(sample.pad_distance));
+      EXPECT_GT(sample.area, 0.0F);
+    }
+  }
+}
+
+TEST(KinematicHand, PalmHasNoHoleBetweenMetacarpals) {
+  const TrackedHand hand = flatHand(Side::right);
+  for (int finger = 1; finger + 1 < finger_count; ++finger)
+    for (double u = 0.0; u <= 1.0; u += 0.05)
+      for (double v = 0.0; v <= 1.0; v += 0.1) {
+        const auto at = [&](int f) {
+          return Vector3d((1.0 - u) * hand.joints[fingers[f][0]].position +
+                          u * hand.joints[fingers[f][1]].position);
+        };
+        EXPECT_LT(handDistance(hand, (1.0 - v) * at(finger) + v * at(finger + 1)), 0.0)
+            << finger << " " << u << " " << v;
+      }
+}
+
+TEST(KinematicHand, SamplesLieOnTheSkinAndNormalsLeaveIt) {
+  const TrackedHand hand = restHand(Side::left, 1.05);
+  KinematicHands hands(spacing);
+  const Skin& skin = hands.update({hand}, nanoseconds(0));
+  ASSERT_GT(skin.size(), 1000U);
+  for (std::size_t i = 0; i < skin.size(); ++i) {
+    const Vector3d x = skin.position[i].cast<double>();
+    const Vector3d n = skin.normal[i].cast<double>();
+    EXPECT_NEAR(n.norm(), 1.0, 1e-5);
+    EXPECT_NEAR(handDistance(hand, x), 0.0, 2e-6) << i;
+    EXPECT_GT(handDistance(hand, x + 1e-4 * n), 2e-5) << i;
+    EXPECT_LT(handDistance(hand, x - 1e-4 * n), 0.0) << i;
+  }
+}
+
+// Far from the pose it was sampled in, samples near knuckles leave the capsules by a blend's error, and
+// folded skin is buried: the rest must still lie on the surface, and the surface must have no bare patch.
+TEST(KinematicHand, FlatHandAndFistStayCovered) {
+  for (const double bend : {0.0, 1.4}) {
+    HandPose pose;
+    pose.scale = 1.05;
+    for (int finger = 1; finger < finger_count; ++finger)
+      pose.fingers[finger].flexion = {bend, bend, 0.8 * bend};
+    const TrackedHand hand = forwardKinematics(pose);
+    KinematicHands hands(spacing);
+    const Skin& skin = hands.update({hand}, nanoseconds(0));
+    int outside = 0;
+    int off = 0;
+    for (std::size_t i = 0; i < skin.size(); ++i) {
+      const double distance = handDistance(hand, skin.position[i].cast<double>());
+      EXPECT_LT(distance, 1e-3) << bend;
+      off += distance > 2e-4;
+      outside += distance > -2e-3;
+    }
+    EXPECT_LT(off, 0.02 * static_cast<double>(skin.size())) << bend;
+    EXPECT_GT(outside, 0.8 * static_cast<double>(skin.size())) << bend;
+    // Rays from outside onto the hand: nowhere is the surface farther than one and a half spacings from a
+    // sample.
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal;
+    double worst = 0.0;
+    for (int i = 0; i < 2000; ++i) {
+      const Vector3d direction = Vector3d(normal(random), normal(random), normal(random)).normalized();
+      const Bone& bone = bones[static_cast<std::size_t>(random() % bones.size())];
+      Vector3d point = hand.joints[bone.from].position + 0.5 * direction;
+      bool hit = false;
+      for (int step = 0; step < 100 && !hit; ++step) {
+        const double distance = handDistance(hand, point);
+        hit = distance < 1e-5;
+        point -= distance * direction;
+      }
+      if (!hit) continue;
+      double closest = 1.0;
+      for (const Eigen::Vector3f& x : skin.position)
+        closest = std::min(closest, (x.cast<double>() - point).norm());
+      worst = std::max(worst, closest);
+    }
+    RecordProperty(bend > 0.0 ? "fist_worst_um" : "flat_worst_um", static_cast<int>(1e6 * worst));
+    EXPECT_LT(worst, 1.5 * spacing) << bend;
+  }
+}
+
+TEST(KinematicHand, RigidMotionGivesRigidVelocity) {
+  KinematicHands hands(spacing);
+  TrackedHand hand = flatHand(Side::right);
+  const Skin before = hands.update({hand}, milliseconds(1000));
+  for (const Eigen::Vector3f& v : before.velocity) EXPECT_EQ(v, Eigen::Vector3f::Zero().eval());
+  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+  motion.linear() = Eigen::AngleAxisd(0.02, Vector3d(1.0, 2.0, -1.0).normalized()).toRotationMatrix();
+  motion.translation() = Vector3d(0.003, -0.001, 0.002);
+  transform(hand, motion);
+  const Skin& after = hands.update({hand}, milliseconds(1010));
+  ASSERT_EQ(after.size(), before.size());
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    const Vector3d x = before.position[i].cast<double>();
+    const Vector3d expected = (motion * x - x) / 0.01;
+    EXPECT_LT((after.velocity[i].cast<double>() - expected).norm(), 2e-5);
+    EXPECT_LT((after.normal[i].cast<double>() - motion.rotation() * before.normal[i].cast<double>()).norm(),
+              1e-5);
+  }
+}
+
+TEST(KinematicHand, VelocityIsZeroAfterLossJumpAndStandingClock) {
+  const auto fastest = [](const Skin& skin) {
+    float most = 0.0F;
+    for (const Eigen::Vector3f& v : skin.velocity) most = std::max(most, v.norm());
+    return most;
+  };
+  KinematicHands hands(spacing);
+  TrackedHand hand = flatHand(Side::right);
+  const auto moveBy = [&](double x) {
+    transform(hand, Eigen::Isometry3d(Eigen::Translation3d(x, 0.0, 0.0)));
+  };
+  hands.update({hand}, milliseconds(0));
+  moveBy(0.01);
+  EXPECT_NEAR(fastest(hands.update({hand}, milliseconds(10))), 1.0F, 1e-3F);
+  moveBy(0.01);
+  EXPECT_EQ(fastest(hands.update({hand}, milliseconds(10))), 0.0F);  // same stamp
+  moveBy(0.01);
+  EXPECT_EQ(fastest(hands.update({hand}, milliseconds(5))), 0.0F);  // stamp went back
+  moveBy(0.6);
+  EXPECT_EQ(fastest(hands.update({hand}, milliseconds(20))), 0.0F);  // jump
+  EXPECT_EQ(hands.update({}, milliseconds(30)).size(), 0U);
+  moveBy(0.01);
+  EXPECT_EQ(fastest(hands.update({hand}, milliseconds(40))), 0.0F);  // lost in between
+  moveBy(0.01);
+  EXPECT_NEAR(fastest(hands.update({hand}, milliseconds(50))), 1.0F, 1e-3F);
+}
+
+TEST(KinematicHand, IndicesAreStableWhileTheTrackerRescalesThePerson) {
+  KinematicHands hands(spacing);
+  const Skin first = hands.update({flatHand(Side::right, 1.0)}, milliseconds(0));
+  const Skin second = hands.update({flatHand(Side::right, 1.04)}, milliseconds(10));
+  ASSERT_EQ(first.size(), second.size());
+  EXPECT_EQ(first.region, second.region);
+  for (std::size_t i = 0; i < first.size(); ++i)
+    EXPECT_LT((second.position[i] - 1.04F * first.position[i]).norm(), 1e-6F);
+  EXPECT_NEAR(totalArea(second) / totalArea(first), 1.04 * 1.04, 1e-4);
+}
+
+TEST(KinematicHand, AnotherPersonIsSampledAnew) {
+  KinematicHands hands(spacing);
+  const std::size_t adult = hands.update({flatHand(Side::right, 1.05)}, milliseconds(0)).size();
+  hands.update({}, milliseconds(10));
+  const std::size_t child = hands.update({flatHand(Side::right, 0.7)}, milliseconds(20)).size();
+  EXPECT_NEAR(static_cast<double>(child) / static_cast<double>(adult), std::pow(0.7 / 1.05, 2), 0.05);
+}
+
+TEST(KinematicHand, LeftComesFirstAndIsTheMirrorImageOfRight) {
+  KinematicHands hands(spacing);
+  const Skin& skin = hands.update({flatHand(Side::right), flatHand(Side::left)}, nanoseconds(0));
+  ASSERT_EQ(skin.size() % 2, 0U);
+  const std::size_t half = skin.size() / 2;
+  for (std::size_t i = 0; i < half; ++i) {
+    EXPECT_EQ(skin.side[i], 0);
+    EXPECT_EQ(skin.side[half + i], 1);
+    const Eigen::Vector3f flip(-1.0F, 1.0F, 1.0F);
+    EXPECT_LT((skin.position[i].cwiseProduct(flip) - skin.position[half + i]).norm(), 1e-6F);
+    EXPECT_LT((skin.normal[i].cwiseProduct(flip) - skin.normal[half + i]).norm(), 1e-5F);
+    EXPECT_EQ(skin.region[i], skin.region[half + i]);
+    EXPECT_EQ(skin.area[i], skin.area[half + i]);
+  }
+}
+
+TEST(KinematicHand, PadDistanceIsSmallAtPadsAndGrowsTowardTheWrist) {
+  KinematicHands hands(spacing);
+  const TrackedHand hand = flatHand(Side::right);
+  const Skin& skin = hands.update({hand}, nanoseconds(0));
+  std::map<int, std::pair<double, double>> by_region;  // smallest, mean
+  std::map<int, int> count;
+  for (std::size_t i = 0; i < skin.size(); ++i) {
+    auto& [smallest, mean] = by_region.try_emplace(skin.region[i], 1.0, 0.0).first->second;
+    smallest = std::min<double>(smallest, skin.pad_distance[i]);
+    mean += skin.pad_distance[i];
+    ++count[skin.region[i]];
+  }
+  for (auto& [region, distances] : by_region) distances.second /= count[region];
+  for (const FingerJoints& finger : fingers) {
+    EXPECT_LT(by_region[finger[finger.count - 2]].first, spacing) << finger.first;
+    for (int i = 0; i + 2 < finger.count; ++i)
+      EXPECT_GT(by_region[finger[i]].second, by_region[finger[i + 1]].second) << finger[i];
+  }
+  // The shortest way along the skin is no shorter than the straight one, here from the index pad in the rest
+  // pose.
+  EXPECT_GT(by_region[wrist].first, 0.06);
+}
+
+TEST(KinematicHand, RefusesAHandThatIsNotSaneAndKeepsItsState) {
+  KinematicHands hands(spacing);
+  TrackedHand hand = flatHand(Side::right);
+  hands.update({hand}, milliseconds(0));
+  TrackedHand bad = hand;
+  bad.joints[index_tip].position.x() = std::nan("");
+  EXPECT_THROW(hands.update({bad}, milliseconds(10)), std::invalid_argument);
+  transform(hand, Eigen::Isometry3d(Eigen::Translation3d(0.01, 0.0, 0.0)));
+  EXPECT_NEAR(hands.update({hand}, milliseconds(10)).velocity[0].x(), 1.0F, 1e-3F);
+}
+
+TEST(KinematicHand, TwoHandsOfOneSideGiveTheMoreConfident) {
+  KinematicHands hands(spacing);
+  TrackedHand near = flatHand(Side::right);
+  TrackedHand far = near;
+  transform(far, Eigen::Isometry3d(Eigen::Translation3d(1.0, 0.0, 0.0)));
+  near.confidence = 0.3;
+  const Skin& skin = hands.update({near, far}, nanoseconds(0));
+  for (const Eigen::Vector3f& x : skin.position) EXPECT_GT(x.x(), 0.5F);
+}
+
+}  // namespace
+}  // namespace tactile_clay::hand
