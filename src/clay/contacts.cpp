@@ -268,7 +268,9 @@ void Contacts::update(const Particles& particles, const VectorField& u, const Ve
       const Vector trial = pull(c, particles, u.at(c.particle));
       c.force = pressing * c.normal + (c.state == Contact::State::stick ? trial : c.friction);
       const float limit = friction(c, particles) * (pressing + adhesion), size = trial.norm();
-      c.state = size > limit ? Contact::State::slide : Contact::State::stick;
+      // A particle that friction would turn around comes to rest first.
+      const bool turned = c.state == Contact::State::slide && trial.dot(c.friction) < 0.0f;
+      c.state = size > limit && !turned ? Contact::State::slide : Contact::State::stick;
       c.friction = size > limit ? Vector(limit / size * trial) : trial;
     }
   });

@@ -87,7 +87,7 @@ std::string checkAll(const Arguments& arguments) {
   checkPose(arguments.at("tracker_pose"));
   if (arguments.at("device") != "simulated")
     clay::nodes::Plugin<clay::device::ArrayDevice>("tactile_clay::device::ArrayDevice", "device",
-                                                   arguments.at("device"));
+                                                   arguments.at("device"), "simulated");
   check(arguments, "rate", 0.01, 100.0);
   check(arguments, "duration", 0.0, 1e9);
   check(arguments, "substeps", 0, 1000);

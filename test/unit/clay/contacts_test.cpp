@@ -1,0 +1,274 @@
+#include "clay/contacts.h"
+
+#include <gtest/gtest.h>
+
+#include "clouds.h"
+#include "support/setups.h"
+
+namespace tactile_clay::clay {
+namespace {
+
+constexpr float spacing = 0.005f, dt = 1.0f / 240.0f, particle_mass = 2e-4f;
+constexpr float inertia = particle_mass / (dt * dt);
+const Eigen::Vector3f gravity(0.0f, 0.0f, -9.81f);
+
+/// Particles that meet nothing but contacts. Their potential is solved to the end in each round, since
+/// nothing couples one to the next.
+struct Loose {
+  Loose(const std::vector<Eigen::Vector3f>& points, float mu)
+      : particles(particlesAt(points, particle_mass)),
+        near(2.0f * spacing),
+        contacts(spacing, {[mu] {
+                   Material m;
+                   m.friction = m.skin_friction = mu;
+                   return m;
+                 }()}),
+        push(zeros(points.size())) {}
+
+  void step(const Ghosts& ghosts, const std::vector<Solid>& solids, int rounds = 4) {
+    const std::size_t n = particles.size();
+    free = zeros(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      free.set(i, dt * particles.velocity.at(i) + dt * dt / particle_mass * push.at(i));
+    }
+    std::vector<Eigen::Isometry3d> start, end;
+    for (const Solid& s : solids) {
+      start.push_back(s.pose);
+      end.push_back(poseAfter(s, dt));
+    }
+    near.build(particles.position);
+    contacts.detect(near, particles, free, ghosts, solids, start, end, dt);
+    u = free;
+    for (int k = 0; k < rounds; ++k) {
+      contacts.prescribe(u);
+      VectorField z = residual();
+      contacts.filter(z);
+      VectorField change = zeros(n);  // of friction, for a unit displacement along z
+      contacts.addFrictionChange(z, change);
+      for (std::size_t i = 0; i < n; ++i) {
+        const float zz = z.at(i).squaredNorm();
+        if (zz > 0.0f) u.add(i, zz / (inertia * zz - change.at(i).dot(z.at(i))) * z.at(i));
+      }
+      contacts.update(particles, u, residual());
+    }
+    contacts.finish(particles, u, dt);
+    for (std::size_t i = 0; i < n; ++i) {
+      particles.position.add(i, u.at(i));
+      particles.velocity.set(i, u.at(i) / dt);
+    }
+  }
+
+  VectorField residual() const {
+    VectorField r = zeros(particles.size());
+    contacts.addFriction(particles, u, r);
+    for (std::size_t i = 0; i < r.size(); ++i) r.add(i, inertia * (free.at(i) - u.at(i)));
+    return r;
+  }
+
+  Particles particles;
+  Neighbourhood near;
+  Contacts contacts;
+  VectorField push;  // N, on each particle, gravity included
+  VectorField free, u;
+};
+
+/// Normal and tangential part of a contact's force.
+std::pair<float, float> parts(const Contact& c) {
+  const float normal = c.force.dot(c.normal);
+  return {normal, (c.force - normal * c.normal).norm()};
+}
+
+Ghosts floorOfGhosts(const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero()) {
+  return ghostPlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.02, 0.004, velocity);
+}
+
+TEST(Contacts, AParticleAtRestIsHeldHalfASpacingOffAndWeighs) {
+  for (const bool skin : {false, true}) {
+    Loose loose({{0.001f, 0.002f, 0.5f * spacing}}, 0.5f);
+    loose.push.set(0, particle_mass * gravity);
+    for (int k = 0; k < 20; ++k) {
+      loose.step(skin ? floorOfGhosts() : Ghosts(),
+                 skin ? std::vector<Solid>() : std::vector<Solid>{ground()});
+    }
+    ASSERT_EQ(loose.contacts.contacts().size(), 1u);
+    const auto [normal, tangential] = parts(loose.contacts.contacts()[0]);
+    EXPECT_NEAR(normal, particle_mass * 9.81f, 1e-4f * particle_mass * 9.81f);
+    EXPECT_LT(tangential, 1e-4f * normal);
+    EXPECT_NEAR(loose.particles.position[0].z(), 0.5f * spacing, 1e-7f);
+  }
+}
+
+TEST(Contacts, PushNeverPull) {
+  // leaving the surface, or the surface leaving: no force
+  for (const bool skin : {false, true}) {
+    Loose loose({{0.0f, 0.0f, 0.5f * spacing}}, 0.5f);
+    loose.push.set(0, {0.0f, 0.0f, 0.01f});
+    loose.step(skin ? floorOfGhosts() : Ghosts(), skin ? std::vector<Solid>() : std::vector<Solid>{ground()});
+    for (const Contact& c : loose.contacts.contacts()) EXPECT_EQ(c.force.norm(), 0.0f);
+    EXPECT_FLOAT_EQ(loose.particles.velocity[0].z(), 0.01f / particle_mass * dt);
+  }
+  Loose left({{0.0f, 0.0f, 0.5f * spacing}}, 0.5f);
+  left.step(floorOfGhosts({0.0, 0.0, -0.1}), {});
+  EXPECT_LT(left.particles.velocity.at(0).norm(), 1e-6f);  // rounding of the gap
+}
+
+TEST(Contacts, AreOneSided) {
+  // deeper behind the skin than a spacing: that is another body's clay, not a penetration
+  Loose behind({{0.0f, 0.0f, -1.2f * spacing}}, 0.5f);
+  behind.step(floorOfGhosts(), {});
+  EXPECT_TRUE(behind.contacts.contacts().empty());
+  // a little behind it: out, along the normal
+  Loose inside({{0.0f, 0.0f, -0.5f * spacing}}, 0.0f);
+  for (int k = 0; k < 10; ++k) inside.step(floorOfGhosts(), {});
+  EXPECT_GE(inside.particles.position[0].z(), 0.5f * spacing - 1e-6f);
+}
+
+TEST(Contacts, OppositeSkinsAreTwoContacts) {
+  Ghosts fingers = ghostPlane({0, 0, -0.5 * spacing}, Eigen::Vector3d::UnitZ(), 0.01, 0.004);
+  append(fingers, ghostPlane({0, 0, 0.5 * spacing}, -Eigen::Vector3d::UnitZ(), 0.01, 0.004));
+  Loose held({{0.0f, 0.0f, 0.0f}}, 0.8f);
+  held.step(fingers, {});
+  ASSERT_EQ(held.contacts.contacts().size(), 2u);
+  EXPECT_LT(held.contacts.contacts()[0].normal.dot(held.contacts.contacts()[1].normal), -0.99f);
+}
+
+TEST(Contacts, SharesAddUpToOneAndAreTheGhostsInReach) {
+  Loose loose(lattice(3, spacing, 0.2f), 0.5f);
+  for (std::size_t i = 0; i < loose.particles.size(); ++i) loose.particles.position[i].z() += 0.008f;
+  const Ghosts ghosts = floorOfGhosts();
+  loose.step(ghosts, {});
+  ASSERT_FALSE(loose.contacts.contacts().empty());
+  for (const Contact& c : loose.contacts.contacts()) {
+    float total = 0.0f;
+    for (std::uint32_t s = c.first_ghost; s < c.first_ghost + c.ghost_count; ++s) {
+      const GhostShare& share = loose.contacts.shares()[s];
+      total += share.share;
+      EXPECT_GT(share.share, 0.0f);
+      const Eigen::Vector3f before = loose.particles.position.at(c.particle) - loose.u.at(c.particle);
+      EXPECT_LE((ghosts.position[share.ghost] - before).norm(),
+                1.5f * spacing + loose.free.at(c.particle).norm());
+    }
+    EXPECT_NEAR(total, 1.0f, 1e-6f);
+  }
+}
+
+/// Many particles, pushed at random: whatever holds them is in the cone, what rests is inside it, what slides
+/// is on it and is braked; and momentum changes by exactly the forces.
+TEST(Contacts, ForcesStayInTheCoulombCone) {
+  constexpr float mu = 0.4f;
+  std::mt19937 random(5);
+  for (const bool skin : {false, true}) {
+    std::vector<Eigen::Vector3f> points;
+    for (int i = 0; i < 40; ++i) {
+      points.emplace_back(0.02f * static_cast<float>(i % 8 - 4), 0.02f * static_cast<float>(i / 8 - 2),
+                          0.5f * spacing);
+    }
+    Ghosts ghosts;
+    if (skin) ghosts = ghostPlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.1, 0.004);
+    const std::vector<Solid> solids = skin ? std::vector<Solid>() : std::vector<Solid>{ground()};
+    Loose loose(points, mu);
+    std::size_t slid = 0, stuck = 0;
+    for (int k = 0; k < 60; ++k) {
+      if (k % 20 == 0) {
+        for (std::size_t i = 0; i < points.size(); ++i) {
+          loose.push.set(
+              i, particle_mass * (gravity + Eigen::Vector3f(randomVector(random, 8.0f).x(), 0.0f, 0.0f)));
+        }
+      }
+      const VectorField before = loose.particles.velocity;
+      loose.step(ghosts, solids);
+      VectorField total = loose.push;
+      for (const Contact& c : loose.contacts.contacts()) {
+        const auto [normal, tangential] = parts(c);
+        EXPECT_GE(normal, -1e-6f * particle_mass * 9.81f);
+        EXPECT_LE(tangential, mu * normal * 1.001f + 1e-6f * particle_mass * 9.81f);
+        slid += c.state == Contact::State::slide ? 1 : 0;
+        stuck += c.state == Contact::State::stick ? 1 : 0;
+        total.add(c.particle, c.force);
+      }
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        const Eigen::Vector3f force = particle_mass / dt * (loose.particles.velocity.at(i) - before.at(i));
+        EXPECT_LT((force - total.at(i)).norm(), 2e-3f * particle_mass * 9.81f)
+            << "particle " << i << " step " << k;
+      }
+    }
+    EXPECT_GT(slid, 100u);
+    EXPECT_GT(stuck, 100u);
+  }
+}
+
+TEST(Contacts, AParticleRestsBelowTheFrictionAngleAndSlidesAbove) {
+  constexpr double mu = 0.5, g = 9.81;
+  for (const double degrees : {1.0, -1.0}) {
+    const double slope = std::atan(mu) + degrees * M_PI / 180.0;
+    const Solid incline = ground(slope);
+    const Eigen::Vector3d out = incline.pose.linear() * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d down = incline.pose.linear() * Eigen::Vector3d::UnitX();
+    Loose loose({(0.5 * spacing * out).cast<float>()}, static_cast<float>(mu));
+    loose.push.set(0, particle_mass * gravity);
+    for (int k = 0; k < 240; ++k) loose.step({}, {incline});
+    const double speed = down.dot(loose.particles.velocity.at(0).cast<double>());
+    if (degrees < 0.0) {
+      EXPECT_LT(std::abs(speed), 1e-4);
+    } else {
+      EXPECT_NEAR(speed, g * (std::sin(slope) - mu * std::cos(slope)), 0.05 * speed);  // after one second
+    }
+  }
+}
+
+/// Friction never turns a motion around: what it stops stays stopped.
+TEST(Contacts, ASlidingParticleComesToRest) {
+  for (const float speed : {0.02f, 0.1f, 0.5f}) {
+    Loose loose({{0.0f, 0.0f, 0.5f * spacing}}, 0.5f);
+    loose.particles.velocity[0].x() = speed;
+    loose.push.set(0, particle_mass * gravity);
+    for (int k = 0; k < 60; ++k) {
+      const float before = loose.particles.velocity[0].x();
+      loose.step({}, {ground()});
+      EXPECT_LE(std::abs(loose.particles.velocity[0].x()), std::abs(before) + 1e-3f) << "step " << k;
+    }
+    EXPECT_LT(std::abs(loose.particles.velocity[0].x()), 1e-5f);
+  }
+}
+
+TEST(Contacts, AStickingParticleFollowsAMovingSurface) {
+  Solid belt = ground();
+  belt.linear_velocity = {0.1, 0.0, 0.0};
+  Loose loose({{0.0f, 0.0f, 0.5f * spacing}}, 0.8f);
+  loose.push.set(0, particle_mass * gravity);
+  for (int k = 0; k < 60; ++k) {
+    loose.step({}, {belt});
+    belt.pose = poseAfter(belt, dt);
+  }
+  EXPECT_NEAR(loose.particles.velocity[0].x(), 0.1f, 1e-4f);
+  EXPECT_NEAR(loose.particles.velocity[0].z(), 0.0f, 1e-6f);
+}
+
+/// 21 mm a step, onto ghosts that are 1 spacing thick to either side.
+TEST(Contacts, FastParticlesDoNotPassThroughSkin) {
+  Loose loose({{0.0f, 0.0f, 0.01f}}, 0.0f);
+  loose.particles.velocity.set(0, {0.0f, 0.0f, -5.0f});
+  for (int k = 0; k < 5; ++k) loose.step(floorOfGhosts(), {});
+  EXPECT_GE(loose.particles.position[0].z(), 0.5f * spacing - 1e-6f);
+}
+
+TEST(Contacts, FastParticlesDoNotPassThroughThickSolids) {
+  Loose loose({{0.0f, 0.0f, 0.01f}}, 0.0f);
+  loose.particles.velocity.set(0, {0.0f, 0.0f, -5.0f});
+  for (int k = 0; k < 5; ++k) loose.step({}, {ground()});
+  EXPECT_GE(loose.particles.position[0].z(), 0.5f * spacing - 1e-6f);
+}
+
+/// Fails: solids are looked at where the particle starts and ends in a step, so that what is thinner than the
+/// step is passed unseen (measured: z = -94 mm after five steps of 21 mm onto a plate of 1 mm).
+TEST(Contacts, DISABLED_FastParticlesDoNotPassThroughThinSolids) {
+  Solid plate;
+  plate.size = {0.05, 0.05, 0.0005};
+  Loose loose({{0.0f, 0.0f, 0.01f}}, 0.0f);
+  loose.particles.velocity.set(0, {0.0f, 0.0f, -5.0f});
+  for (int k = 0; k < 5; ++k) loose.step({}, {plate});
+  EXPECT_GE(loose.particles.position[0].z(), 0.5f * spacing - 1e-6f);
+}
+
+}  // namespace
+}  // namespace tactile_clay::clay

@@ -1,0 +1,320 @@
+#include "clay/potential.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <memory>
+
+#include "clay/lattice.h"
+#include "clouds.h"
+
+namespace tactile_clay::clay {
+namespace {
+
+constexpr float spacing = 0.005f, dt = 1.0f / 240.0f;
+
+using Vectors = std::vector<Eigen::Vector3d>;
+
+Vectors toVectors(const VectorField& f) {
+  Vectors v;
+  for (std::size_t i = 0; i < f.size(); ++i) v.push_back(f.at(i).cast<double>());
+  return v;
+}
+
+Material only(double bulk_modulus, double viscosity, double stiffness) {
+  Material m;
+  m.bulk_modulus = bulk_modulus, m.viscosity = viscosity, m.stiffness = stiffness;
+  return m;
+}
+
+const Material density_only = only(1e6, 0.0, 0.0), viscosity_only = only(0.0, 200.0, 0.0),
+               bonds_only = only(0.0, 0.0, 1e5);
+
+/// A cloud, its potential and, written down anew in double precision, the energies of the three families.
+/// `turn` is the rotation about which the step is linearised: the guess is a rotation of the whole cloud.
+struct Cloud {
+  explicit Cloud(const Material& material, float scale = 1.0f,
+                 const Eigen::Matrix3f& turn_in = Eigen::Matrix3f::Identity())
+      : materials{material},
+        kernel(2.0f * spacing),
+        near(kernel.h),
+        bonds(spacing, materials),
+        potential(kernel, spacing, materials),
+        turn(turn_in.cast<double>()) {
+    particles = particlesAt(lattice(5, scale * spacing, 0.15f), 2e-4f);
+    near.build(particles.position);
+    bonds.update(near, particles);
+    // The positions move on, so that the bonds are strained.
+    std::mt19937 random(9);
+    for (std::size_t i = 0; i < size(); ++i) particles.position.add(i, randomVector(random, 0.1f * spacing));
+    near.build(particles.position);
+    bonds.update(near, particles);
+    guess = zeros(size());
+    for (std::size_t i = 0; i < size(); ++i) {
+      guess.set(i, turn_in * particles.position.at(i) - particles.position.at(i));
+    }
+    potential.begin(near, particles, material.stiffness > 0.0 ? &bonds : nullptr, guess, dt);
+  }
+
+  std::size_t size() const { return particles.size(); }
+  Eigen::Vector3d x(std::size_t i) const { return particles.position.at(i).cast<double>(); }
+  double volume() const { return std::pow(static_cast<double>(spacing), 3.0); }
+
+  template <typename F>
+  void forNeighbours(std::size_t i, const F& f) const {
+    for (std::size_t j = 0; j < size(); ++j) {
+      const Eigen::Vector3d r = x(i) - x(j);
+      if (j != i && r.norm() < kernel.h) f(j, r);
+    }
+  }
+  Eigen::Vector3d gradient(const Eigen::Vector3d& r) const {
+    return kernel.slope(static_cast<float>(r.norm())) * r / r.norm();
+  }
+
+  /// sum_i kappa/2 V C_i^2, C_i = rho_i/rho_0 - 1 to first order in u; `active` are those with C_i(at) > 0.
+  double densityEnergy(const Vectors& u, const Vectors& at) const {
+    const double rest = latticeSum(kernel, spacing);
+    double energy = 0.0;
+    for (std::size_t i = 0; i < size(); ++i) {
+      double here = kernel.sigma / rest - 1.0, there = here;
+      forNeighbours(i, [&](std::size_t j, const Eigen::Vector3d& r) {
+        const double w = kernel.value(static_cast<float>(r.norm()));
+        here += (w + gradient(r).dot(u[i] - u[j])) / rest;
+        there += (w + gradient(r).dot(at[i] - at[j])) / rest;
+      });
+      if (there > 0.0) energy += 0.5 * materials[0].bulk_modulus * volume() * here * here;
+    }
+    return energy;
+  }
+
+  /// sum_i eta V/dt |E_i|^2, E = sym(R^T (I + grad u)) - I, grad u exact for linear fields.
+  double viscousEnergy(const Vectors& u) const {
+    double energy = 0.0;
+    for (std::size_t i = 0; i < size(); ++i) {
+      Eigen::Matrix3d plain = Eigen::Matrix3d::Zero(), moment = Eigen::Matrix3d::Zero();
+      forNeighbours(i, [&](std::size_t j, const Eigen::Vector3d& r) {
+        plain += volume() * (u[j] - u[i]) * gradient(r).transpose();
+        moment -= volume() * r * gradient(r).transpose();
+      });
+      const Eigen::Matrix3d deformation = Eigen::Matrix3d::Identity() + plain * moment.inverse();
+      const Eigen::Matrix3d local = turn.transpose() * deformation;
+      const Eigen::Matrix3d strain = 0.5 * (local + local.transpose()) - Eigen::Matrix3d::Identity();
+      energy += materials[0].viscosity * volume() / dt * strain.squaredNorm();
+    }
+    return energy;
+  }
+
+  /// sum of k/2 (l - d)^2 over the bonds, l to first order in u.
+  double bondEnergy(const Vectors& u) const {
+    const double k = materials[0].stiffness * spacing;
+    double energy = 0.0;
+    for (std::size_t i = 0; i < size(); ++i) {
+      for (const Bond* b = bonds.begin(i); b != bonds.end(i); ++b) {
+        if (b->other < i) continue;
+        const Eigen::Vector3d r = x(i) - x(b->other);
+        const double strain = r.norm() + r.normalized().dot(u[i] - u[b->other]) - b->rest_length;
+        energy += 0.5 * k * strain * strain;
+      }
+    }
+    return energy;
+  }
+
+  Vectors forceAt(const VectorField& u) {
+    VectorField f = zeros(size());
+    potential.force(u, f);
+    return toVectors(f);
+  }
+
+  std::vector<Material> materials;
+  Kernel kernel;
+  Neighbourhood near;
+  Bonds bonds;
+  Potential potential;
+  Eigen::Matrix3d turn;
+  Particles particles;
+  VectorField guess;
+};
+
+double largest(const Vectors& f) {
+  double size = 0.0;
+  for (const Eigen::Vector3d& v : f) size = std::max(size, v.norm());
+  return size;
+}
+
+/// The energies are quadratic in u, so that central differences are exact but for rounding.
+template <typename Energy>
+void expectForceIsGradient(const Cloud& s, const Vectors& force, Vectors u, const Energy& energy) {
+  const double step = 1e-5, tolerance = 2e-4 * largest(force);
+  ASSERT_GT(largest(force), 0.0);
+  for (std::size_t i = 0; i < s.size(); i += 7) {
+    for (int a = 0; a < 3; ++a) {
+      const double at = u[i][a];
+      u[i][a] = at + step;
+      const double above = energy(u);
+      u[i][a] = at - step;
+      const double below = energy(u);
+      u[i][a] = at;
+      EXPECT_NEAR(force[i][a], -(above - below) / (2.0 * step), tolerance)
+          << "particle " << i << " axis " << a;
+    }
+  }
+}
+
+VectorField smallMotion(const Cloud& s) {
+  std::mt19937 random(11);
+  VectorField u = randomField(s.size(), random, 0.03f * spacing);
+  for (std::size_t i = 0; i < s.size(); ++i) u.add(i, s.guess.at(i));
+  return u;
+}
+
+TEST(Potential, DensityForceIsTheGradientOfItsEnergy) {
+  Cloud s(density_only, 0.93f);
+  const VectorField u = smallMotion(s);
+  const Vectors at = toVectors(u);
+  expectForceIsGradient(s, s.forceAt(u), at, [&](const Vectors& v) { return s.densityEnergy(v, at); });
+}
+
+TEST(Potential, ViscousForceIsTheGradientOfItsEnergy) {
+  for (const float angle : {0.0f, 0.4f}) {
+    const Eigen::Matrix3f turn =
+        Eigen::AngleAxisf(angle, Eigen::Vector3f(1, -2, 0.5f).normalized()).toRotationMatrix();
+    Cloud s(viscosity_only, 1.0f, turn);
+    const VectorField u = smallMotion(s);
+    expectForceIsGradient(s, s.forceAt(u), toVectors(u),
+                          [&](const Vectors& v) { return s.viscousEnergy(v); });
+  }
+}
+
+TEST(Potential, BondForceIsTheGradientOfItsEnergy) {
+  Cloud s(bonds_only);
+  ASSERT_GT(s.bonds.size(), 300u);
+  const VectorField u = smallMotion(s);
+  expectForceIsGradient(s, s.forceAt(u), toVectors(u), [&](const Vectors& v) { return s.bondEnergy(v); });
+}
+
+TEST(Potential, ForcesSumToZeroAndTurnNothing) {
+  for (const Material& m : {density_only, viscosity_only, bonds_only, Material()}) {
+    Cloud s(m, 0.95f);
+    const Vectors f = s.forceAt(smallMotion(s));
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero(), torque = Eigen::Vector3d::Zero();
+    double size = 0.0, arm = 0.0;
+    for (std::size_t i = 0; i < s.size(); ++i) {
+      sum += f[i], torque += s.x(i).cross(f[i]);
+      size += f[i].norm(), arm += f[i].norm() * s.x(i).norm();
+    }
+    ASSERT_GT(size, 0.0);
+    EXPECT_LT(sum.norm(), 1e-5 * size);
+    EXPECT_LT(torque.norm(), 1e-5 * arm);
+  }
+}
+
+TEST(Potential, RigidMotionMeetsNoViscousForce) {
+  const Eigen::Matrix3f turn =
+      Eigen::AngleAxisf(0.3f, Eigen::Vector3f(2, 1, -1).normalized()).toRotationMatrix();
+  Cloud s(viscosity_only);
+  const double scale = largest(s.forceAt(smallMotion(s)));  // of a random motion of 0.15 mm
+  VectorField rigid = zeros(s.size());
+  for (std::size_t i = 0; i < s.size(); ++i) {
+    rigid.set(
+        i, turn * s.particles.position.at(i) - s.particles.position.at(i) + Eigen::Vector3f(0.01f, 0, 0.02f));
+  }
+  s.potential.begin(s.near, s.particles, nullptr, rigid, dt);
+  // up to 4 mm of rotation and 22 mm of translation, to the rounding of single precision
+  EXPECT_LT(largest(s.forceAt(rigid)), 2e-4 * scale);
+}
+
+/// Where the rotation of the step is not the guess's, the force is second order in what was missed.
+TEST(Potential, MissedRotationMeetsASecondOrderForce) {
+  const auto forceOf = [](float angle) {
+    Cloud s(viscosity_only);
+    const Eigen::Matrix3f turn = Eigen::AngleAxisf(angle, Eigen::Vector3f::UnitZ()).toRotationMatrix();
+    VectorField u = zeros(s.size());
+    for (std::size_t i = 0; i < s.size(); ++i)
+      u.set(i, turn * s.particles.position.at(i) - s.particles.position.at(i));
+    return largest(s.forceAt(u));  // linearised at rest
+  };
+  EXPECT_NEAR(forceOf(0.2f) / forceOf(0.1f), 4.0, 0.1);
+}
+
+TEST(Potential, ChangeIsLinearSymmetricAndNegativeSemidefinite) {
+  for (const Material& m : {density_only, viscosity_only, bonds_only, Material()}) {
+    Cloud s(m, 0.95f);
+    const VectorField u = smallMotion(s);
+    const Vectors at = s.forceAt(u);
+    std::mt19937 random(21);
+    const VectorField p = randomField(s.size(), random, 1e-4f), q = randomField(s.size(), random, 1e-4f);
+    VectorField combined = zeros(s.size()), moved = zeros(s.size());
+    for (std::size_t i = 0; i < s.size(); ++i) {
+      combined.set(i, 2.0f * p.at(i) - 3.0f * q.at(i));
+      moved.set(i, u.at(i) + p.at(i));
+    }
+    VectorField kp = zeros(s.size()), kq = kp, kc = kp, there = kp;
+    s.potential.change(p, kp);
+    s.potential.change(q, kq);
+    s.potential.change(combined, kc);
+    s.potential.force(moved, there);
+    double pkq = 0.0, qkp = 0.0, pkp = 0.0, size = 0.0;
+    const double scale = largest(toVectors(kp)), rounding = 1e-5 * largest(at);
+    ASSERT_GT(scale, 0.0);
+    for (std::size_t i = 0; i < s.size(); ++i) {
+      EXPECT_LT((kc.at(i) - 2.0f * kp.at(i) + 3.0f * kq.at(i)).norm(), 1e-5 * 5.0 * scale);
+      EXPECT_LT((there.at(i).cast<double>() - at[i] - kp.at(i).cast<double>()).norm(),
+                1e-4 * scale + rounding);
+      pkq += p.at(i).cast<double>().dot(kq.at(i).cast<double>());
+      qkp += q.at(i).cast<double>().dot(kp.at(i).cast<double>());
+      pkp += p.at(i).cast<double>().dot(kp.at(i).cast<double>());
+      size += p.at(i).norm() * kq.at(i).norm();
+    }
+    EXPECT_NEAR(pkq, qkp, 1e-6 * size);
+    EXPECT_LT(pkp, 0.0);
+    // semidefinite also for the smoothest fields, which are the hardest
+    VectorField linear = zeros(s.size());
+    for (std::size_t i = 0; i < s.size(); ++i)
+      linear.set(i, 0.01f * s.particles.position.at(i).x() * Eigen::Vector3f::UnitX());
+    s.potential.change(linear, kp);
+    double work = 0.0;
+    for (std::size_t i = 0; i < s.size(); ++i)
+      work += linear.at(i).cast<double>().dot(kp.at(i).cast<double>());
+    EXPECT_LE(work, 0.0);
+  }
+}
+
+TEST(Potential, DensityIsOneSidedAndOneOnTheLattice) {
+  Cloud s(density_only, 1.2f);
+  EXPECT_EQ(largest(s.forceAt(zeros(s.size()))), 0.0);  // stretched clay is not drawn together
+  std::vector<Material> materials{density_only};
+  Potential potential(s.kernel, spacing, materials);
+  const Particles particles = particlesAt(lattice(7, spacing, 0.0f), 2e-4f);
+  Neighbourhood near(s.kernel.h);
+  near.build(particles.position);
+  potential.begin(near, particles, nullptr, zeros(particles.size()), dt);
+  EXPECT_NEAR(potential.densityRatio()[particles.size() / 2], 1.0f, 1e-5f);
+}
+
+/// A Newtonian fluid in simple shear: shearing it takes eta gamma^2 watts a cubic metre, whatever the step.
+TEST(Potential, ViscosityIsInPascalSeconds) {
+  std::vector<Material> materials{viscosity_only};
+  const Kernel kernel(2.0f * spacing);
+  Potential potential(kernel, spacing, materials);
+  const Particles particles = particlesAt(lattice(6, spacing, 0.0f), 2e-4f);
+  Neighbourhood near(kernel.h);
+  near.build(particles.position);
+  for (const float step : {1e-3f, 1e-2f}) {
+    const float rate = 0.1f;  // 1/s
+    VectorField u = zeros(particles.size()), f = u;
+    for (std::size_t i = 0; i < particles.size(); ++i) {
+      u.set(i, {rate * step * particles.position[i].z(), 0.0f, 0.0f});
+    }
+    potential.begin(near, particles, nullptr, zeros(particles.size()), step);
+    potential.force(u, f);
+    double power = 0.0;  // W, put in by whoever shears the cloud
+    for (std::size_t i = 0; i < particles.size(); ++i)
+      power -= f.at(i).dot(u.at(i)) / static_cast<double>(step);
+    const double volume = static_cast<double>(particles.size()) * std::pow(static_cast<double>(spacing), 3.0);
+    EXPECT_NEAR(power, 200.0 * rate * rate * volume, 1e-3 * power) << step;
+  }
+}
+
+}  // namespace
+}  // namespace tactile_clay::clay
