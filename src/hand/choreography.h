@@ -73,7 +73,7 @@ struct Potter {
   double scale = 1.05;
   double radius = 0.05;   // m
   double height = 0.065;  // m
-  double depth = 0.006;   // m
+  double depth = 0.004;   // m
 };
 Score potter(const Potter& parameters = {});
 
