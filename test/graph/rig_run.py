@@ -19,7 +19,6 @@ from xml.etree import ElementTree
 import rosbag
 import roslib.packages
 import rospkg
-import yaml
 
 PACKAGE = rospkg.RosPack().get_path('tactile_clay')
 BAGS = os.path.join(PACKAGE, 'test', 'bags')
@@ -256,11 +255,6 @@ def focal_points(run):
     return {stamp: message.points for stamp, message in run.messages.by_stamp('/array/focal_points').items()}
 
 
-def scene_blocks():
-    with open(os.path.join(PACKAGE, 'config', 'scenes', 'kindergarten.yaml')) as scene:
-        return {body['name']: body for body in yaml.safe_load(scene)['bodies']}
-
-
 class _Results(unittest.TextTestResult):
     """Writes down each case as gtest does; rosunit's own runner would count a skipped one as passed."""
 
@@ -307,6 +301,8 @@ class _Results(unittest.TextTestResult):
 
 def main(name):
     """Runs the test cases of the program, as rostest expects of it."""
+    # A test that is stopped, such as by its time limit, still stops what it has started.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     suite = unittest.defaultTestLoader.loadTestsFromModule(sys.modules['__main__'])
     results = unittest.TextTestRunner(verbosity=2, resultclass=_Results).run(suite)
     results.suite.attrib.update(name=name, tests=str(results.testsRun), failures=str(len(results.failures)),
