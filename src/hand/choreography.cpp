@@ -187,21 +187,27 @@ Score knead(const Knead& p) {
   if (!(p.scale > 0.0 && p.depth >= 0.0 && p.block_height > p.depth && p.strokes > 0))
     throw std::invalid_argument(
         "knead: expected positive scale and strokes, and a depth below the block's height");
+  constexpr double travel = 1.2;  // s, between outside and over the blocks
   const double pressed = p.block_height - p.depth;
-  const Stroke hover{0.0, 0.0, -0.03, p.block_height + 0.05};
+  const Stroke hover{0.0, 0.0, -0.04, p.block_height + 0.05};
   Score score;
   for (const Side side : {Side::left, Side::right}) {
-    const double y = side == Side::left ? 0.08 : -0.08;
+    const double out = side == Side::left ? 1.0 : -1.0;
+    const double y = out * p.aside;
+    const HandPose over = strokePose(side, p.scale, y, hover);
+    HandPose outside = over;
+    outside.wrist.pretranslate(Vector3d(-0.28, 0.1 * out, 0.08));
     std::vector<Keyframe>& keys = score.hands.emplace_back();
-    keys.push_back({0.0, strokePose(side, p.scale, y, hover)});
-    keys.push_back({side == Side::left ? 0.5 : 1.25, keys.back().pose});  // the hands take turns
+    keys.push_back({0.0, outside});
+    keys.push_back({side == Side::left ? 0.2 : 0.95, outside});  // the hands take turns
+    keys.push_back({keys.back().time + travel, over});
     for (int i = 0; i < p.strokes; ++i) {
-      const double x = i % 2 == 0 ? -0.03 : -0.05;
-      const Stroke heel{0.0, -12 * degree, x + 0.02, pressed};
-      const Stroke flat{-0.25, 5 * degree, x, pressed};
+      const double x = i % 2 == 0 ? -0.045 : -0.055;
+      const Stroke heel{0.0, -12 * degree, x + 0.035, pressed};
+      const Stroke flat{-0.25, 5 * degree, x + 0.015, pressed};
       const Stroke tips{0.1, 18 * degree, x, pressed};
-      const Stroke grip{1.0, 12 * degree, x, pressed};
-      const Stroke drawn{1.0, 12 * degree, x - 0.03, pressed};
+      const Stroke grip{0.7, 12 * degree, x + 0.03, pressed};
+      const Stroke drawn{0.7, 12 * degree, x + 0.03 - p.draw, pressed};
       const Stroke* last = &hover;
       for (const auto& [next, seconds] :
            {std::pair(&heel, 0.9), std::pair(&flat, 0.7), std::pair(&tips, 0.7), std::pair(&grip, 0.6),
@@ -210,7 +216,7 @@ Score knead(const Knead& p) {
         last = next;
       }
     }
-    keys.push_back({0.5 + 0.75 + 4.4 * p.strokes + 0.5, keys.back().pose});
+    keys.push_back({keys.back().time + travel, outside});
   }
   return score;
 }
@@ -244,9 +250,11 @@ Score potter(const Potter& p) {
   for (const Side side : {Side::left, Side::right}) {
     const double away = side == Side::left ? 1.0 : -1.0;  // the right hand is at -y
     HandPose open = curled(side, p.scale, 10 * degree, 15 * degree, 10 * degree);
-    // Fingers forward, palm to the axis, thumb up.
+    // Fingers forward, palm to the axis, thumb up; opened by the angle at which the two hands do not wedge
+    // the clay out forward or back.
     Eigen::Matrix3d rotation;
     rotation << Vector3d(0.0, 0.0, away), Vector3d(0.0, away, 0.0), -Vector3d::UnitX();
+    rotation = AngleAxisd(away * 4 * degree, Vector3d::UnitZ()) * rotation;
     // The closest skin at `distance` from the axis, the lowest at height z.
     const auto around = [&](double distance, double z) {
       HandPose pose = placed(open, Eigen::Isometry3d(rotation), middle_proximal, {0.0, 0.0, z});
@@ -264,16 +272,16 @@ Score potter(const Potter& p) {
       gap(far);
       return pose;
     };
-    const double touch = p.radius - p.depth;
-    const double top = 0.005 + 0.4 * p.height;
-    score.hands.push_back({{0.0, around(p.radius + 0.04, 0.005)},
-                           {0.5, around(p.radius + 0.04, 0.005)},
-                           {2.0, around(p.radius, 0.005)},
-                           {3.0, around(touch, 0.005)},
-                           {6.0, around(touch, top)},
-                           {6.5, around(touch, top)},
-                           {7.5, around(p.radius + 0.04, top)},
-                           {8.0, around(p.radius + 0.04, top)}});
+    const double open_at = p.radius + 0.04, low = 0.005, top = low + 0.06 * p.height;
+    const double pressed = p.radius - p.depth, waist = p.radius - 0.8 * p.depth;
+    score.hands.push_back({{0.0, around(open_at, low)},
+                           {0.5, around(open_at, low)},
+                           {1.5, around(p.radius, low)},
+                           {3.5, around(pressed, low)},  // two turns of the wheel
+                           {4.5, around(pressed, low)},
+                           {6.0, around(waist, top)},
+                           {7.0, around(p.radius + 0.01, top)},
+                           {8.0, around(open_at, top)}});
   }
   return score;
 }

@@ -39,12 +39,15 @@ struct Score {
   TrackedFrame sample(double t) const;
 };
 
-/// Two palm-down hands knead blocks that stand on z = 0 within 0.1 m of the origin, one after the other:
-/// press with the heel, roll over the palm to the fingers, curl them into the clay and draw it back.
+/// Two palm-down hands come in from the user's side, knead blocks that stand on z = 0 within 0.1 m of the
+/// origin, and leave. Each stroke presses with the heel, rolls over the palm to the fingers, curls them into
+/// the clay and draws it back; the right hand is 0.75 s behind the left one.
 struct Knead {
   double scale = 1.05;          // of the person
   double block_height = 0.045;  // m, 35 to 50 mm
-  double depth = 0.02;          // m below the block's top that the lowest skin goes
+  double depth = 0.025;         // m below the block's top that the lowest skin goes
+  double aside = 0.07;          // m, of each palm from the plane y = 0
+  double draw = 0.01;           // m, how far the clay is drawn back
   int strokes = 2;              // of each hand, 4.4 s each
 };
 Score knead(const Knead& parameters = {});
@@ -64,12 +67,13 @@ Score pressFinger(const PressFinger& parameters = {});
 /// The whole right palm presses a block from above and leaves it; the same times and distances.
 Score flatPress(const PressFinger& parameters = {});
 
-/// Two hands close on an upright cylinder around the origin that stands on z = 0, draw up along it and leave.
+/// Two hands close on an upright cylinder around the origin that stands on z = 0, press it narrower over two
+/// turns of a wheel of 60 rpm, rise a little and leave.
 struct Potter {
   double scale = 1.05;
   double radius = 0.05;   // m
   double height = 0.065;  // m
-  double depth = 0.008;   // m
+  double depth = 0.004;   // m
 };
 Score potter(const Potter& parameters = {});
 

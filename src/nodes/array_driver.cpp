@@ -17,7 +17,9 @@ ArrayDriver::ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh)
   device_->open(options);
   GatedArray::Output output;
   output.head_spl = [this](const device::Emission& emission) { return model_.headSpl(emission); };
-  output.emit = [this](const device::Emission& emission, const std_msgs::Header&) { device_->submit(emission); };
+  output.emit = [this](const device::Emission& emission, const std_msgs::Header&) {
+    device_->submit(emission);
+  };
   output.silence = [this](const std_msgs::Header&) { device_->stop(); };
   output.fault = [this] { return device_->fault(); };
   array_ = std::make_unique<GatedArray>(nh, private_nh, name_, true, std::move(output));

@@ -11,8 +11,10 @@
 
 namespace tactile_clay::nodes {
 
-/// Owns one array, a device plugin named by `~device`, behind the safety gate. The plugin is opened with the texts of
-/// `~port` and of the map `~device_options`. The sound pressure level at the head is that of the model `~layout`.
+/// Owns one array, a device plugin named by `~device`, behind the safety gate. The plugin is opened with the
+/// texts of
+/// `~port` and of the map `~device_options`. The sound pressure level at the head is that of the model
+/// `~layout`.
 class ArrayDriver {
  public:
   /// \throws std::runtime_error with one line where a parameter is wrong or the device cannot be opened

@@ -9,7 +9,8 @@ namespace tactile_clay::nodes {
 ArrayModel::ArrayModel(const ros::NodeHandle& private_nh)
     : layout(ultrasound::arrayLayout(param<std::string>(private_nh, "layout", "usx"))) {
   acoustics.temperature = paramIn(private_nh, "temperature", acoustics.temperature, -20.0, 60.0);
-  acoustics.reference_pressure = paramIn(private_nh, "reference_pressure", acoustics.reference_pressure, 0.01, 100.0);
+  acoustics.reference_pressure =
+      paramIn(private_nh, "reference_pressure", acoustics.reference_pressure, 0.01, 100.0);
   acoustics.validate();
   options.iterations = paramIn(private_nh, "solver_iterations", options.iterations, 1, 1000);
   const Eigen::Isometry3d array = poseParam(private_nh, "array_pose", "0 0 -0.15 0 0 0");

@@ -14,8 +14,9 @@ namespace tactile_clay::nodes {
 
 /// The physical model of an array: its transducers, the air, the head of a person beside it.
 struct ArrayModel {
-  /// Reads `~layout`, `~temperature`, `~reference_pressure`, `~solver_iterations`, `~head_point` (in world), `~array_pose`.
-  /// \throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
+  /// Reads `~layout`, `~temperature`, `~reference_pressure`, `~solver_iterations`, `~head_point` (in world),
+  /// `~array_pose`. \throws std::runtime_error, std::invalid_argument with one line where a parameter is
+  /// wrong
   explicit ArrayModel(const ros::NodeHandle& private_nh);
 
   ultrasound::Drive solve(const device::Emission& emission) const;

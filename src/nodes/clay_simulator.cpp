@@ -16,8 +16,8 @@
 namespace tactile_clay::nodes {
 namespace {
 
-constexpr double skin_lifetime = 0.15;    // s; a hand without news is out of the clay by then
-constexpr double longest_gap = 1.0;       // s; lockstep simulates at most this between two skins
+constexpr double skin_lifetime = 0.15;     // s; a hand without news is out of the clay by then
+constexpr double longest_gap = 1.0;        // s; lockstep simulates at most this between two skins
 constexpr std::size_t lockstep_queue = 0;  // unlimited
 
 }  // namespace
@@ -26,7 +26,8 @@ ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : lockstep_(param(private_nh, "lockstep", false)),
       period_(1.0 / paramIn(private_nh, "rate", 60.0, 1.0, 1000.0)),
       scene_(scene::loadScene(param<std::string>(private_nh, "scene", "kindergarten"), packageFolder())) {
-  scene_.config.budget = scene::loadQuality(param<std::string>(private_nh, "quality", "balanced"), packageFolder());
+  scene_.config.budget =
+      scene::loadQuality(param<std::string>(private_nh, "quality", "balanced"), packageFolder());
   // 0 means what the preset says, so that launch arguments can pass it on.
   if (const int n = paramIn(private_nh, "substeps", 0, 0, 1000)) scene_.config.budget.substeps = n;
   if (const int n = paramIn(private_nh, "iterations", 0, 0, 1000)) scene_.config.budget.iterations = n;
@@ -38,8 +39,8 @@ ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
   solids_ = std::make_unique<scene::Solids>(urdf, scene_.motions);
   restart();
 
-  skin_subscriber_ = nh.subscribe(topic::hands_skin, lockstep_ ? lockstep_queue : 1, &ClaySimulator::receive, this,
-                                  ros::TransportHints().tcpNoDelay());
+  skin_subscriber_ = nh.subscribe(topic::hands_skin, lockstep_ ? lockstep_queue : 1, &ClaySimulator::receive,
+                                  this, ros::TransportHints().tcpNoDelay());
   reset_server_ = private_nh.advertiseService("reset", &ClaySimulator::reset, this);
   const unsigned queue = lockstep_ ? lockstep_queue : 2;
   particles_ = nh.advertise<Cloud>(topic::clay_particles, queue);
@@ -75,8 +76,8 @@ bool ClaySimulator::reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Respon
 
 void ClaySimulator::receive(const Cloud::ConstPtr& skin) {
   if (skin->header.frame_id != frame::world) {
-    ROS_WARN_THROTTLE(1.0, "clay_simulator: skin in frame '%s' left out, expected '%s'", skin->header.frame_id.c_str(),
-                      frame::world);
+    ROS_WARN_THROTTLE(1.0, "clay_simulator: skin in frame '%s' left out, expected '%s'",
+                      skin->header.frame_id.c_str(), frame::world);
     return;
   }
   {
@@ -139,7 +140,8 @@ void ClaySimulator::runLockstep() {
     const ros::Time stamp = skin->header.stamp;
     double duration = before.isZero() ? scene_.config.frame : (stamp - before).toSec();
     if (duration < 0.0 || duration > longest_gap)
-      ROS_WARN_THROTTLE(1.0, "clay_simulator: %.3f s between two skins, expected 0 to %.0f s", duration, longest_gap);
+      ROS_WARN_THROTTLE(1.0, "clay_simulator: %.3f s between two skins, expected 0 to %.0f s", duration,
+                        longest_gap);
     duration = std::clamp(duration, 0.0, longest_gap);
     before = stamp;
     const clay::Ghosts ghosts = read(*skin);
@@ -158,7 +160,8 @@ void ClaySimulator::runLive() {
     Cloud::ConstPtr skin;
     {
       std::unique_lock<std::mutex> lock(skins_mutex_);
-      // Skins at the tracker's rate start the frames; half a period of grace keeps the two clocks from beating.
+      // Skins at the tracker's rate start the frames; half a period of grace keeps the two clocks from
+      // beating.
       const auto next = before + std::chrono::duration_cast<Clock::duration>(1.5 * period);
       skin_came_.wait_until(lock, next, [this] { return stopping_ || !skins_.empty(); });
       if (stopping_) return;
@@ -206,6 +209,8 @@ void ClaySimulator::publishState(ros::Time stamp) {
   if (!joints.empty()) {
     auto message = boost::make_shared<sensor_msgs::JointState>();
     message->header = header;
+    // Joints are for robot_state_publisher, which complains of states as old as a recording.
+    if (lockstep_) message->header.stamp = ros::Time::now();
     for (const auto& [name, position] : joints) {
       message->name.push_back(name);
       message->position.push_back(position);
@@ -239,8 +244,9 @@ void ClaySimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
   }
   const std::lock_guard<std::mutex> lock(clay_mutex_);
   if (dropped_ > 0.1) {
-    ROS_WARN_THROTTLE(10.0, "clay_simulator: late, %.2f s of the last second dropped; a lower quality would keep up",
-                      dropped_);
+    ROS_WARN_THROTTLE(
+        10.0, "clay_simulator: late, %.2f s of the last second dropped; a lower quality would keep up",
+        dropped_);
     status.summary(Level::WARN, "late: time is dropped");
   } else if (bad_skins_ > 0) {
     status.summary(Level::WARN, "skins left out");

@@ -19,10 +19,10 @@ namespace tactile_clay::nodes {
 
 /// Simulates the clay of one scene: `hands/skin` in, `clay/contacts`, `clay/particles` and `clay/status` out.
 ///
-/// Live, simulated time follows the wall clock: a new skin starts a frame at once, the newest skin wins, and where
-/// none comes the clay goes on at `~rate`. A frame never simulates more than 1.5 periods of `~rate`; when computing takes
-/// longer, time is dropped, and said so. In lockstep every skin is one frame, of the time between its stamp and the
-/// one before.
+/// Live, simulated time follows the wall clock: a new skin starts a frame at once, the newest skin wins, and
+/// where none comes the clay goes on at `~rate`. A frame never simulates more than 1.5 periods of `~rate`;
+/// when computing takes longer, time is dropped, and said so. In lockstep every skin is one frame, of the
+/// time between its stamp and the one before.
 class ClaySimulator {
  public:
   /// \throws std::runtime_error with one line where a parameter or the scene is wrong

@@ -17,7 +17,8 @@ constexpr std::uint8_t type_of = std::is_same_v<T, float> ? PointField::FLOAT32 
 std::size_t pointCount(const sensor_msgs::PointCloud2& cloud) {
   const std::size_t points = std::size_t{cloud.width} * cloud.height;
   if (cloud.is_bigendian || cloud.data.size() < points * cloud.point_step)
-    throw std::runtime_error("cloud of " + std::to_string(points) + " points of " + std::to_string(cloud.point_step) +
+    throw std::runtime_error("cloud of " + std::to_string(points) + " points of " +
+                             std::to_string(cloud.point_step) +
                              " bytes: expected little-endian data of that size, got " +
                              std::to_string(cloud.data.size()) + " bytes");
   return points;
@@ -26,7 +27,8 @@ std::size_t pointCount(const sensor_msgs::PointCloud2& cloud) {
 template <typename T>
 Column<T> column(const sensor_msgs::PointCloud2& cloud, const std::string& name) {
   for (const PointField& field : cloud.fields)
-    if (field.name == name && field.datatype == type_of<T> && std::size_t{field.offset} + 4 <= cloud.point_step)
+    if (field.name == name && field.datatype == type_of<T> &&
+        std::size_t{field.offset} + 4 <= cloud.point_step)
       return {cloud, field.offset};
   throw std::runtime_error("cloud without field '" + name + "' of type " +
                            (std::is_same_v<T, float> ? "float32" : "uint32"));

@@ -53,7 +53,8 @@ sensor_msgs::PointCloud2Ptr ContactPressure::pressure(const Cloud& skin, const C
     const auto array = transforms_.lookup(skin.header.frame_id, frame::array, ros::Time(0));
     if (!array) throw std::runtime_error("the pose of the array is not known");
     std::size_t dropped = 0;
-    samples = contact::pressureField(pressureSkin(skin).view(), forces, array->translation().cast<float>(), &dropped);
+    samples = contact::pressureField(pressureSkin(skin).view(), forces, array->translation().cast<float>(),
+                                     &dropped);
     dropped_ += dropped;
     const Eigen::Isometry3f to_array = array->inverse().cast<float>();
     for (contact::PressureSample& sample : samples) {

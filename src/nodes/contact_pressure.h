@@ -10,8 +10,8 @@
 
 namespace tactile_clay::nodes {
 
-/// Turns forces on the skin into pressure (Eq. 7): joins `clay/contacts` with the `hands/skin` of the same stamp, and
-/// publishes one `hands/pressure` for each, in frame `array`.
+/// Turns forces on the skin into pressure (Eq. 7): joins `clay/contacts` with the `hands/skin` of the same
+/// stamp, and publishes one `hands/pressure` for each, in frame `array`.
 class ContactPressure {
  public:
   /// \throws std::runtime_error with one line where a parameter is wrong

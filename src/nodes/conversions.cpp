@@ -22,14 +22,19 @@ struct Columns3 {
 
 using Vectors = Columns3<float>;
 
-Vectors positions(const sensor_msgs::PointCloud2& cloud) { return {cloud, "x", "y", "z"}; }
-Vectors normals(const sensor_msgs::PointCloud2& cloud) { return {cloud, "normal_x", "normal_y", "normal_z"}; }
+Vectors positions(const sensor_msgs::PointCloud2& cloud) {
+  return {cloud, "x", "y", "z"};
+}
+Vectors normals(const sensor_msgs::PointCloud2& cloud) {
+  return {cloud, "normal_x", "normal_y", "normal_z"};
+}
 
 /// Colour in the bits of a float, as PCL and rviz read the field `rgb`.
 float packed(const Eigen::Vector3f& color) {
   std::uint32_t bits = 0;
   for (int c = 0; c < 3; ++c)
-    bits = bits << 8 | static_cast<std::uint32_t>(std::lround(255.0f * std::min(std::max(color[c], 0.0f), 1.0f)));
+    bits = bits << 8 |
+           static_cast<std::uint32_t>(std::lround(255.0f * std::min(std::max(color[c], 0.0f), 1.0f)));
   float value;
   std::memcpy(&value, &bits, 4);
   return value;
@@ -135,7 +140,8 @@ sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::S
   std::vector<float> color;
   for (const scene::Body& body : scene.bodies) color.push_back(packed(body.color));
   std::vector<float> rest_density;
-  for (const clay::Material& material : clay.materials()) rest_density.push_back(static_cast<float>(material.density));
+  for (const clay::Material& material : clay.materials())
+    rest_density.push_back(static_cast<float>(material.density));
 
   CloudWriter cloud(header, "x y z rgb vx vy vz density body:u", particles.size());
   for (std::size_t i = 0; i < particles.size(); ++i) {
@@ -146,8 +152,8 @@ sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::S
   return cloud.finish();
 }
 
-sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& forces, const clay::Ghosts& ghosts,
-                                         const std_msgs::Header& header) {
+sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& forces,
+                                         const clay::Ghosts& ghosts, const std_msgs::Header& header) {
   CloudWriter cloud(header, "x y z fx fy fz index:u", forces.size());
   for (const clay::GhostForce& force : forces)
     cloud.vector(ghosts.position.at(force.ghost)).vector(force.force) << force.ghost;
@@ -198,7 +204,8 @@ std::vector<FocalPoint> toMessage(const std::vector<ultrasound::FocalPoint>& poi
 std::vector<ultrasound::FocalPoint> toCore(const std::vector<FocalPoint>& points) {
   std::vector<ultrasound::FocalPoint> out;
   for (const FocalPoint& point : points)
-    out.push_back({point.id, {point.position.x, point.position.y, point.position.z}, point.pressure, point.intensity});
+    out.push_back(
+        {point.id, {point.position.x, point.position.y, point.position.z}, point.pressure, point.intensity});
   return out;
 }
 

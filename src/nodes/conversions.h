@@ -15,8 +15,9 @@
 
 namespace tactile_clay::nodes {
 
-/// Every conversion between ROS messages and the core, with the fields and units of the messages and topics. What
-/// reads a message throws std::runtime_error, naming the field, where the message is not what it should be.
+/// Every conversion between ROS messages and the core, with the fields and units of the messages and topics.
+/// What reads a message throws std::runtime_error, naming the field, where the message is not what it should
+/// be.
 
 std::chrono::nanoseconds toCore(const ros::Time& time);
 /// \throws std::runtime_error for a stamp that ROS time (32 bit seconds) cannot hold
@@ -43,8 +44,8 @@ sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::S
                                           const std_msgs::Header& header);
 
 /// clay/contacts: the force on each touched skin sample. \param skin the message that the ghosts came from
-sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& forces, const clay::Ghosts& ghosts,
-                                         const std_msgs::Header& header);
+sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& forces,
+                                         const clay::Ghosts& ghosts, const std_msgs::Header& header);
 std::vector<contact::ContactForce> contactForces(const sensor_msgs::PointCloud2& contacts);
 
 /// hands/pressure.

@@ -16,6 +16,8 @@ void finish(int code) {
   ros::requestShutdown();
 }
 
-int exitCode() { return code_of_process; }
+int exitCode() {
+  return code_of_process;
+}
 
 }  // namespace tactile_clay::nodes

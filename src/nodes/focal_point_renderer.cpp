@@ -17,7 +17,8 @@ constexpr std::uint8_t amplitude_modulation = 0;
 ultrasound::FocalPointConfig config(const ros::NodeHandle& nh) {
   ultrasound::FocalPointConfig config;
   constexpr double any = std::numeric_limits<double>::max();  // the core checks ranges
-  config.max_points = static_cast<std::size_t>(paramIn(nh, "max_points", static_cast<int>(config.max_points), 1, 256));
+  config.max_points =
+      static_cast<std::size_t>(paramIn(nh, "max_points", static_cast<int>(config.max_points), 1, 256));
   config.min_separation = paramIn(nh, "min_separation", config.min_separation, 0.0, any);
   config.sigma = paramIn(nh, "sigma", config.sigma, 0.0, any);
   config.perceptual_weights = param(nh, "perceptual_weights", config.perceptual_weights);
@@ -27,8 +28,8 @@ ultrasound::FocalPointConfig config(const ros::NodeHandle& nh) {
   config.follow_distance = paramIn(nh, "follow_distance", config.follow_distance, 0.0, any);
   const auto fit = param<std::string>(nh, "intensity_fit", "least_squares");
   if (fit != "least_squares" && fit != "paper")
-    throw std::runtime_error("parameter " + nh.resolveName("intensity_fit") + ": expected 'least_squares' or 'paper', got '" +
-                             fit + "'");
+    throw std::runtime_error("parameter " + nh.resolveName("intensity_fit") +
+                             ": expected 'least_squares' or 'paper', got '" + fit + "'");
   config.fit = fit == "paper" ? ultrasound::IntensityFit::paper : ultrasound::IntensityFit::least_squares;
   return config;
 }
@@ -37,7 +38,8 @@ ultrasound::FocalPointConfig config(const ros::NodeHandle& nh) {
 
 FocalPointRenderer::FocalPointRenderer(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : renderer_(config(private_nh)),
-      modulation_frequency_(static_cast<float>(paramIn(private_nh, "modulation_frequency", 200.0, 1.0, 1000.0))),
+      modulation_frequency_(
+          static_cast<float>(paramIn(private_nh, "modulation_frequency", 200.0, 1.0, 1000.0))),
       health_(nh, private_nh, "focal points", [this](auto& status) { diagnose(status); }) {
   const unsigned queue = param(private_nh, "lockstep", false) ? 0 : 1;
   subscriber_ = nh.subscribe(topic::hands_pressure, queue, &FocalPointRenderer::receive, this,

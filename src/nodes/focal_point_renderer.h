@@ -8,8 +8,8 @@
 
 namespace tactile_clay::nodes {
 
-/// Renders `hands/pressure` as focal points (Eq. 8, 9): one `array/focal_points` for each, with no points where nothing
-/// is touched. Amplitude-modulated.
+/// Renders `hands/pressure` as focal points (Eq. 8, 9): one `array/focal_points` for each, with no points
+/// where nothing is touched. Amplitude-modulated.
 class FocalPointRenderer {
  public:
   /// \throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong

@@ -30,8 +30,8 @@ device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh) {
 
 }  // namespace
 
-GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std::string& device, bool watch_in_lockstep,
-                       Output output)
+GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std::string& device,
+                       bool watch_in_lockstep, Output output)
     : device_(device),
       gate_(gateConfig(private_nh)),
       output_(std::move(output)),
@@ -47,8 +47,8 @@ GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std
   stop_server_ = private_nh.advertiseService("stop", &GatedArray::stop, this);
   reset_server_ = private_nh.advertiseService("reset", &GatedArray::reset, this);
   gate_.start();
-  subscriber_ =
-      nh.subscribe(topic::focal_points, queue, &GatedArray::receive, this, ros::TransportHints().tcpNoDelay());
+  subscriber_ = nh.subscribe(topic::focal_points, queue, &GatedArray::receive, this,
+                             ros::TransportHints().tcpNoDelay());
   state_ = nh.advertise<ArrayState>(topic::array_state, lockstep ? 0 : 10);
   timer_ = nh.createWallTimer(watch_period, [this](const ros::WallTimerEvent&) { watch(); });
 }
@@ -105,7 +105,8 @@ void GatedArray::emit(const device::Emission& emission) {
 
 void GatedArray::close(const std::string& reason) {
   output_.silence(in_force_);
-  if (open_ || frames_ == 1) ROS_WARN_THROTTLE(1.0, "array '%s' is silent: %s", device_.c_str(), reason.c_str());
+  if (open_ || frames_ == 1)
+    ROS_WARN_THROTTLE(1.0, "array '%s' is silent: %s", device_.c_str(), reason.c_str());
   open_ = emitting_ = false;
   silent_reason_ = reason;
 }
@@ -172,10 +173,12 @@ void GatedArray::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
   status.add("frames late", late_);
   status.add("head, dB SPL", head_spl_);
   std::sort(latencies_.begin(), latencies_.end());
-  for (const auto& [name, share] : {std::pair("median", 0.5), {"90 %", 0.9}, {"99 %", 0.99}, {"longest", 1.0}})
+  for (const auto& [name, share] :
+       {std::pair("median", 0.5), {"90 %", 0.9}, {"99 %", 0.99}, {"longest", 1.0}})
     if (check_stamps_ && !latencies_.empty())
-      status.add(std::string("latency, ms, ") + name,
-                 1e3 * latencies_[static_cast<std::size_t>(share * static_cast<double>(latencies_.size() - 1))]);
+      status.add(
+          std::string("latency, ms, ") + name,
+          1e3 * latencies_[static_cast<std::size_t>(share * static_cast<double>(latencies_.size() - 1))]);
   latencies_.clear();
   frames_ = 0;
 }

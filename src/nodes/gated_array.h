@@ -15,8 +15,9 @@
 
 namespace tactile_clay::nodes {
 
-/// What the nodes of a real and of a simulated array share: `array/focal_points` in, the safety gate, `array/state` out, the
-/// services `~stop` and `~reset`, the frame `array`. The array is silent whenever the gate is closed, and in the end.
+/// What the nodes of a real and of a simulated array share: `array/focal_points` in, the safety gate,
+/// `array/state` out, the services `~stop` and `~reset`, the frame `array`. The array is silent whenever the
+/// gate is closed, and in the end.
 class GatedArray {
  public:
   struct Output {
@@ -30,10 +31,10 @@ class GatedArray {
     std::function<std::string()> fault;
   };
 
-  /// \param watch_in_lockstep whether frames may become stale by the wall clock in lockstep too, as for real arrays
-  /// \throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
-  GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std::string& device, bool watch_in_lockstep,
-             Output output);
+  /// \param watch_in_lockstep whether frames may become stale by the wall clock in lockstep too, as for real
+  /// arrays \throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
+  GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std::string& device,
+             bool watch_in_lockstep, Output output);
   ~GatedArray();
 
  private:
@@ -52,13 +53,13 @@ class GatedArray {
   Output output_;
   tf2_ros::StaticTransformBroadcaster broadcaster_;
 
-  std_msgs::Header in_force_;          // of the last frame
-  ros::SteadyTime last_passed_;        // when the last frame passed the gate
+  std_msgs::Header in_force_;    // of the last frame
+  ros::SteadyTime last_passed_;  // when the last frame passed the gate
   bool emitting_ = false, open_ = false;
   std::string silent_reason_ = "no focal points have come";
   unsigned sent_ = 0, rejected_ = 0, late_ = 0, frames_ = 0;
   double latency_ = 0.0, head_spl_ = 0.0;
-  std::vector<double> latencies_;      // s, since the last diagnostics
+  std::vector<double> latencies_;  // s, since the last diagnostics
 
   ros::Subscriber subscriber_;
   ros::Publisher state_;

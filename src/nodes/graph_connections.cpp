@@ -18,7 +18,8 @@ using Nodes = std::set<std::string>;
 std::map<std::string, Nodes> nodesByTopic(XmlRpcValue& list) {
   std::map<std::string, Nodes> nodes;
   for (int i = 0; i < list.size(); ++i)
-    for (int k = 0; k < list[i][1].size(); ++k) nodes[list[i][0]].insert(static_cast<std::string>(list[i][1][k]));
+    for (int k = 0; k < list[i][1].size(); ++k)
+      nodes[list[i][0]].insert(static_cast<std::string>(list[i][1][k]));
   return nodes;
 }
 
@@ -64,7 +65,8 @@ std::string missingLink(const std::string& topic, const Nodes& publishers, const
 std::string missingConnection(const Connections& wanted) {
   XmlRpcValue request, response, state;
   request[0] = ros::this_node::getName();
-  if (!ros::master::execute("getSystemState", request, response, state, false)) return "the master does not answer";
+  if (!ros::master::execute("getSystemState", request, response, state, false))
+    return "the master does not answer";
   NodesByTopic publishers = nodesByTopic(state[0]), subscribers = nodesByTopic(state[1]);
   for (const std::string& topic : wanted.required) {
     if (publishers[topic].empty()) return "nobody publishes " + topic;

@@ -12,9 +12,9 @@ struct Connections {
   std::string recorder;               // node that must be connected to all required topics, or empty
 };
 
-/// Asks the master and the nodes whether messages would reach everyone: every publisher of these topics is connected to
-/// every subscriber that the master knows. Names are resolved names.
-/// \return empty if so, else one line about what is missing
+/// Asks the master and the nodes whether messages would reach everyone: every publisher of these topics is
+/// connected to every subscriber that the master knows. Names are resolved names. \return empty if so, else
+/// one line about what is missing
 std::string missingConnection(const Connections& wanted);
 
 }  // namespace tactile_clay::nodes

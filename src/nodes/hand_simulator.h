@@ -12,8 +12,9 @@
 
 namespace tactile_clay::nodes {
 
-/// Puts skin on tracked hands: one `hands/skin` for each `hands/tracked`, with its stamp, in `world`; without fields
-/// changing, and without points, where no hand is seen. Broadcasts the palms as `hand_left` and `hand_right`.
+/// Puts skin on tracked hands: one `hands/skin` for each `hands/tracked`, with its stamp, in `world`; without
+/// fields changing, and without points, where no hand is seen. Broadcasts the palms as `hand_left` and
+/// `hand_right`.
 class HandSimulator {
  public:
   /// \throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong

@@ -17,10 +17,12 @@ namespace {
 
 const ros::WallDuration answer_patience(30.0);  // lockstep
 const ros::WallDuration graph_patience(15.0);   // live
-const std::vector<std::string> whole_graph = {topic::hands_tracked,  topic::hands_skin,   topic::clay_contacts,
-                                              topic::hands_pressure, topic::focal_points, topic::array_state};
-const std::vector<std::string> side_topics = {topic::clay_particles, topic::clay_status,    topic::joint_states,
-                                              topic::array_drive,    topic::array_measured, topic::array_field};
+const std::vector<std::string> whole_graph = {topic::hands_tracked, topic::hands_skin,
+                                              topic::clay_contacts, topic::hands_pressure,
+                                              topic::focal_points,  topic::array_state};
+const std::vector<std::string> side_topics = {topic::clay_particles, topic::clay_status,
+                                              topic::joint_states,   topic::array_drive,
+                                              topic::array_measured, topic::array_field};
 
 }  // namespace
 
@@ -47,8 +49,8 @@ HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
   passes_by_ = from_topic && options.topic == nh.resolveName(topic::hands_tracked);
   source_->open(options);
   if (lockstep_ && !source_->recorded())
-    throw std::runtime_error("lockstep: expected hands from a recording or none, got the live source '" + source_name_ +
-                             "'");
+    throw std::runtime_error("lockstep: expected hands from a recording or none, got the live source '" +
+                             source_name_ + "'");
 
   wait_for_graph_ = param(private_nh, "wait_for_graph", false) || lockstep_;
   for (const std::string& name : param(private_nh, "graph", whole_graph))
@@ -78,7 +80,8 @@ void HandTracking::run() {
   follow();
   if (stopped()) return;
   // The last sample may still be on its way through the graph; only lockstep insists on its answer.
-  if (!lockstep_ && !passes_by_) answers_.wait(last_release_, ros::WallDuration(2.0), [this] { return stopped(); });
+  if (!lockstep_ && !passes_by_)
+    answers_.wait(last_release_, ros::WallDuration(2.0), [this] { return stopped(); });
   // Recorders and displays get what they have been sent before the process goes.
   ros::WallDuration(0.3).sleep();
   ROS_INFO("hand_tracking: the input ended after %u frames", frames_.load());
@@ -117,7 +120,8 @@ void HandTracking::follow() {
     if (time_.repaired() > repaired_stamps_) {
       repaired_stamps_ = time_.repaired();
       ROS_WARN_THROTTLE(5.0, "hand_tracking: stamp %.6f s does not follow the one before: taken as %.6f s",
-                        1e-9 * static_cast<double>(frame.stamp.count()), 1e-9 * static_cast<double>(stamp.count()));
+                        1e-9 * static_cast<double>(frame.stamp.count()),
+                        1e-9 * static_cast<double>(stamp.count()));
     }
     if (first.count() < 0) first = stamp;
     if (duration_ > 0.0 && std::chrono::duration<double>(stamp - first).count() >= duration_) return;
@@ -131,7 +135,8 @@ void HandTracking::follow() {
 }
 
 void HandTracking::pace(std::chrono::nanoseconds elapsed) {
-  const ros::SteadyTime due = start_ + ros::WallDuration(std::chrono::duration<double>(elapsed).count() / rate_);
+  const ros::SteadyTime due =
+      start_ + ros::WallDuration(std::chrono::duration<double>(elapsed).count() / rate_);
   for (auto left = due - ros::SteadyTime::now(); left > ros::WallDuration(0.0) && !stopped();
        left = due - ros::SteadyTime::now())
     std::min(left, ros::WallDuration(0.1)).sleep();

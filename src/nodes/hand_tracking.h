@@ -20,10 +20,11 @@ namespace tactile_clay::nodes {
 
 /// Reads one source of tracked hands, places them in `world` and publishes `hands/tracked`.
 ///
-/// Live, recordings run by their own clock times `~rate`, and every sample is stamped with the time of its release. In
-/// lockstep, stamps are the recording's, and sample k+1 is released when the array has answered sample k; the first one
-/// waits until the topics of `~graph`, and the node `~recorder` if one is named, are connected.
-/// It ends its process, with code 0, when the source has ended or after `~duration` seconds of input.
+/// Live, recordings run by their own clock times `~rate`, and every sample is stamped with the time of its
+/// release. In lockstep, stamps are the recording's, and sample k+1 is released when the array has answered
+/// sample k; the first one waits until the topics of `~graph`, and the node `~recorder` if one is named, are
+/// connected. It ends its process, with code 0, when the source has ended or after `~duration` seconds of
+/// input.
 class HandTracking {
  public:
   /// \throws std::runtime_error with one line where a parameter is wrong or the source cannot be opened

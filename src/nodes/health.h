@@ -17,7 +17,8 @@ class Health {
       : updater_(nh, private_nh, private_nh.getNamespace()) {
     updater_.setHardwareID("none");
     updater_.add(what, [fill = std::move(fill)](auto& status) { fill(status); });
-    timer_ = nh.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { updater_.force_update(); });
+    timer_ = nh.createWallTimer(ros::WallDuration(1.0),
+                                [this](const ros::WallTimerEvent&) { updater_.force_update(); });
   }
 
  private:

@@ -4,5 +4,5 @@
 
 int main(int argc, char** argv) {
   return tactile_clay::nodes::runNode<tactile_clay::nodes::TACTILE_CLAY_NODE_CLASS>(argc, argv,
-                                                                                   TACTILE_CLAY_NODE_NAME);
+                                                                                    TACTILE_CLAY_NODE_NAME);
 }

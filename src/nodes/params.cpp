@@ -6,8 +6,8 @@
 namespace tactile_clay::nodes {
 namespace {
 
-std::vector<double> numbersParam(const ros::NodeHandle& nh, const std::string& key, const std::string& fallback,
-                                 std::size_t count, const char* expected) {
+std::vector<double> numbersParam(const ros::NodeHandle& nh, const std::string& key,
+                                 const std::string& fallback, std::size_t count, const char* expected) {
   std::vector<double> numbers;
   std::string text = fallback;
   // A launch file turns a lone number into a number; everything else arrives as a text or a list.
@@ -22,8 +22,8 @@ std::vector<double> numbersParam(const ros::NodeHandle& nh, const std::string& k
   for (const double number : numbers) good = good && std::isfinite(number);
   if (!good || numbers.size() != count)
     throw std::runtime_error("parameter " + nh.resolveName(key) + ": expected \"" + expected + "\", " +
-                             std::to_string(count) + " numbers, got \"" + (list ? "a list of other length" : text) +
-                             "\"");
+                             std::to_string(count) + " numbers, got \"" +
+                             (list ? "a list of other length" : text) + "\"");
   return numbers;
 }
 
@@ -33,9 +33,10 @@ Eigen::Isometry3d poseParam(const ros::NodeHandle& nh, const std::string& key, c
   const auto n = numbersParam(nh, key, fallback, 6, "x y z roll pitch yaw");
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translation() << n[0], n[1], n[2];
-  pose.linear() = (Eigen::AngleAxisd(n[5], Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(n[4], Eigen::Vector3d::UnitY()) *
-                   Eigen::AngleAxisd(n[3], Eigen::Vector3d::UnitX()))
-                      .toRotationMatrix();
+  pose.linear() =
+      (Eigen::AngleAxisd(n[5], Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(n[4], Eigen::Vector3d::UnitY()) *
+       Eigen::AngleAxisd(n[3], Eigen::Vector3d::UnitX()))
+          .toRotationMatrix();
   return pose;
 }
 

@@ -32,8 +32,8 @@ T paramIn(const ros::NodeHandle& nh, const std::string& key, const T& fallback, 
   const T value = param(nh, key, fallback);
   if (!(value >= low && value <= high)) {
     std::ostringstream line;
-    line << "parameter " << nh.resolveName(key) << ": expected a number from " << low << " to " << high << ", got "
-         << value;
+    line << "parameter " << nh.resolveName(key) << ": expected a number from " << low << " to " << high
+         << ", got " << value;
     throw std::runtime_error(line.str());
   }
   return value;

@@ -14,8 +14,8 @@ std::size_t leaveOutBadHands(hand::TrackedFrame& frame) {
   const auto bad = [](const hand::TrackedHand& hand) {
     const std::string fault = hand::faultOf(hand);
     if (!fault.empty())
-      ROS_WARN_THROTTLE(1.0, "%s hand (id %u) left out: %s", hand.side == hand::Side::left ? "left" : "right", hand.id,
-                        fault.c_str());
+      ROS_WARN_THROTTLE(1.0, "%s hand (id %u) left out: %s", hand.side == hand::Side::left ? "left" : "right",
+                        hand.id, fault.c_str());
     return !fault.empty();
   };
   hands.erase(std::remove_if(hands.begin(), hands.end(), bad), hands.end());

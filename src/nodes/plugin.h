@@ -14,13 +14,17 @@ class Plugin {
   /// \param base full name of Base, as plugin descriptions spell it
   /// \param what the thing in an error message, such as "device"
   /// \param name of a plugin; without a package it is one of this package
+  /// \param also a name that is right elsewhere though it is no plugin, for the list of an error message
   /// \throws std::runtime_error listing the known plugins
-  Plugin(const std::string& base, const std::string& what, const std::string& name) : loader_("tactile_clay", base) {
+  Plugin(const std::string& base, const std::string& what, const std::string& name,
+         const std::string& also = "")
+      : loader_("tactile_clay", base) {
     const std::string full = name.find('/') == std::string::npos ? "tactile_clay/" + name : name;
     if (!loader_.isClassAvailable(full)) {
-      std::string known;
+      std::string known = also;
       for (const std::string& candidate : loader_.getDeclaredClasses())
-        known += (known.empty() ? "" : ", ") + candidate.substr(candidate.rfind("tactile_clay/", 0) == 0 ? 13 : 0);
+        known +=
+            (known.empty() ? "" : ", ") + candidate.substr(candidate.rfind("tactile_clay/", 0) == 0 ? 13 : 0);
       throw std::runtime_error("unknown " + what + " '" + name + "': expected one of " + known);
     }
     try {

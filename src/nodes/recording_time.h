@@ -4,8 +4,9 @@
 
 namespace tactile_clay::nodes {
 
-/// Makes the stamps of a source strictly increase. A stamp that is zero or not later than the one before (a tracker that
-/// was restarted, a recording that loops) goes on from the one before by the last good interval, and so do all after it.
+/// Makes the stamps of a source strictly increase. A stamp that is zero or not later than the one before (a
+/// tracker that was restarted, a recording that loops) goes on from the one before by the last good interval,
+/// and so do all after it.
 class RecordingTime {
  public:
   std::chrono::nanoseconds operator()(std::chrono::nanoseconds stamp) {

@@ -11,15 +11,16 @@
 
 namespace tactile_clay::nodes {
 
-/// Runs a node as the program `name` until it ends. \return the program's exit code; 1 after one line of error
+/// Runs a node as the program `name` until it ends. \return the program's exit code; 1 after one line of
+/// error
 template <class Node>
 int runNode(int argc, char** argv, const char* name) {
   ros::init(argc, argv, name);
   // roscpp handles SIGINT; an array must go silent on these as well.
   std::signal(SIGTERM, [](int) { ros::requestShutdown(); });
   std::signal(SIGHUP, [](int) { ros::requestShutdown(); });
+  ros::NodeHandle nh, private_nh("~");  // outlive the catch: with the last handle goes the console
   try {
-    ros::NodeHandle nh, private_nh("~");
     Node node(nh, private_nh);
     ros::spin();
   } catch (const std::exception& error) {

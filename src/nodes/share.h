@@ -10,7 +10,8 @@ namespace tactile_clay::nodes {
 /// Folder of this package, which holds `config`. \throws std::runtime_error where ROS does not know it
 inline std::string packageFolder() {
   const std::string package = ros::package::getPath("tactile_clay");
-  if (package.empty()) throw std::runtime_error("package tactile_clay is not in ROS_PACKAGE_PATH: source its setup.bash");
+  if (package.empty())
+    throw std::runtime_error("package tactile_clay is not in ROS_PACKAGE_PATH: source its setup.bash");
   return package;
 }
 

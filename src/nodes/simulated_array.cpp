@@ -36,7 +36,9 @@ SimulatedArray::SimulatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh)
 
   GatedArray::Output output;
   output.head_spl = [this](const device::Emission& emission) { return solve(emission); };
-  output.emit = [this](const device::Emission& emission, const std_msgs::Header& header) { emit(emission, header); };
+  output.emit = [this](const device::Emission& emission, const std_msgs::Header& header) {
+    emit(emission, header);
+  };
   output.silence = [this](const std_msgs::Header& header) { silence(header); };
   output.fault = [] { return std::string(); };
   array_ = std::make_unique<GatedArray>(nh, private_nh, "simulated", false, std::move(output));
@@ -79,8 +81,8 @@ void SimulatedArray::publishMeasured(const device::Emission& emission, const std
   message->modulation_frequency = static_cast<float>(emission.modulation_frequency);
   message->points = toMessage(emission.points);
   for (std::size_t i = 0; i < emission.points.size(); ++i)
-    message->points[i].pressure = static_cast<float>(
-        std::abs(ultrasound::pressureAt(model_.layout, model_.acoustics, drive_, emission.points[i].position)));
+    message->points[i].pressure = static_cast<float>(std::abs(
+        ultrasound::pressureAt(model_.layout, model_.acoustics, drive_, emission.points[i].position)));
   measured_.publish(message);
 }
 
@@ -121,8 +123,9 @@ void SimulatedArray::publishField(const device::Emission& emission, const std_ms
   if (slice_field_) {
     double height = slice_height_;
     if (height == 0.0) {
-      const auto strongest = std::max_element(emission.points.begin(), emission.points.end(),
-                                              [](const auto& a, const auto& b) { return a.intensity < b.intensity; });
+      const auto strongest =
+          std::max_element(emission.points.begin(), emission.points.end(),
+                           [](const auto& a, const auto& b) { return a.intensity < b.intensity; });
       height = strongest == emission.points.end() ? height_without_focus : strongest->position.z();
     }
     const auto plane = slice(height);

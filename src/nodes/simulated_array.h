@@ -12,9 +12,10 @@
 
 namespace tactile_clay::nodes {
 
-/// Stands in for a real array: same input, gate and state. Solves the phases of the layout `~layout` and publishes them
-/// (`array/drive`), with the pressure of their true field at each focal point (`array/measured`) and, while somebody
-/// subscribes, on the skin and on a slice (`array/field`).
+/// Stands in for a real array: same input, gate and state. Solves the phases of the layout `~layout` and
+/// publishes them
+/// (`array/drive`), with the pressure of their true field at each focal point (`array/measured`) and, while
+/// somebody subscribes, on the skin and on a slice (`array/field`).
 class SimulatedArray {
  public:
   /// \throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
@@ -33,7 +34,7 @@ class SimulatedArray {
   ArrayModel model_;
   ultrasound::Drive drive_;  // of the emission at hand
 
-  double slice_height_;      // m above the array; 0: of the strongest focal point
+  double slice_height_;  // m above the array; 0: of the strongest focal point
   double slice_size_, slice_step_;
   bool skin_field_, slice_field_;
   Transforms transforms_;

@@ -9,7 +9,8 @@ std::optional<Eigen::Isometry3d> Transforms::lookup(const std::string& target, c
   if (target == source) return Eigen::Isometry3d::Identity();
   const ros::WallTime deadline = ros::WallTime::now() + patience;
   // Waits by the wall clock: with use_sim_time, ROS time may stand still.
-  while (patient_ && ros::ok() && !buffer_.canTransform(target, source, stamp) && ros::WallTime::now() < deadline)
+  while (patient_ && ros::ok() && !buffer_.canTransform(target, source, stamp) &&
+         ros::WallTime::now() < deadline)
     ros::WallDuration(0.005).sleep();
   try {
     const auto pose = tf2::transformToEigen(buffer_.lookupTransform(target, source, stamp));
@@ -17,7 +18,8 @@ std::optional<Eigen::Isometry3d> Transforms::lookup(const std::string& target, c
     return Eigen::Isometry3d(pose.matrix());
   } catch (const tf2::TransformException& error) {
     patient_ = false;
-    ROS_ERROR_THROTTLE(5.0, "no transform from frame '%s' to '%s': %s", source.c_str(), target.c_str(), error.what());
+    ROS_ERROR_THROTTLE(5.0, "no transform from frame '%s' to '%s': %s", source.c_str(), target.c_str(),
+                       error.what());
     return std::nullopt;
   }
 }

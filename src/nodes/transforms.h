@@ -16,9 +16,10 @@ class Transforms {
  public:
   Transforms() : listener_(buffer_, true) {}
 
-  /// Pose of `source` in `target` at `stamp`. Waits for it at most `patience` of wall time; an unknown pair of frames is
-  /// waited for only once. \return nothing, after one throttled line, where tf does not know it
-  std::optional<Eigen::Isometry3d> lookup(const std::string& target, const std::string& source, ros::Time stamp,
+  /// Pose of `source` in `target` at `stamp`. Waits for it at most `patience` of wall time; an unknown pair
+  /// of frames is waited for only once. \return nothing, after one throttled line, where tf does not know it
+  std::optional<Eigen::Isometry3d> lookup(const std::string& target, const std::string& source,
+                                          ros::Time stamp,
                                           ros::WallDuration patience = ros::WallDuration(5.0));
 
  private:

@@ -1,7 +1,10 @@
 #include "rviz_plugins/focal_points_display.h"
 
+#include <OgreEntity.h>
+#include <OgreMaterial.h>
 #include <OgreSceneManager.h>
 #include <OgreSceneNode.h>
+#include <OgreSubEntity.h>
 #include <rviz/display_context.h>
 #include <rviz/frame_manager.h>
 #include <rviz/properties/bool_property.h>
@@ -18,14 +21,27 @@ namespace {
 constexpr float beam_diameter = 0.0015f;  // m
 constexpr float beam_alpha = 0.35f;
 
+/// Lets a shape shine through what lies before it: focal points lie between hand and clay, hidden by both.
+void showThrough(rviz::Shape& shape) {
+  shape.getEntity()->getSubEntity(0)->getMaterial()->setDepthCheckEnabled(false);
+  shape.getEntity()->getSubEntity(0)->getMaterial()->setDepthWriteEnabled(false);
+  shape.getEntity()->setRenderQueueGroup(Ogre::RENDER_QUEUE_9);
+}
+
 }  // namespace
 
 FocalPointsDisplay::FocalPointsDisplay() {
-  diameter_ = new rviz::FloatProperty("Diameter", 0.016f, "Diameter of a point of intensity 1, m.", this, SLOT(redraw()));
+  diameter_ = new rviz::FloatProperty("Diameter", 0.016f, "Diameter of a point of intensity 1, m.", this,
+                                      SLOT(redraw()));
   diameter_->setMin(0.0f);
-  weak_ = new rviz::ColorProperty("Weak", QColor(90, 200, 255), "Colour at intensity 0.", this, SLOT(redraw()));
-  strong_ = new rviz::ColorProperty("Strong", QColor(255, 40, 120), "Colour at intensity 1.", this, SLOT(redraw()));
-  beams_ = new rviz::BoolProperty("Beams", true, "A line from the centre of the array to each point.", this, SLOT(redraw()));
+  weak_ =
+      new rviz::ColorProperty("Weak", QColor(90, 200, 255), "Colour at intensity 0.", this, SLOT(redraw()));
+  strong_ =
+      new rviz::ColorProperty("Strong", QColor(255, 40, 120), "Colour at intensity 1.", this, SLOT(redraw()));
+  through_ = new rviz::BoolProperty("Show through", true, "Points are seen through hands and clay.", this,
+                                    SLOT(redraw()));
+  beams_ = new rviz::BoolProperty("Beams", true, "A line from the centre of the array to each point.", this,
+                                  SLOT(redraw()));
 }
 
 FocalPointsDisplay::~FocalPointsDisplay() = default;
@@ -47,7 +63,8 @@ void FocalPointsDisplay::redraw() {
   Ogre::Vector3 position;
   Ogre::Quaternion orientation;
   // The array does not move: its latest pose serves frames of recordings too, whose stamps are old.
-  if (!context_->getFrameManager()->getTransform(message_->header.frame_id, ros::Time(), position, orientation)) {
+  if (!context_->getFrameManager()->getTransform(message_->header.frame_id, ros::Time(), position,
+                                                 orientation)) {
     setStatusStd(rviz::StatusProperty::Error, "Transform", "no transform from " + message_->header.frame_id);
     return;
   }
@@ -68,6 +85,7 @@ void FocalPointsDisplay::redraw() {
     const float diameter = diameter_->getFloat() * std::cbrt(std::max(intensity, 0.02f));
     sphere->setScale(Ogre::Vector3(diameter));
     sphere->setColor(color.r, color.g, color.b, 1.0f);
+    if (through_->getBool()) showThrough(*sphere);
     shapes_.push_back(std::move(sphere));
     if (!beams_->getBool()) continue;
     auto beam = std::make_unique<rviz::Shape>(rviz::Shape::Cylinder, scene_manager_, scene_node_);
@@ -76,6 +94,7 @@ void FocalPointsDisplay::redraw() {
                          Ogre::Quaternion(Ogre::Degree(90), Ogre::Vector3::UNIT_X));
     beam->setScale(Ogre::Vector3(beam_diameter, at.length(), beam_diameter));
     beam->setColor(color.r, color.g, color.b, beam_alpha);
+    if (through_->getBool()) showThrough(*beam);
     shapes_.push_back(std::move(beam));
   }
 }

@@ -36,6 +36,7 @@ class FocalPointsDisplay : public rviz::MessageFilterDisplay<tactile_clay::Focal
   rviz::FloatProperty* diameter_;
   rviz::ColorProperty* weak_;
   rviz::ColorProperty* strong_;
+  rviz::BoolProperty* through_;
   rviz::BoolProperty* beams_;
 };
 

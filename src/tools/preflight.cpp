@@ -1,5 +1,5 @@
-// Checks the arguments of rig.launch before anything starts, with the loaders that the nodes use. Prints the robot model of
-// the scene, or one line about what is wrong, and then exits with 1.
+// Checks the arguments of rig.launch before anything starts, with the loaders that the nodes use. Prints the
+// robot model of the scene, or one line about what is wrong, and then exits with 1.
 //
 //   preflight [scene:=NAME] [quality:=NAME] [hands:=SOURCE] [file:=PATH] [device:=NAME] [...]
 //
@@ -28,13 +28,16 @@ using Arguments = std::map<std::string, std::string>;
 namespace clay = tactile_clay;
 
 Arguments parse(int argc, char** argv) {
-  Arguments arguments = {{"scene", "kindergarten"},     {"quality", "balanced"},      {"hands", "bag"},
-                         {"file", clay::nodes::packageFolder() + "/test/bags/knead.bag"}, {"device", "simulated"}, {"hand_model", "kinematic"},
-                         {"tracker_pose", ""}};
+  Arguments arguments = {
+      {"scene", "kindergarten"}, {"quality", "balanced"},
+      {"hands", "bag"},          {"file", clay::nodes::packageFolder() + "/test/bags/knead.bag"},
+      {"device", "simulated"},   {"hand_model", "kinematic"},
+      {"tracker_pose", ""}};
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     const std::size_t at = argument.find(":=");
-    if (at != std::string::npos && argument.substr(0, 2) != "__") arguments[argument.substr(0, at)] = argument.substr(at + 2);
+    if (at != std::string::npos && argument.substr(0, 2) != "__")
+      arguments[argument.substr(0, at)] = argument.substr(at + 2);
   }
   return arguments;
 }
@@ -83,7 +86,8 @@ std::string checkAll(const Arguments& arguments) {
   checkHands(arguments);
   checkPose(arguments.at("tracker_pose"));
   if (arguments.at("device") != "simulated")
-    clay::nodes::Plugin<clay::device::ArrayDevice>("tactile_clay::device::ArrayDevice", "device", arguments.at("device"));
+    clay::nodes::Plugin<clay::device::ArrayDevice>("tactile_clay::device::ArrayDevice", "device",
+                                                   arguments.at("device"), "simulated");
   check(arguments, "rate", 0.01, 100.0);
   check(arguments, "duration", 0.0, 1e9);
   check(arguments, "substeps", 0, 1000);

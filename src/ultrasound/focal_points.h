@@ -21,7 +21,7 @@ struct FocalPointConfig {
   double sigma = 0.0086;          // m, of the Gaussian focus: the wavelength (Eq. 9), 8.6 mm at 40 kHz
   IntensityFit fit = IntensityFit::least_squares;
   bool perceptual_weights = true;        // alpha of Eq. 8; off: 1 everywhere
-  double full_scale_pressure = 10000.0;  // Pa of the clay at which a point reaches intensity 1
+  double full_scale_pressure = 60000.0;  // Pa of the clay at which a point reaches intensity 1
   double minimum_pressure = 1.0;         // Pa; samples below it are not rendered
   double minimum_force = 0.001;          // N; contacts that press less in sum get no point
   double follow_distance = 0.02;         // m; how far a point may move in a frame and keep its id

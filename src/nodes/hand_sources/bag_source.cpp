@@ -18,7 +18,8 @@ void BagSource::open(const hand::SourceOptions& options) {
     const std::string absolute = topic[0] == '/' ? topic : "/" + topic;
     const rosbag::TopicQuery wanted(std::vector<std::string>{topic, absolute});
     view_ = std::make_unique<rosbag::View>(bag_, wanted);
-    if (view_->size() == 0) throw std::runtime_error(file_ + ": no message on topic '" + topic + "' in this bag");
+    if (view_->size() == 0)
+      throw std::runtime_error(file_ + ": no message on topic '" + topic + "' in this bag");
     for (const rosbag::ConnectionInfo* connection : view_->getConnections())
       if (connection->datatype != ros::message_traits::DataType<TrackedHands>::value() ||
           connection->md5sum != ros::message_traits::MD5Sum<TrackedHands>::value())

@@ -1,6 +1,6 @@
-#include <pluginlib/class_list_macros.hpp>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
+#include <pluginlib/class_list_macros.hpp>
 
 #include <optional>
 #include <stdexcept>
@@ -15,10 +15,10 @@ class TopicSource : public hand::HandSource {
  public:
   void open(const hand::SourceOptions& options) override {
     if (options.topic.empty()) throw std::runtime_error("hands from a topic: expected its name in 'topic'");
-    nh_.setCallbackQueue(&queue_);
-    subscriber_ = nh_.subscribe<TrackedHands>(options.topic, 1, [this](const TrackedHands::ConstPtr& message) {
-      newest_ = toCore(*message);
-    });
+    ros::NodeHandle nh;  // not before: a source can be made, and asked, without a master
+    nh.setCallbackQueue(&queue_);
+    subscriber_ = nh.subscribe<TrackedHands>(
+        options.topic, 1, [this](const TrackedHands::ConstPtr& message) { newest_ = toCore(*message); });
   }
 
   Read read(hand::TrackedFrame& frame, std::chrono::milliseconds timeout) override {
@@ -32,7 +32,6 @@ class TopicSource : public hand::HandSource {
 
  private:
   ros::CallbackQueue queue_;
-  ros::NodeHandle nh_;
   ros::Subscriber subscriber_;
   std::optional<hand::TrackedFrame> newest_;
 };

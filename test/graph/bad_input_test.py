@@ -1,0 +1,153 @@
+#!/usr/bin/env python3
+"""Wrong arguments and damaged files: see bad_input.test."""
+import gzip
+import os
+import subprocess
+import unittest
+
+import rosbag
+import yaml
+from std_msgs.msg import String
+
+import rig_run
+
+KINDERGARTEN = os.path.join(rig_run.PACKAGE, 'config', 'scenes', 'kindergarten.yaml')
+PROGRAMS = os.path.join(rig_run.build_space(), 'devel', 'lib', 'tactile_clay')
+
+
+class BadInput(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.graph = rig_run.Graph()
+        cls.addClassCleanup(cls.graph.__exit__)
+        cls.graph.__enter__()
+        cls.script = rig_run.rig_script(os.path.join(cls.graph.folder, 'package'))
+
+    def file(self, name, content):
+        path = os.path.join(self.graph.folder, name)
+        with open(path, 'wb') as out:
+            out.write(content)
+        return path
+
+    def scene(self, change):
+        with open(KINDERGARTEN) as text:
+            scene = yaml.safe_load(text)
+        change(scene)
+        return self.file('changed.yaml', yaml.safe_dump(scene).encode())
+
+    def run_to_end(self, command):
+        """Exit code and lines of a program that has to end by itself."""
+        done = subprocess.run(command, env=self.graph.environment, stdin=subprocess.DEVNULL, timeout=60,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, errors='replace', check=False)
+        return done.returncode, [line for line in done.stdout.splitlines() if line.strip()]
+
+    def expect_one_line(self, arguments, *expected):
+        code, lines = self.run_to_end([self.script, 'rviz:=false'] + arguments)
+        self.assertGreater(code, 0)
+        self.assertEqual(len(lines), 1, '\n'.join(lines))
+        for words in expected:
+            self.assertIn(words, lines[0])
+
+    def test_unknown_scene(self):
+        self.expect_one_line(['scene:=sandbox'], 'sandbox', 'kindergarten', 'potters_wheel')
+
+    def test_unknown_key_in_scene(self):
+        def misspell(scene):
+            scene['bodies'][0]['colour'] = scene['bodies'][0].pop('color')
+        path = self.scene(misspell)
+        self.expect_one_line(['scene:=' + path], path, 'colour', 'color')
+
+    def test_wrong_value_in_scene(self):
+        def negative(scene):
+            scene['spacing'] = -0.005
+        path = self.scene(negative)
+        self.expect_one_line(['scene:=' + path], path, 'spacing')
+
+    def test_unknown_material(self):
+        def rename(scene):
+            scene['bodies'][2]['material'] = 'granite'
+        path = self.scene(rename)
+        self.expect_one_line(['scene:=' + path], 'granite', 'modelling_clay')
+
+    def test_scene_that_is_no_yaml(self):
+        path = self.file('broken.yaml', b'bodies: [{name: red, \x00\x01')
+        self.expect_one_line(['scene:=' + path], path)
+
+    def test_unknown_quality(self):
+        self.expect_one_line(['quality:=perfect'], 'perfect', 'balanced')
+
+    def test_missing_file(self):
+        for source in ('bag', 'leap_recording'):
+            with self.subTest(source):
+                path = os.path.join(self.graph.folder, 'nowhere.' + source)
+                self.expect_one_line(['hands:=' + source, 'file:=' + path], path)
+
+    def test_garbage_as_a_bag(self):
+        path = self.file('garbage.bag', bytes(range(256)) * 40)
+        self.expect_one_line(['hands:=bag', 'file:=' + path], path, 'bag')
+
+    def test_cut_bag(self):
+        with open(rig_run.bag('press_finger'), 'rb') as whole:
+            path = self.file('cut.bag', whole.read()[:9000])
+        self.expect_one_line(['hands:=bag', 'file:=' + path], path, 'bag')
+
+    def test_bag_without_the_topic(self):
+        path = os.path.join(self.graph.folder, 'other.bag')
+        with rosbag.Bag(path, 'w') as other:
+            other.write('/chatter', String('hello'))
+        self.expect_one_line(['hands:=bag', 'file:=' + path], path, 'hands/tracked')
+
+    def test_bag_with_another_type_on_the_topic(self):
+        path = os.path.join(self.graph.folder, 'typed.bag')
+        with rosbag.Bag(path, 'w') as other:
+            other.write('/hands/tracked', String('hello'))
+        self.expect_one_line(['hands:=bag', 'file:=' + path], path, 'std_msgs/String', 'tactile_clay/TrackedHands')
+
+    def test_garbage_as_a_recording(self):
+        for name, content in (('plain.ndjson', b'no frames here\n'), ('zipped.ndjson.gz', gzip.compress(b'\xff\xfe{]\n')),
+                              ('cut.ndjson.gz', gzip.compress(os.urandom(5000))[:1000]), ('empty.ndjson', b'')):
+            with self.subTest(name):
+                path = self.file(name, content)
+                self.expect_one_line(['hands:=leap_recording', 'file:=' + path], path)
+
+    def test_unknown_device(self):
+        self.expect_one_line(['device:=megaphone'], 'megaphone', 'debug')
+
+    def test_unknown_source_of_hands(self):
+        self.expect_one_line(['hands:=telepathy'], 'telepathy', 'leap_recording')
+
+    def test_unknown_argument(self):
+        self.expect_one_line(['secne:=press'], 'secne', 'scene')
+
+    def test_wrong_numbers(self):
+        for argument in ('rate:=fast', 'duration:=-1', 'max_points:=0', 'threads:=many', 'tracker_pose:=1 2 3'):
+            with self.subTest(argument):
+                self.expect_one_line([argument], argument.split(':')[0])
+
+    def test_roslaunch_by_itself_fails_too(self):
+        code, lines = self.run_to_end(['roslaunch', 'tactile_clay', 'rig.launch', 'rviz:=false', 'scene:=sandbox'])
+        self.assertGreater(code, 0)
+        self.assertTrue([line for line in lines if 'sandbox' in line and 'kindergarten' in line], lines)
+
+    def test_a_node_by_itself(self):
+        for number, (program, argument, words) in enumerate((
+                ('hand_tracking', '_source:=telepathy', 'telepathy'),
+                ('hand_tracking', '_tracker_pose:=1 2 3', 'tracker_pose'),
+                ('hand_simulator', '_spacing:=-1', 'spacing'),
+                ('clay_simulator', '_scene:=sandbox', 'sandbox'),
+                ('clay_simulator', '_rate:=zero', 'rate'),
+                ('focal_point_renderer', '_max_points:=0', 'max_points'),
+                ('focal_point_renderer', '_intensity_fit:=best', 'least_squares'),
+                ('array_driver', '_device:=megaphone', 'megaphone'),
+                ('array_driver', '_stale_timeout:=-1', 'stale_timeout'),
+                ('simulated_array', '_array_pose:=1 2', 'array_pose'))):
+            with self.subTest(program=program, argument=argument):
+                code, lines = self.run_to_end([os.path.join(PROGRAMS, program), argument, '__name:=bad_%d' % number])
+                self.assertEqual(code, 1, lines)
+                fatal = [line for line in lines if 'FATAL' in line]
+                self.assertEqual(len(fatal), 1, lines)
+                self.assertIn(words, fatal[0])
+
+
+if __name__ == '__main__':
+    rig_run.main('bad_input')

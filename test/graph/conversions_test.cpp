@@ -1,0 +1,123 @@
+#include "nodes/conversions.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <stdexcept>
+
+#include "nodes/cloud.h"
+
+namespace tactile_clay::nodes {
+namespace {
+
+std_msgs::Header header(const char* frame) {
+  std_msgs::Header header;
+  header.stamp = ros::Time(12, 345);
+  header.frame_id = frame;
+  return header;
+}
+
+hand::Skin twoSamples() {
+  hand::Skin skin;
+  skin.position = {{1, 2, 3}, {4, 5, 6}};
+  skin.normal = {{0, 0, 1}, {0, 1, 0}};
+  skin.velocity = {{7, 8, 9}, {-1, -2, -3}};
+  skin.area = {1e-5f, 2e-5f};
+  skin.pad_distance = {0.0f, 0.1f};
+  skin.side = {0, 1};
+  skin.region = {10, 1};
+  return skin;
+}
+
+TEST(Conversions, TrackedHandsComeBackAsTheyWere) {
+  hand::TrackedFrame frame;
+  frame.stamp = std::chrono::nanoseconds(12'000'000'345);
+  frame.frame_id = "somewhere";
+  hand::TrackedHand& hand = frame.hands.emplace_back();
+  hand.id = 7;
+  hand.side = hand::Side::right;
+  hand.confidence = 0.25;
+  for (int j = 0; j < hand::joint_count; ++j) {
+    hand.joints[static_cast<std::size_t>(j)].position = {0.1 * j, 1.0, -2.0};
+    hand.joints[static_cast<std::size_t>(j)].orientation = Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5);
+    hand.joints[static_cast<std::size_t>(j)].radius = 0.0078125 * j;
+  }
+  const hand::TrackedFrame back = toCore(toMessage(frame));
+  EXPECT_EQ(back.stamp, frame.stamp);
+  EXPECT_EQ(back.frame_id, frame.frame_id);
+  ASSERT_EQ(back.hands.size(), 1u);
+  EXPECT_EQ(back.hands[0].id, 7u);
+  EXPECT_EQ(back.hands[0].side, hand::Side::right);
+  EXPECT_EQ(back.hands[0].confidence, 0.25);
+  for (std::size_t j = 0; j < hand::joint_count; ++j) {
+    EXPECT_EQ(back.hands[0].joints[j].position, hand.joints[j].position);
+    EXPECT_EQ(back.hands[0].joints[j].orientation.coeffs(), hand.joints[j].orientation.coeffs());
+    EXPECT_EQ(back.hands[0].joints[j].radius, hand.joints[j].radius);
+  }
+}
+
+TEST(Conversions, AStampThatRosCannotHoldIsRefused) {
+  EXPECT_THROW(toRos(std::chrono::nanoseconds(-1)), std::runtime_error);
+  EXPECT_THROW(toRos(std::chrono::seconds(5'000'000'000)), std::runtime_error);
+}
+
+TEST(Conversions, SkinKeepsItsSamplesAndFields) {
+  const auto cloud = skinCloud(twoSamples(), header("world"));
+  std::string fields;
+  for (const auto& field : cloud->fields) fields += field.name + " ";
+  EXPECT_EQ(fields, "x y z normal_x normal_y normal_z vx vy vz area hand region weight pad_distance ");
+  EXPECT_EQ(cloud->header.frame_id, "world");
+  const clay::Ghosts ghosts = nodes::ghosts(*cloud);
+  ASSERT_EQ(ghosts.size(), 2u);
+  EXPECT_EQ(ghosts.position[1], Eigen::Vector3f(4, 5, 6));
+  EXPECT_EQ(ghosts.normal[0], Eigen::Vector3f(0, 0, 1));
+  EXPECT_EQ(ghosts.velocity[1], Eigen::Vector3f(-1, -2, -3));
+  const PressureSkin skin = pressureSkin(*cloud);
+  EXPECT_EQ(skin.area[1], 2e-5f);
+  EXPECT_EQ(skin.weight[0], 1.0f);  // on the pad
+  EXPECT_LT(skin.weight[1], 0.5f);
+  EXPECT_EQ(column<std::uint32_t>(*cloud, "hand")[1], 1u);
+  EXPECT_EQ(column<std::uint32_t>(*cloud, "region")[0], 10u);
+}
+
+TEST(Conversions, FieldsAreFoundByNameWhereverTheyStand) {
+  CloudWriter writer(header("array"), "weight area force pressure normal_z normal_y normal_x extra:u z y x",
+                     1);
+  writer << 0.5f << 1e-5f << 2.0f << 300.0f << 1.0f << 0.0f << 0.0f << std::uint32_t{9} << 3.0f << 2.0f
+         << 1.0f;
+  const auto samples = pressureSamples(*writer.finish());
+  ASSERT_EQ(samples.size(), 1u);
+  EXPECT_EQ(samples[0].position, Eigen::Vector3f(1, 2, 3));
+  EXPECT_EQ(samples[0].pressure, 300.0f);
+  EXPECT_EQ(samples[0].weight, 0.5f);
+}
+
+TEST(Conversions, ACloudWithoutAFieldOrWithTooFewBytesIsRefusedByName) {
+  CloudWriter writer(header("world"), "x y z", 1);
+  writer << 1.0f << 2.0f << 3.0f;
+  auto cloud = writer.finish();
+  try {
+    contactForces(*cloud);
+    FAIL() << "accepted contacts without forces";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("'fx'"), std::string::npos) << error.what();
+  }
+  cloud = skinCloud(twoSamples(), header("world"));
+  cloud->data.resize(cloud->data.size() - 1);
+  EXPECT_THROW(ghosts(*cloud), std::runtime_error);
+}
+
+TEST(Conversions, ASkinThatIsNotFiniteIsRefused) {
+  hand::Skin skin = twoSamples();
+  skin.velocity[1].y() = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THROW(ghosts(*skinCloud(skin, header("world"))), std::runtime_error);
+}
+
+TEST(Conversions, EmptyCloudsKeepTheirFields) {
+  const auto cloud = pressureCloud({}, header("array"));
+  EXPECT_EQ(cloud->fields.size(), 10u);
+  EXPECT_TRUE(pressureSamples(*cloud).empty());
+}
+
+}  // namespace
+}  // namespace tactile_clay::nodes

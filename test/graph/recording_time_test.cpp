@@ -1,0 +1,45 @@
+#include "nodes/recording_time.h"
+
+#include <gtest/gtest.h>
+
+namespace tactile_clay::nodes {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(RecordingTime, LeavesRisingStampsAsTheyAre) {
+  RecordingTime time;
+  for (const auto stamp : {5ns, 1000000ns, 1000001ns, 7000000000ns}) EXPECT_EQ(time(stamp), stamp);
+  EXPECT_EQ(time.repaired(), 0u);
+}
+
+TEST(RecordingTime, GoesOnByTheLastIntervalWhereAStampFallsBack) {
+  RecordingTime time;
+  time(1000ms);
+  time(1010ms);
+  EXPECT_EQ(time(200ms), 1020ms);  // a recording that starts again
+  EXPECT_EQ(time(215ms), 1035ms);  // and keeps its own intervals from there
+  EXPECT_EQ(time.repaired(), 1u);
+}
+
+TEST(RecordingTime, RepeatedAndZeroStampsStillRise) {
+  RecordingTime time;
+  auto before = time(0ns);
+  EXPECT_GT(before, 0ns);
+  for (const std::chrono::nanoseconds stamp : {0ns, 0ns, 40000000ns, 40000000ns, 0ns}) {
+    const auto now = time(stamp);
+    EXPECT_GT(now, before);
+    before = now;
+  }
+}
+
+TEST(RecordingTime, AGapIsNoInterval) {
+  RecordingTime time;
+  time(1000ms);
+  time(1010ms);
+  EXPECT_EQ(time(9000ms), 9000ms);
+  EXPECT_EQ(time(100ms), 9010ms);
+}
+
+}  // namespace
+}  // namespace tactile_clay::nodes

@@ -1,0 +1,54 @@
+#!/usr/bin/env python3
+"""Recorded hands through the whole graph: see recordings.test."""
+import gzip
+import json
+import math
+import os
+import unittest
+
+import rig_run
+
+RECORDINGS = ('both_hands_low_confidence', 'finger_tap', 'grab', 'left_or_right', 'pinch_and_move', 'three_claps')
+DATA = os.environ.get('TACTILE_CLAY_DATA') or os.path.join(rig_run.PACKAGE, '..', 'shared', 'data')
+
+
+def frames_of(path):
+    """Number of frames in a recording; other lines are the tracker's events."""
+    with gzip.open(path, 'rt') as lines:
+        return sum('timestamp' in json.loads(line) for line in lines if line.strip())
+
+
+class Recordings(unittest.TestCase):
+    def play(self, name):
+        path = os.path.realpath(os.path.join(DATA, 'hands', name + '.v6.ndjson.gz'))
+        if not os.path.exists(path):
+            self.skipTest('no recording ' + name)
+        run = rig_run.Run(dict(rig_run.LOCKSTEP, hands='leap_recording', file=path, quality='fast'))
+        self.assertEqual((run.code, run.left), (0, []), run.words)
+        self.assertNotIn('Traceback', run.words)
+        stamps = run.messages.stamps('/hands/tracked')
+        self.assertEqual(len(stamps), frames_of(path))
+        self.assertEqual(stamps, sorted(set(stamps)))
+        for topic in rig_run.CHAIN:
+            self.assertEqual(run.messages.stamps(topic), stamps, topic)
+        self.assertGreater(max(len(message.hands) for message in run.messages['/hands/tracked']), 0)
+        for message in run.messages['/array/focal_points']:
+            for point in message.points:
+                p = point.position
+                self.assertTrue(all(map(math.isfinite, (p.x, p.y, p.z, point.pressure, point.intensity))), point)
+        for state in run.messages['/array/state']:
+            self.assertNotIn('non-finite', state.silent_reason)
+        touching = sum(bool(message.points) for message in run.messages['/array/focal_points'])
+        print('%s: %d frames, %d touching' % (name, len(stamps), touching))
+        return touching
+
+
+def case(name):
+    return lambda self: self.play(name)
+
+
+for recording in RECORDINGS:
+    setattr(Recordings, 'test_' + recording, case(recording))
+
+if __name__ == '__main__':
+    rig_run.main('recordings')

@@ -1,0 +1,317 @@
+"""Runs the rig in a graph of its own, and gives back its exit code, its words and every message that passed.
+
+A run has a master of its own on a free port. The recorder subscribes before the rig starts, and in lockstep
+hand_tracking releases its first sample only when every subscriber is connected, so no message is lost.
+"""
+import math
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import xmlrpc.client
+from xml.etree import ElementTree
+
+import rosbag
+import roslib.packages
+import rospkg
+import yaml
+
+PACKAGE = rospkg.RosPack().get_path('tactile_clay')
+BAGS = os.path.join(PACKAGE, 'test', 'bags')
+# One message of each of these answers each sample of the hands.
+CHAIN = ['/hands/tracked', '/hands/skin', '/clay/contacts', '/hands/pressure', '/array/focal_points', '/array/state']
+LOCKSTEP = {'lockstep': 'true'}
+
+
+def bag(name):
+    return os.path.join(BAGS, name + '.bag')
+
+
+def wait_until(condition, seconds, what):
+    """Returns once `condition()` is true. Raises AssertionError naming `what` after that many seconds."""
+    deadline = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > deadline:
+            raise AssertionError('not within %g s: %s' % (seconds, what))
+        time.sleep(0.05)
+
+
+def build_space():
+    """The folder of the build under test, which holds `devel`."""
+    for prefix in os.environ['CMAKE_PREFIX_PATH'].split(':'):
+        if os.path.exists(os.path.join(prefix, 'lib', 'tactile_clay', 'preflight')):
+            return os.path.dirname(prefix)
+    raise RuntimeError('no build of tactile_clay on CMAKE_PREFIX_PATH: source devel/setup.bash')
+
+
+def rig_script(folder):
+    """scripts/rig of this package, over the build under test instead of one of its own."""
+    os.makedirs(os.path.join(folder, 'scripts'))
+    for name in ('scripts/rig', 'launch'):
+        os.symlink(os.path.join(PACKAGE, name), os.path.join(folder, name))
+    os.symlink(build_space(), os.path.join(folder, 'build'))
+    os.symlink(shutil.which('true'), os.path.join(folder, 'scripts', 'setup'))
+    return os.path.join(folder, 'scripts', 'rig')
+
+
+class Graph:
+    """A master of its own, and the processes started in it. Use in a `with` statement: the end stops them all."""
+
+    def __init__(self):
+        self.folder = tempfile.mkdtemp(prefix='rig_run_')
+        with socket.socket() as probe:
+            probe.bind(('localhost', 0))
+            self.port = probe.getsockname()[1]
+        self.uri = 'http://localhost:%d' % self.port
+        self.environment = dict(os.environ, ROS_MASTER_URI=self.uri, ROS_HOSTNAME='localhost', ROS_HOME=self.folder,
+                                ROS_LOG_DIR=os.path.join(self.folder, 'log'), PYTHONUNBUFFERED='1')
+        for key in ('DISPLAY', 'ROS_IP', 'ROS_NAMESPACE'):
+            self.environment.pop(key, None)
+        self.processes = []
+
+    def __enter__(self):
+        try:
+            self.start(['rosmaster', '--core', '-p', str(self.port)])
+            wait_until(self.alive, 30, 'a master at ' + self.uri)
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *_):
+        for process in reversed(self.processes):
+            self.stop(process)
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def start(self, command, **options):
+        # Not ignored in the child, whatever this process was started with.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        process = subprocess.Popen(command, env=self.environment, cwd=self.folder, stdin=subprocess.DEVNULL,
+                                   stdout=options.pop('stdout', subprocess.DEVNULL),
+                                   stderr=options.pop('stderr', subprocess.DEVNULL), start_new_session=True, **options)
+        self.processes.append(process)
+        return process
+
+    def stop(self, process, patience=30):
+        """Ctrl-C, which a terminal sends to all of a group. Returns the exit code, or None if it had to be killed."""
+        if process.poll() is not None:
+            return process.returncode
+        os.killpg(process.pid, signal.SIGINT)
+        try:
+            return process.wait(patience)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+            return None
+
+    def master(self):
+        return xmlrpc.client.ServerProxy(self.uri)
+
+    def alive(self):
+        try:
+            return self.master().getPid('/test')[0] == 1
+        except OSError:
+            return False
+
+    def subscribed(self, topic):
+        _, _, (_, subscribers, _) = self.master().getSystemState('/test')
+        return any(name == topic and nodes for name, nodes in subscribers)
+
+    def registered(self, node):
+        return self.master().lookupNode('/test', node)[0] == 1
+
+    def record(self, topics):
+        """Starts to record. Returns once the recorder is known to the master: finish with `recorded`."""
+        path = os.path.join(self.folder, 'recorded.bag')
+        # Not by way of `rosbag record`, which on Ctrl-C ends before its child has closed the bag.
+        program = roslib.packages.find_node('rosbag', 'record')[0]
+        recorder = self.start([program, '--buffsize=0', '-O', path] + topics)
+        wait_until(lambda: all(self.subscribed(topic) for topic in topics), 30, 'a recorder')
+        return recorder, path
+
+    def recorded(self, recording):
+        recorder, path = recording
+        if self.stop(recorder) is None:
+            raise AssertionError('the recorder did not end')
+        return Messages(path)
+
+    def rig(self, arguments):
+        """Starts scripts/rig; its words come from `words`."""
+        script = rig_script(tempfile.mkdtemp(dir=self.folder))
+        with open(os.path.join(self.folder, 'words'), 'ab') as words:
+            return self.start([script, 'rviz:=false'] + ['%s:=%s' % item for item in arguments.items()], stdout=words,
+                              stderr=subprocess.STDOUT)
+
+    def words(self):
+        with open(os.path.join(self.folder, 'words'), errors='replace') as words:
+            return words.read()
+
+    def left_processes(self):
+        """Command lines of the processes that belong to this graph."""
+        mark = ('ROS_MASTER_URI=' + self.uri).encode()
+        mine = {process.pid for process in self.processes} | {os.getpid()}
+        found = []
+        for pid in filter(str.isdigit, os.listdir('/proc')):
+            try:
+                with open('/proc/%s/environ' % pid, 'rb') as environment:
+                    belongs = mark in environment.read().split(b'\0')
+                with open('/proc/%s/cmdline' % pid, 'rb') as line:
+                    if belongs and int(pid) not in mine:
+                        found.append(line.read().replace(b'\0', b' ').decode())
+            except OSError:
+                continue
+        return found
+
+
+class Messages:
+    """What a bag holds: messages and their bytes by topic, in the order of arrival."""
+
+    def __init__(self, path, topics=None):
+        self.by_topic, self.bytes = {}, {}
+        with rosbag.Bag(path) as opened:
+            for topic, (_, data, _, _, kind), _ in opened.read_messages(topics=topics, raw=True):
+                message = kind()
+                message.deserialize(data)
+                self.by_topic.setdefault(topic, []).append(message)
+                self.bytes.setdefault(topic, []).append(data)
+
+    def __getitem__(self, topic):
+        return self.by_topic.get(topic, [])
+
+    def stamps(self, topic):
+        return [message.header.stamp.to_nsec() for message in self[topic]]
+
+    def by_stamp(self, topic):
+        return {message.header.stamp.to_nsec(): message for message in self[topic]}
+
+
+class Run:
+    """A finished run: `code`, `words`, and `messages` (a Messages) of `topics`."""
+
+    def __init__(self, arguments, topics=None, limit=200):
+        topics = CHAIN + ['/tf_static'] if topics is None else topics
+        with Graph() as graph:
+            recording = graph.record(topics)
+            rig = graph.rig(arguments)
+            try:
+                self.code = rig.wait(limit)
+            except subprocess.TimeoutExpired:
+                graph.stop(rig)
+                raise AssertionError('the rig did not end within %g s:\n%s' % (limit, graph.words()))
+            self.words = graph.words()
+            self.messages = graph.recorded(recording)
+            self.left = graph.left_processes()
+
+
+_runs = {}
+
+
+def lockstep(name, **arguments):
+    """The run of a shipped bag in lockstep. Tests of one program share the run of the same arguments."""
+    key = (name, tuple(sorted(arguments.items())))
+    if key not in _runs:
+        _runs[key] = Run(dict(LOCKSTEP, hands='bag', file=bag(name), **arguments))
+    return _runs[key]
+
+
+def input_stamps(name):
+    return Messages(bag(name)).stamps('/hands/tracked')
+
+
+def rotate(q, v):
+    """v turned by the quaternion q."""
+    u, w = (q.x, q.y, q.z), q.w
+    cross = lambda a, b: (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+    t = tuple(2 * c for c in cross(u, v))
+    return tuple(a + w * b + c for a, b, c in zip(v, t, cross(u, t)))
+
+
+def array_to_world(run):
+    """Function from a position in frame `array` to one in `world`, by the /tf_static of the run."""
+    for message in run.messages['/tf_static']:
+        for found in message.transforms:
+            if found.header.frame_id == 'world' and found.child_frame_id == 'array':
+                pose = found.transform
+                shift = (pose.translation.x, pose.translation.y, pose.translation.z)
+                return lambda p: tuple(a + b for a, b in zip(rotate(pose.rotation, (p.x, p.y, p.z)), shift))
+    raise AssertionError('nobody told where the array is')
+
+
+def distance(a, b):
+    return math.dist(tuple(a), tuple(b))
+
+
+def lowest_skin(hand):
+    """Height of the lowest skin over the table, m: a capsule's lowest point is that of one of its end spheres."""
+    return min(joint.position.z - radius for joint, radius in list(zip(hand.joints, hand.radii))[1:])
+
+
+def focal_points(run):
+    """Focal points of each frame by its stamp, ns."""
+    return {stamp: message.points for stamp, message in run.messages.by_stamp('/array/focal_points').items()}
+
+
+def scene_blocks():
+    with open(os.path.join(PACKAGE, 'config', 'scenes', 'kindergarten.yaml')) as scene:
+        return {body['name']: body for body in yaml.safe_load(scene)['bodies']}
+
+
+class _Results(unittest.TextTestResult):
+    """Writes down each case as gtest does; rosunit's own runner would count a skipped one as passed."""
+
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        self.suite = ElementTree.Element('testsuite')
+        self.case = None
+
+    def startTest(self, test):
+        super().startTest(test)
+        self.started = time.monotonic()
+        self.case = ElementTree.SubElement(self.suite, 'testcase', name=test._testMethodName,
+                                           classname=type(test).__name__)
+
+    def note(self, kind, text):
+        if self.case is None:  # setUpClass failed, and no case was run
+            self.case = ElementTree.SubElement(self.suite, 'testcase', name='setUpClass')
+        note = ElementTree.SubElement(self.case, kind, message=text.strip().splitlines()[-1], type=kind)
+        # Control characters, such as colours, are not XML.
+        note.text = ''.join(letter for letter in text if letter >= ' ' or letter == '\n')
+
+    def stopTest(self, test):
+        self.case.set('time', '%.3f' % (time.monotonic() - self.started))
+        self.case = None
+        super().stopTest(test)
+
+    def addError(self, test, error):
+        super().addError(test, error)
+        self.note('error', self.errors[-1][1])
+
+    def addFailure(self, test, error):
+        super().addFailure(test, error)
+        self.note('failure', self.failures[-1][1])
+
+    def addSubTest(self, test, part, error):
+        super().addSubTest(test, part, error)
+        if error is not None:
+            self.note('failure', '%s: %s' % (part, error[1]))
+
+    def addSkip(self, test, reason):
+        super().addSkip(test, reason)
+        self.note('skipped', reason)
+
+
+def main(name):
+    """Runs the test cases of the program, as rostest expects of it."""
+    suite = unittest.defaultTestLoader.loadTestsFromModule(sys.modules['__main__'])
+    results = unittest.TextTestRunner(verbosity=2, resultclass=_Results).run(suite)
+    results.suite.attrib.update(name=name, tests=str(results.testsRun), failures=str(len(results.failures)),
+                                errors=str(len(results.errors)), skipped=str(len(results.skipped)))
+    for argument in sys.argv:
+        if argument.startswith('--gtest_output=xml:'):
+            ElementTree.ElementTree(results.suite).write(argument.split(':', 1)[1], 'utf-8', True)
+    sys.exit(0 if results.wasSuccessful() else 1)
