@@ -144,16 +144,20 @@ Clay::Solver::Solver(const ClayConfig& config_in, std::vector<Material> material
   statistics.stages = {{"neighbours"}, {"contact_search"}, {"bonds"}, {"setup"}, {"iterations"}, {"finish"}};
 }
 
-/// A ghost that is not finite is put out of reach; one faster than any hand has jumped, and has no velocity.
+/// A ghost that is not finite, or has no unit normal, is put out of reach; one faster than any hand has
+/// jumped, and has no velocity. Norms are compared because a NaN fails every comparison, while maxCoeff may
+/// drop it.
 void Clay::Solver::takeGhosts(const Ghosts& ghosts) {
   constexpr float fastest = 50.0f;  // m/s
-  const Eigen::Vector3f away = Eigen::Vector3f::Constant(static_cast<float>(100.0 * config.world));
+  const float far = static_cast<float>(100.0 * config.world);
   target = ghosts;
   for (std::size_t g = 0; g < target.size(); ++g) {
-    const bool finite = target.position[g].allFinite() && target.normal[g].allFinite();
-    if (!finite || target.position[g].cwiseAbs().maxCoeff() > away.x()) target.position[g] = away;
-    if (!finite) target.normal[g] = Eigen::Vector3f::UnitZ();
-    if (!(target.velocity[g].cwiseAbs().maxCoeff() < fastest)) target.velocity[g].setZero();
+    const bool unit = std::abs(target.normal[g].squaredNorm() - 1.0f) < 0.1f;
+    if (!unit || !(target.position[g].norm() < far)) {
+      target.position[g].setConstant(far);
+      target.normal[g] = Eigen::Vector3f::UnitZ();
+    }
+    if (!(target.velocity[g].norm() < fastest)) target.velocity[g].setZero();
   }
   moved = target;
 }
@@ -321,7 +325,7 @@ void Clay::Solver::endStep(float dt) {
   for (std::size_t i = 0; i < particles.size(); ++i) {
     // A displacement that is not finite, or larger than the world, is a lost particle: it stops where it is.
     Eigen::Vector3f step = u.at(i);
-    if (!(step.cwiseAbs().maxCoeff() < 2.0f * world)) step.setZero();
+    if (!(step.norm() < 2.0f * world)) step.setZero();
     const Eigen::Vector3f next = particles.position.at(i) + step;
     const Eigen::Vector3f inside = next.cwiseMax(-world).cwiseMin(world);
     particles.position.set(i, inside);

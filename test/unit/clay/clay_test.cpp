@@ -107,7 +107,7 @@ TEST_P(AtBudget, ARestingBlockPressesWithItsWeightAndIsDeadStill) {
 }
 
 TEST(Clay, EightIterationsBringAnyCubeToRest) {
-  for (const int edge : {4, 6, 8}) expectDeadRest(edge, 4, 8);
+  for (const int edge : {4, 6, 7}) expectDeadRest(edge, 4, 8);
 }
 
 /// Fails: four iterations do not always find rest (five do). Measured at {4, 4}: cubes of 6 and 7 particles
@@ -185,8 +185,8 @@ TEST(Clay, GivesTheSameBitsForAnyNumberOfThreads) {
   for (const int threads : {1, 2, 3, 1}) {
     ClayConfig config = configOf();
     config.threads = threads;
-    auto particles = block(9, 9, 7, spacing);
-    const auto lump = block(5, 5, 4, spacing, {0.004, 0.003, 0.045},
+    auto particles = block(8, 8, 5, spacing);
+    const auto lump = block(4, 4, 3, spacing, {0.004, 0.003, 0.035},
                             Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()).toRotationMatrix());
     particles.insert(particles.end(), lump.begin(), lump.end());
     Material soft;
@@ -194,7 +194,7 @@ TEST(Clay, GivesTheSameBitsForAnyNumberOfThreads) {
     Clay clay(config, {soft}, particles);
     for (int k = 0; k < 60; ++k) {
       const Eigen::Vector3d velocity(0.0, 0.0, k < 30 ? -0.1 : 0.1);
-      const double z = 0.085 - 0.1 * config.frame * (k < 30 ? k + 1 : 59 - k);
+      const double z = 0.073 - 0.1 * config.frame * (k < 30 ? k + 1 : 59 - k);
       clay.advance(ghostBall({0.0, 0.0, z}, 0.015, 0.005, velocity), {ground()}, config.frame);
     }
     positions.push_back(clay.particles().position);
@@ -264,18 +264,34 @@ TEST(Clay, BadGhostsDoNothing) {
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   Ghosts bad = ghostPlane({0.0, 0.0, 0.01}, Eigen::Vector3d::UnitZ(), 0.02, 0.005);
   for (std::size_t g = 0; g < bad.size(); ++g) {
-    if (g % 4 == 0) bad.position[g].x() = nan;
-    if (g % 4 == 1) bad.normal[g].y() = nan;
-    if (g % 4 == 2) bad.position[g].z() = -inf;
-    if (g % 4 == 3) bad.position[g] = Eigen::Vector3f::Constant(1e30f);
-    if (g % 3 == 0) bad.velocity[g].setConstant(nan);
+    const int axis = static_cast<int>(g % 3);
+    if (g % 6 == 0) bad.position[g][axis] = nan;
+    if (g % 6 == 1) bad.normal[g][axis] = nan;
+    if (g % 6 == 2) bad.position[g][axis] = -inf;
+    if (g % 6 == 3) bad.position[g].setConstant(1e30f);
+    if (g % 6 == 4) bad.normal[g].setZero();
+    if (g % 6 == 5) bad.normal[g][axis] = std::numeric_limits<float>::max();
+    bad.velocity[g][axis] = nan;
   }
-  Clay touched(configOf(), {Material()}, block(5, 5, 5, spacing)),
-      left(configOf(), {Material()}, block(5, 5, 5, spacing));
+  Clay touched(configOf(), {Material()}, block(5, 5, 5, spacing));
+  Clay left(configOf(), {Material()}, block(5, 5, 5, spacing));
   run(touched, 10, bad, {ground()});
   run(left, 10, {}, {ground()});
   EXPECT_TRUE(sameBits(touched.particles().position, left.particles().position));
   EXPECT_TRUE(touched.ghostForces().empty());
+}
+
+TEST(Clay, AGhostWithoutAFiniteVelocityHasNone) {
+  Ghosts hand = ghostBall({0.0, 0.0, 0.035}, 0.015, 0.004);
+  Clay good(configOf(), {Material()}, block(5, 5, 5, spacing));
+  run(good, 10, hand, {ground()});
+  for (std::size_t g = 0; g < hand.size(); ++g) {
+    hand.velocity[g][static_cast<int>(g % 3)] = std::numeric_limits<float>::quiet_NaN();
+  }
+  Clay bad(configOf(), {Material()}, block(5, 5, 5, spacing));
+  run(bad, 10, hand, {ground()});
+  EXPECT_FALSE(bad.ghostForces().empty());
+  EXPECT_TRUE(sameBits(good.particles().position, bad.particles().position));
 }
 
 TEST(Clay, CountsStepsOfFractionalDurations) {

@@ -1,0 +1,174 @@
+// What the clay costs: whole frames of the paper's scenes under two kneading hands, single steps of larger
+// blocks, and the same without a constraint family. Every entry uses two threads and prints its stages as
+// counters, in ms a frame. Quote medians: --benchmark_repetitions=5 --benchmark_report_aggregates_only=true.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "clay/clay.h"
+#include "clay/neighbourhood.h"
+#include "hand/choreography.h"
+#include "hand/kinematic_hand.h"
+#include "scene/scene.h"
+#include "scene/solids.h"
+
+namespace {
+
+using namespace tactile_clay;
+
+constexpr double frame = 1.0 / 60.0;  // s
+constexpr int score_frames = 480;     // from before the hands come to after they left
+
+/// A scene with hands, one frame at a time; starts again at the end of the score.
+class Rig {
+ public:
+  Rig(const std::string& scene_name, hand::Score score, const std::function<void(scene::Scene&)>& change = {})
+      : scene_(scene::loadScene(scene_name, TACTILE_CLAY_SHARE)), score_(std::move(score)) {
+    scene_.config.budget = scene::loadQuality("balanced", TACTILE_CLAY_SHARE);
+    scene_.config.threads = 2;
+    if (change) change(scene_);
+    solids_ = std::make_unique<scene::Solids>(scene::readText(scene_.urdf), scene_.motions);
+    restart();
+  }
+
+  void prepare() {
+    if (clay_->time() > score_.duration()) restart();
+    const double t = clay_->time() + frame;
+    const hand::Skin& skin =
+        hands_->update(score_.sample(t).hands, std::chrono::nanoseconds(std::llround(t * 1e9)));
+    ghosts_.position = skin.position;
+    ghosts_.normal = skin.normal;
+    ghosts_.velocity = skin.velocity;
+  }
+  void advance() { clay_->advance(ghosts_, solids_->at(clay_->time()), frame); }
+  const clay::Clay& clay() const { return *clay_; }
+
+ private:
+  void restart() {
+    clay_ = std::make_unique<clay::Clay>(scene_.config, scene_.materials, scene_.particles);
+    hands_ = std::make_unique<hand::KinematicHands>(scene_.config.spacing);
+  }
+
+  scene::Scene scene_;
+  hand::Score score_;
+  std::unique_ptr<scene::Solids> solids_;
+  std::unique_ptr<clay::Clay> clay_;
+  std::unique_ptr<hand::KinematicHands> hands_;
+  clay::Ghosts ghosts_;
+};
+
+/// Median, 99th percentile and stages over all frames of a run.
+class Figures {
+ public:
+  void add(double ms, const clay::Statistics& statistics) {
+    frames_.push_back(ms);
+    stages_.resize(statistics.stages.size());
+    for (std::size_t s = 0; s < stages_.size(); ++s) {
+      stages_[s].name = statistics.stages[s].name;
+      stages_[s].ms += statistics.stages[s].ms;
+    }
+  }
+  void report(benchmark::State& state) {
+    std::sort(frames_.begin(), frames_.end());
+    state.counters["median_ms"] = frames_[frames_.size() / 2];
+    state.counters["p99_ms"] = frames_[frames_.size() * 99 / 100];
+    for (const clay::Stage& stage : stages_)
+      state.counters[stage.name] = stage.ms / static_cast<double>(frames_.size());
+  }
+
+ private:
+  std::vector<double> frames_;
+  std::vector<clay::Stage> stages_;
+};
+
+void run(benchmark::State& state, Rig& rig) {
+  Figures figures;
+  for (auto _ : state) {
+    rig.prepare();
+    const auto start = std::chrono::steady_clock::now();
+    rig.advance();
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    state.SetIterationTime(seconds);
+    figures.add(1e3 * seconds, rig.clay().statistics());
+  }
+  figures.report(state);
+}
+
+void frames(benchmark::State& state, const std::string& scene_name, const hand::Score& score) {
+  Rig rig(scene_name, score);
+  run(state, rig);
+}
+
+void without(benchmark::State& state, const std::function<void(clay::Material&)>& change) {
+  Rig rig("potters_wheel", hand::potter(), [&](scene::Scene& scene) {
+    for (clay::Material& material : scene.materials) change(material);
+  });
+  run(state, rig);
+}
+
+/// One substep of a cube of at least `count` particles resting on a table.
+void step(benchmark::State& state, int count) {
+  clay::ClayConfig config;
+  config.budget = {1, scene::loadQuality("balanced", TACTILE_CLAY_SHARE).iterations};
+  config.frame = frame / 4;
+  config.threads = 2;
+  const int side = static_cast<int>(std::ceil(std::cbrt(count)));
+  const float d = static_cast<float>(config.spacing);
+  std::vector<clay::InitialParticle> particles;
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3f cell(i % side, i / side % side, i / (side * side));
+    particles.push_back({d * (cell.array() + 0.5f).matrix(), Eigen::Vector3f::Zero(), 0, 0});
+  }
+  clay::Solid table;
+  table.size = {1.0, 1.0, 0.5};
+  table.pose.translation().z() = -0.5;
+  clay::Clay clay(config, {clay::Material{}}, particles);
+  Figures figures;
+  for (auto _ : state) {
+    const auto start = std::chrono::steady_clock::now();
+    clay.advance({}, {table}, config.frame);
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    state.SetIterationTime(seconds);
+    figures.add(1e3 * seconds, clay.statistics());
+  }
+  figures.report(state);
+}
+
+void neighbours(benchmark::State& state) {
+  const scene::Scene scene = scene::loadScene("potters_wheel", TACTILE_CLAY_SHARE);
+  clay::VectorField position;
+  position.resize(scene.particles.size());
+  for (std::size_t i = 0; i < position.size(); ++i) position.set(i, scene.particles[i].position);
+  clay::Neighbourhood near(static_cast<float>(2.0 * scene.config.spacing));
+  for (auto _ : state) near.build(position);
+}
+
+benchmark::internal::Benchmark* add(const std::string& name,
+                                    const std::function<void(benchmark::State&)>& body) {
+  return benchmark::RegisterBenchmark(name.c_str(), body)->Unit(benchmark::kMillisecond)->UseManualTime();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  add("frame/2114", [](auto& s) { frames(s, "kindergarten", hand::knead()); })->Iterations(score_frames);
+  add("frame/4169", [](auto& s) { frames(s, "potters_wheel", hand::potter()); })->Iterations(score_frames);
+  for (const int count : {2114, 4169, 20000, 100000}) {
+    add("step/" + std::to_string(count), [count](auto& s) { step(s, count); });
+  }
+  add("without/nothing", [](auto& s) { without(s, [](auto&) {}); });
+  add("without/viscosity", [](auto& s) { without(s, [](auto& m) { m.viscosity = 0.0; }); });
+  add("without/bonds", [](auto& s) { without(s, [](auto& m) { m.stiffness = 0.0; }); });
+  add("without/friction", [](auto& s) { without(s, [](auto& m) { m.friction = m.skin_friction = 0.0; }); });
+  benchmark::RegisterBenchmark("neighbours/4169", neighbours)->Unit(benchmark::kMillisecond)->UseRealTime();
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::AddCustomContext("clay threads", "2");
+  benchmark::RunSpecifiedBenchmarks();
+}
