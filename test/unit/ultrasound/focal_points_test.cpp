@@ -79,6 +79,7 @@ TEST(FocalPoints, OfNoContactAreNone) {
 
 TEST(FocalPoints, OfOneSampleIsThatSample) {
   FocalPointConfig config;
+  config.full_scale_pressure = 10000.0;
   for (const auto fit : {IntensityFit::paper, IntensityFit::least_squares}) {
     config.fit = fit;
     FocalPointRenderer renderer(config);
