@@ -40,7 +40,7 @@ GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std
   // Stamps of a recording are of another clock; what is too old is then told by when it arrives.
   check_stamps_ = param(private_nh, "check_stamps", true) && !lockstep;
   watch_ = watch_in_lockstep || !lockstep;
-  broadcaster_.sendTransform(transformMessage(
+  static_transforms_->send(transformMessage(
       frame::world, frame::array, poseParam(private_nh, "array_pose", "0 0 -0.15 0 0 0"), ros::Time::now()));
 
   const unsigned queue = lockstep ? 0 : 1;

@@ -3,7 +3,6 @@
 #include <ros/ros.h>
 #include <std_srvs/Trigger.h>
 #include <tactile_clay/FocalPointArray.h>
-#include <tf2_ros/static_transform_broadcaster.h>
 
 #include <functional>
 #include <optional>
@@ -12,6 +11,7 @@
 
 #include "device/safety_gate.h"
 #include "nodes/health.h"
+#include "nodes/transforms.h"
 
 namespace tactile_clay::nodes {
 
@@ -51,7 +51,7 @@ class GatedArray {
   bool check_stamps_, watch_;
   device::SafetyGate gate_;
   Output output_;
-  tf2_ros::StaticTransformBroadcaster broadcaster_;
+  std::shared_ptr<StaticTransforms> static_transforms_ = StaticTransforms::shared();
 
   std_msgs::Header in_force_;    // of the last frame
   ros::SteadyTime last_passed_;  // when the last frame passed the gate

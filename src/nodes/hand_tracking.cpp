@@ -36,7 +36,7 @@ HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
       source_("tactile_clay::hand::HandSource", "source of hands", source_name_),
       answers_(nh),
       health_(nh, private_nh, "tracked hands", [this](auto& status) { diagnose(status); }) {
-  broadcaster_.sendTransform(transformMessage(
+  static_transforms_->send(transformMessage(
       world_, frame::tracker, poseParam(private_nh, "tracker_pose", "0 0 0 0 0 0"), ros::Time::now()));
 
   hand::SourceOptions options;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <ros/ros.h>
-#include <tf2_ros/static_transform_broadcaster.h>
 
 #include <atomic>
 #include <chrono>
@@ -51,7 +50,7 @@ class HandTracking {
 
   Plugin<hand::HandSource> source_;
   Transforms transforms_;
-  tf2_ros::StaticTransformBroadcaster broadcaster_;
+  std::shared_ptr<StaticTransforms> static_transforms_ = StaticTransforms::shared();
   Answers answers_;
   ros::Publisher publisher_;
   Connections graph_;    // what must be connected before the first frame

@@ -24,6 +24,20 @@ std::optional<Eigen::Isometry3d> Transforms::lookup(const std::string& target, c
   }
 }
 
+std::shared_ptr<StaticTransforms> StaticTransforms::shared() {
+  static std::mutex mutex;
+  static std::weak_ptr<StaticTransforms> instance;
+  const std::lock_guard<std::mutex> lock(mutex);
+  std::shared_ptr<StaticTransforms> current = instance.lock();
+  if (!current) instance = current = std::make_shared<StaticTransforms>();
+  return current;
+}
+
+void StaticTransforms::send(const geometry_msgs::TransformStamped& transform) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  broadcaster_.sendTransform(transform);
+}
+
 geometry_msgs::TransformStamped transformMessage(const std::string& parent, const std::string& child,
                                                  const Eigen::Isometry3d& pose, ros::Time stamp) {
   geometry_msgs::TransformStamped message = tf2::eigenToTransform(pose);

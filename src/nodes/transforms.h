@@ -3,9 +3,12 @@
 #include <geometry_msgs/TransformStamped.h>
 #include <ros/ros.h>
 #include <tf2_ros/buffer.h>
+#include <tf2_ros/static_transform_broadcaster.h>
 #include <tf2_ros/transform_listener.h>
 
 #include <Eigen/Geometry>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 
@@ -26,6 +29,20 @@ class Transforms {
   tf2_ros::Buffer buffer_;
   tf2_ros::TransformListener listener_;
   bool patient_ = true;
+};
+
+/// Static transforms of this process. All its nodes share one latched publisher: with one each, a listener
+/// that comes late may be given the latched transforms of one node only.
+class StaticTransforms {
+ public:
+  /// The broadcaster of the process; lives as long as somebody holds it.
+  static std::shared_ptr<StaticTransforms> shared();
+
+  void send(const geometry_msgs::TransformStamped& transform);
+
+ private:
+  std::mutex mutex_;
+  tf2_ros::StaticTransformBroadcaster broadcaster_;
 };
 
 geometry_msgs::TransformStamped transformMessage(const std::string& parent, const std::string& child,
