@@ -24,11 +24,11 @@ void Bonds::updateIn(Chunk& chunk, const Neighbourhood& near, const Particles& p
   chunk.bonds.clear();
   for (std::size_t i = first; i < last; ++i) {
     const std::size_t before = chunk.bonds.size();
-    for (std::uint32_t p = near.begin(i); p < near.begin(i) + near.count(i); ++p) {
+    for (std::uint32_t p = near.begin(i); p < near.end(i); ++p) {
       const std::uint32_t j = near.other()[p];
       const PairRule& pair = rule(particles.material[i], particles.material[j]);
       if (!(pair.stiffness > 0.0f)) continue;
-      const Eigen::Vector3f x = near.offset().at(p);
+      const Eigen::Vector3f x = near.offset(p);
       const float square = x.squaredNorm();
       const Bond* bond = std::find_if(begin(i), end(i), [j](const Bond& b) { return b.other == j; });
       const bool bonded = bond != end(i);
