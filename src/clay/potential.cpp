@@ -54,18 +54,34 @@ void stretchBoth(const Pairs& pairs, const float* u, std::size_t first, std::siz
   stretch<true, true>(pairs, u, first, last, f, growth);
 }
 
-/// Adds the forces of pressures: sum_j (P_i + P_j) compression x.
-TACTILE_CLAY_MULTIVERSION
-void pressPairs(const Pairs& pairs, const float* pressure, std::size_t first, std::size_t last, float* f) {
+/// Adds the forces of pressures: sum_j (P_i + P_j) compression x. `squeezed` tells where there are any;
+/// `find` finds that out.
+template <bool find, typename Flags>
+TACTILE_CLAY_INLINE void pressInto(const Pairs& pairs, const float* pressure, std::size_t first,
+                                   std::size_t last, Flags* squeezed, float* f) {
   for (std::size_t i = first; i < last; ++i) {
+    if (!find && squeezed[i] == 0) continue;
     const Lane own = all(pressure[i]);
-    Lane fx{}, fy{}, fz{};
+    Lane fx{}, fy{}, fz{}, most = own;
     for (std::uint32_t p = pairs.begin[i]; p < pairs.begin[i + 1]; p += lane_width) {
-      const Lane force = (own + gatherNumbers(pressure, pairs.other + p)) * load(pairs.compression + p);
+      const Lane of_others = gatherNumbers(pressure, pairs.other + p);
+      const Lane force = (own + of_others) * load(pairs.compression + p);
+      if (find) most = most > of_others ? most : of_others;
       fx += force * load(pairs.x + p), fy += force * load(pairs.y + p), fz += force * load(pairs.z + p);
     }
+    if constexpr (find) squeezed[i] = bits(most > 0.0f) != 0;
     f[4 * i] += sum(fx), f[4 * i + 1] += sum(fy), f[4 * i + 2] += sum(fz);
   }
+}
+TACTILE_CLAY_MULTIVERSION
+void findPressed(const Pairs& pairs, const float* pressure, std::size_t first, std::size_t last,
+                 std::uint8_t* squeezed, float* f) {
+  pressInto<true>(pairs, pressure, first, last, squeezed, f);
+}
+TACTILE_CLAY_MULTIVERSION
+void pressPairs(const Pairs& pairs, const float* pressure, std::size_t first, std::size_t last,
+                const std::uint8_t* squeezed, float* f) {
+  pressInto<false>(pairs, pressure, first, last, squeezed, f);
 }
 
 /// Stiffness of a dashpot over x x^T falls with the distance like this: (1 - q^2)^3, q = r / h. With it the
@@ -187,7 +203,7 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
   const std::size_t n = particles.size();
   if (sprung_) spring_.resize(near.pairs());
   if (dense_) compression_.resize(near.pairs());
-  force_.resize(n);
+  force_.resize(n), squeezed_.resize(n);
   for (auto* numbers : {&excess_, &ratio_, &active_, &pressure_, &amend_}) numbers->resize(n);
   parallelRanges(n, grain, [&](std::size_t first, std::size_t last) {
     measureSurroundings(pairs(), kernel_, lattice_sum_, lattice_dashpots_, first, last, ratio_.data(),
@@ -245,39 +261,47 @@ void Potential::stretch(const VectorField& u, VectorField& f, std::size_t first,
     for (std::size_t i = first; i < last; ++i) f[i].setZero();
 }
 
-void Potential::press(VectorField& f) {
+bool Potential::startForce(const VectorField& u, VectorField& f, std::size_t first, std::size_t last) {
+  stretch(u, f, first, last);
+  bool pressing = false;
+  for (std::size_t i = first; i < last; ++i) {
+    f[i] += force_[i];
+    if (!dense_) continue;
+    const float c = excess_[i] + pressure_[i];
+    active_[i] = c > 0.0f ? bulk_[particles_->material[i]] : 0.0f;
+    pressure_[i] = active_[i] * c;
+    pressing = pressing || c > 0.0f;
+  }
+  return pressing;
+}
+
+void Potential::startChange(const VectorField& p, VectorField& f, std::size_t first, std::size_t last) {
+  stretch(p, f, first, last);
   if (!pressing_) return;
-  parallelRanges(f.size(), grain, [&](std::size_t first, std::size_t last) {
-    pressPairs(pairs(), pressure_.data(), first, last, f.data());
-  });
+  for (std::size_t i = first; i < last; ++i) pressure_[i] *= active_[i];
+}
+
+void Potential::finishForce(VectorField& f, std::size_t first, std::size_t last) {
+  if (pressing_) findPressed(pairs(), pressure_.data(), first, last, squeezed_.data(), f.data());
+}
+
+void Potential::finishChange(VectorField& f, std::size_t first, std::size_t last) const {
+  if (pressing_) pressPairs(pairs(), pressure_.data(), first, last, squeezed_.data(), f.data());
 }
 
 void Potential::force(const VectorField& u, VectorField& f) {
   std::atomic<bool> pressing{false};
   parallelRanges(f.size(), grain, [&](std::size_t first, std::size_t last) {
-    stretch(u, f, first, last);
-    bool any = false;
-    for (std::size_t i = first; i < last; ++i) {
-      f[i] += force_[i];
-      if (!dense_) continue;
-      const float c = excess_[i] + pressure_[i];
-      active_[i] = c > 0.0f ? bulk_[particles_->material[i]] : 0.0f;
-      pressure_[i] = active_[i] * c;
-      any = any || c > 0.0f;
-    }
-    if (any) pressing = true;
+    if (startForce(u, f, first, last)) pressing = true;
   });
-  pressing_ = pressing;
-  press(f);
+  setPressing(pressing);
+  parallelRanges(f.size(), grain, [&](std::size_t first, std::size_t last) { finishForce(f, first, last); });
 }
 
 void Potential::change(const VectorField& p, VectorField& f) {
-  parallelRanges(f.size(), grain, [&](std::size_t first, std::size_t last) {
-    stretch(p, f, first, last);
-    if (!pressing_) return;
-    for (std::size_t i = first; i < last; ++i) pressure_[i] *= active_[i];
-  });
-  press(f);
+  parallelRanges(f.size(), grain,
+                 [&](std::size_t first, std::size_t last) { startChange(p, f, first, last); });
+  parallelRanges(f.size(), grain, [&](std::size_t first, std::size_t last) { finishChange(f, first, last); });
 }
 
 }  // namespace tactile_clay::clay

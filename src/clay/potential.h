@@ -50,6 +50,15 @@ class Potential {
   /// Change of the forces with the displacements p: the linear part of `force`, negative semidefinite.
   void change(const VectorField& p, VectorField& f);
 
+  /// The same in two halves, for particles [first, last), so that a solver can put work of its own beside
+  /// them: the second half wants the first of all neighbours to be done. Of the ranges of `startForce`, any
+  /// may tell that a density constraint is active; the solver then says so to all.
+  bool startForce(const VectorField& u, VectorField& f, std::size_t first, std::size_t last);
+  void setPressing(bool any) { pressing_ = any; }
+  void startChange(const VectorField& p, VectorField& f, std::size_t first, std::size_t last);
+  void finishForce(VectorField& f, std::size_t first, std::size_t last);
+  void finishChange(VectorField& f, std::size_t first, std::size_t last) const;
+
   /// rho / rho_0 at the start of the step.
   const std::vector<float>& densityRatio() const { return ratio_; }
 
@@ -58,7 +67,6 @@ class Potential {
                   std::size_t first, std::size_t last);
   PairArrays pairs() const;
   void stretch(const VectorField& u, VectorField& f, std::size_t first, std::size_t last);
-  void press(VectorField& f);
 
   Kernel kernel_;
   float volume_;            // m^3, of a particle
@@ -79,6 +87,7 @@ class Potential {
   std::vector<float> active_;    // J, bulk modulus times volume where the density constraint acts, else 0
   std::vector<float> pressure_;  // J, pressure times volume
   bool pressing_ = false;        // any is active
+  std::vector<std::uint8_t> squeezed_;  // whether a particle or a neighbour of it is
 };
 
 }  // namespace tactile_clay::clay
