@@ -99,6 +99,7 @@ struct Clay::Solver {
   double multiply(float dt);
   double precondition(std::size_t first, std::size_t last);
   void translate(float dt);
+  void balanceForces();
   void endStep(float dt);
   void collectForces(int steps);
 
@@ -338,6 +339,27 @@ void Clay::Solver::minimise(float dt) {
     contact_constraint.prescribe(u);
     descend(std::min(left, iterations_a_round), dt);
     contact_constraint.update(particles, u, r);
+  }
+  balanceForces();
+}
+
+/// What few iterations leave unsolved stands in z, as forces that nobody exerts. Contacts then report more,
+/// or less, than the momentum that the clay gained. The difference is made up by the contacts of the lump,
+/// each by its share, so that the sum of Eq. 6 is the rate of momentum for any budget.
+void Clay::Solver::balanceForces() {
+  struct Lump {
+    Eigen::Vector3d unsolved = Eigen::Vector3d::Zero();
+    double force = 0.0;
+  };
+  std::vector<Lump> lumps(near.lumps());
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    lumps[near.lump(i)].unsolved += z.at(i).cast<double>() / particles.inverse_mass[i];
+  }
+  std::vector<Contact>& contacts = contact_constraint.contacts();
+  for (const Contact& c : contacts) lumps[near.lump(c.particle)].force += c.force.norm();
+  for (Contact& c : contacts) {
+    const Lump& lump = lumps[near.lump(c.particle)];
+    if (lump.force > 0.0) c.force -= (c.force.norm() / lump.force * lump.unsolved).cast<float>();
   }
 }
 

@@ -104,12 +104,16 @@ TEST_P(AtBudget, ARestingBlockPressesWithItsWeightAndIsDeadStill) {
   expectDeadRest(5, GetParam().first, GetParam().second);
 }
 
-TEST(Clay, EightIterationsBringAnyCubeToRest) {
-  for (const int edge : {4, 6, 7}) expectDeadRest(edge, 4, 8);
+/// At the presets `fast` and `balanced`.
+TEST(Clay, AnyCubeComesToRest) {
+  for (const int edge : {4, 5, 6, 7, 8, 9, 10, 12}) {
+    expectDeadRest(edge, 4, 6);
+    expectDeadRest(edge, 4, 8);
+  }
 }
 
-/// Fails: four iterations do not always find rest (five do). Measured at {4, 4}: cubes of 6 and 7 particles
-/// rest at -0.11 % and -0.05 % of the weight, those of 8 and 10 buzz at 25 mm/s, 8 % and 22 % off the weight.
+/// Fails: four iterations are one round, whose contacts are never looked at again. Measured at {4, 4}: cubes
+/// of 8 particles and more buzz at 3 to 30 mm/s, under 0.9 to 5 times their weight.
 TEST(Clay, DISABLED_FourIterationsBringAnyCubeToRest) {
   for (const int edge : {4, 5, 6, 7, 8, 10}) expectDeadRest(edge, 4, 4);
 }
@@ -162,10 +166,9 @@ TEST(Clay, ForcesOnPalmAndTableAreTheRateOfMomentum) {
   EXPECT_GT(strongest, 5.0);
 }
 
-/// Fails: the residual of free particles that the iterations leave counts as force on the skin, and a contact
-/// that opens in the last round has pulled unseen. A ball of 0.1 m/s strikes a free cube of 25 g: measured
-/// impulse on the ball over that on the clay 41 at {4, 4}, 8.0 at {4, 8}, 3.9 at {8, 16}, 1.5 at {4, 256}.
-TEST(Clay, DISABLED_AnImpactOnTheSkinIsTheRateOfMomentum) {
+/// Few iterations leave much of an impact unsolved; the impulse on the skin is the momentum of the block all
+/// the same.
+TEST(Clay, AnImpactOnTheSkinIsTheRateOfMomentum) {
   ClayConfig config = configOf();
   config.gravity.setZero();
   Clay clay(config, {Material()}, block(5, 5, 5, spacing));
@@ -175,7 +178,7 @@ TEST(Clay, DISABLED_AnImpactOnTheSkinIsTheRateOfMomentum) {
     clay.advance(ghostBall(start + k * config.frame * velocity, 0.015, 0.004, velocity), {}, config.frame);
     impulse += config.frame * sumOf(clay.ghostForces());
   }
-  EXPECT_LT((impulse + momentum(clay.particles())).norm(), 0.02 * momentum(clay.particles()).norm());
+  EXPECT_LT((impulse + momentum(clay.particles())).norm(), 1e-3 * momentum(clay.particles()).norm());
 }
 
 TEST(Clay, GivesTheSameBitsForAnyNumberOfThreads) {
