@@ -13,6 +13,7 @@
 #include "clay/kernel.h"
 #include "clay/neighbourhood.h"
 #include "clay/potential.h"
+#include "clay/projection.h"
 #include "clay/threads.h"
 
 namespace tactile_clay::clay {
@@ -64,6 +65,12 @@ void validate(const Material& m) {
   require(m.skin_friction >= 0.0, "skin_friction" + of, m.skin_friction, ">= 0");
 }
 
+Method methodNamed(const std::string& name) {
+  if (name == "minimise") return Method::minimise;
+  if (name == "paper") return Method::paper;
+  throw std::invalid_argument("solver '" + name + "', expected minimise or paper");
+}
+
 struct Clay::Solver {
   enum StageIndex { neighbours, contact_search, bonds, setup, iterations, finish };
 
@@ -75,6 +82,7 @@ struct Clay::Solver {
 
   void takeGhosts(const Ghosts& ghosts);
   void step(const Ghosts& ghosts, const std::vector<Solid>& solids, double from, float dt);
+  void project(float dt);
   void minimise(float dt);
   void descend(int count, float dt);
   void residual(float dt);
@@ -94,6 +102,7 @@ struct Clay::Solver {
   Kernel kernel;
   Neighbourhood near;
   Potential potential;
+  Projection projection;
   Bonds bond_constraint;
   Contacts contact_constraint;
   bool bonded = false;
@@ -116,6 +125,7 @@ Clay::Solver::Solver(const ClayConfig& config_in, std::vector<Material> material
       kernel(static_cast<float>(2.0 * config.spacing)),
       near(kernel.h),
       potential(kernel, static_cast<float>(config.spacing), materials),
+      projection(kernel, static_cast<float>(config.spacing), materials),
       bond_constraint(static_cast<float>(config.spacing), materials),
       contact_constraint(static_cast<float>(config.spacing), materials) {
   const std::size_t n = initial.size();
@@ -183,15 +193,18 @@ void Clay::Solver::step(const Ghosts& ghosts, const std::vector<Solid>& solids, 
     const Stopwatch watch(ms(bonds));
     bond_constraint.update(near, particles);
   }
-  {
-    const Stopwatch watch(ms(setup));
-    potential.begin(near, particles, bonded ? &bond_constraint : nullptr, free, dt);
-  }
-  {
-    const Stopwatch watch(ms(iterations));
+  if (config.budget.method == Method::paper)
+    project(dt);
+  else
     minimise(dt);
-  }
   endStep(dt);
+}
+
+/// The paper's scheme.
+void Clay::Solver::project(float dt) {
+  const Stopwatch watch(ms(iterations));
+  projection.solve(near, particles, bonded ? &bond_constraint : nullptr, free, config.budget.iterations, dt,
+                   contact_constraint, u);
 }
 
 /// r = forces - M (u - free) / dt^2
@@ -302,6 +315,11 @@ void Clay::Solver::descend(int count, float dt) {
 }
 
 void Clay::Solver::minimise(float dt) {
+  {
+    const Stopwatch watch(ms(setup));
+    potential.begin(near, particles, bonded ? &bond_constraint : nullptr, free, dt);
+  }
+  const Stopwatch watch(ms(iterations));
   // Start from the last velocity: what rests starts at rest, however few iterations follow. What falls or
   // slides is set going by `translate`.
   const Eigen::Vector3f fall = dt * dt * config.gravity.cast<float>();
@@ -316,11 +334,11 @@ void Clay::Solver::minimise(float dt) {
     descend(std::min(left, iterations_a_round), dt);
     contact_constraint.update(particles, u, r);
   }
+  contact_constraint.finish(particles, u, dt);
 }
 
 void Clay::Solver::endStep(float dt) {
   const Stopwatch watch(ms(finish));
-  contact_constraint.finish(particles, u, dt);
   const float world = static_cast<float>(config.world);
   for (std::size_t i = 0; i < particles.size(); ++i) {
     // A displacement that is not finite, or larger than the world, is a lost particle: it stops where it is.
@@ -389,7 +407,8 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, doubl
       s.step(s.moved, solids, k * dt, static_cast<float>(dt));
       s.collectForces(steps);
     }
-    s.particles.density_ratio = s.potential.densityRatio();
+    s.particles.density_ratio =
+        s.config.budget.method == Method::paper ? s.projection.densityRatio() : s.potential.densityRatio();
   });
   s.time += steps * dt;
   double error = 0.0, largest = 0.0;

@@ -85,6 +85,8 @@ class Contacts {
   void finish(const Particles& particles, VectorField& u, float dt);
 
   const std::vector<Contact>& contacts() const { return contacts_; }
+  /// For a solver that sets states, anchors and forces itself; particles, solids and order must stay.
+  std::vector<Contact>& contacts() { return contacts_; }
   const std::vector<GhostShare>& shares() const { return shares_; }
 
  private:

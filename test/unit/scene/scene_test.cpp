@@ -99,7 +99,7 @@ TEST(Quality, PresetsSpendMoreForMore) {
     loadQuality("best", share);
     FAIL();
   } catch (const std::runtime_error& e) {
-    EXPECT_STREQ(e.what(), "quality 'best' not found, expected one of: fast, balanced, accurate");
+    EXPECT_STREQ(e.what(), "quality 'best' not found, expected one of: fast, balanced, accurate, paper");
   }
 }
 
