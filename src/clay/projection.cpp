@@ -1,5 +1,9 @@
 #include "clay/projection.h"
 
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -22,6 +26,70 @@ constexpr float bond_relaxation = 1.3f;  // over the greater number of bonds of 
 template <typename F>
 void parallelChunks(std::size_t n, const F& f) {
   parallelFor((n + grain - 1) / grain, 1, [&](std::size_t c) { f(c * grain, std::min(n, (c + 1) * grain)); });
+}
+
+/// Eight vectors, lane by lane.
+struct Lanes {
+  Lane x, y, z;
+  Lane squaredNorm() const { return x * x + y * y + z * z; }
+};
+
+#ifdef __SSE2__
+inline Lanes transposed(const Eigen::Vector4f* v) {
+  Lanes lanes;
+  for (int half = 0; half < lane_width; half += 4, v += 4) {
+    __m128 a = _mm_load_ps(v[0].data()), b = _mm_load_ps(v[1].data()), c = _mm_load_ps(v[2].data()),
+           d = _mm_load_ps(v[3].data());
+    _MM_TRANSPOSE4_PS(a, b, c, d);
+    _mm_store_ps(lanes.x.data() + half, a);
+    _mm_store_ps(lanes.y.data() + half, b);
+    _mm_store_ps(lanes.z.data() + half, c);
+  }
+  return lanes;
+}
+#else
+inline Lanes transposed(const Eigen::Vector4f* v) {
+  Lanes lanes;
+  for (int k = 0; k < lane_width; ++k) lanes.x[k] = v[k][0], lanes.y[k] = v[k][1], lanes.z[k] = v[k][2];
+  return lanes;
+}
+#endif
+
+/// x_i - x_j of eight pairs.
+inline Lanes offsets(const VectorField& x, std::size_t i, const std::uint32_t* other) {
+  Eigen::Vector4f v[lane_width];
+  for (int k = 0; k < lane_width; ++k) v[k] = x[i] - x[other[k]];
+  return transposed(v);
+}
+
+/// The same after the displacements u. Differences are formed first: they are small and exact.
+inline Lanes offsets(const VectorField& x, const VectorField& u, std::size_t i, const std::uint32_t* other) {
+  Eigen::Vector4f v[lane_width];
+  for (int k = 0; k < lane_width; ++k) v[k] = (x[i] - x[other[k]]) + (u[i] - u[other[k]]);
+  return transposed(v);
+}
+
+inline Eigen::Map<Lane, Eigen::Aligned16> asLane(float* values) {
+  return Eigen::Map<Lane, Eigen::Aligned16>(values);
+}
+inline Eigen::Map<const Lane, Eigen::Aligned16> asLane(const float* values) {
+  return Eigen::Map<const Lane, Eigen::Aligned16>(values);
+}
+
+std::uint32_t wholeLanes(std::uint32_t count) {
+  return (count + lane_width - 1) / lane_width * lane_width;
+}
+
+Eigen::Matrix3f matrixOf(const Eigen::Vector4f (&columns)[3]) {
+  Eigen::Matrix3f matrix;
+  matrix << columns[0].head<3>(), columns[1].head<3>(), columns[2].head<3>();
+  return matrix;
+}
+
+inline Lane taken(const float* values, const std::uint32_t* at) {
+  Lane lane;
+  for (int k = 0; k < lane_width; ++k) lane[k] = values[at[k]];
+  return lane;
 }
 
 /// The rotation with the antisymmetric part of `gradient`, without trigonometry.
@@ -69,39 +137,46 @@ void Projection::solve(const Neighbourhood& near, const Particles& particles, co
 
 void Projection::begin(const Bonds* bonds, float dt) {
   const std::size_t n = particles_->size();
-  ratio_.resize(n), moved_.resize(n);
-  if (any_dense_) density_gradient_.resize(near_->pairs()), density_step_.resize(n);
+  ratio_.resize(n), moved_.resize(n), pair_begin_.resize(n + 1);
+  pair_begin_[0] = 0;
+  for (std::size_t i = 0; i < n; ++i) pair_begin_[i + 1] = pair_begin_[i] + wholeLanes(near_->count(i));
+  const std::size_t pairs = pair_begin_[n];
+  other_.resize(pairs);
+  if (any_dense_) density_gradient_.resize(3 * pairs), density_step_.resize(n);
   if (viscous_) {
-    gradient_.resize(near_->pairs()), own_gradient_.resize(n);
+    slope_.resize(pairs), own_gradient_.resize(n);
     inverse_.resize(n), weight_.resize(n), compliance_.resize(n);
     multiplier_.resize(n), strain_step_.resize(n);
   }
   parallelChunks(n, [&](std::size_t first, std::size_t last) {
-    beginKernels(first, last);
+    beginPairs(first, last);
     for (std::size_t i = first; viscous_ && i < last; ++i) beginViscosity(i, dt);
   });
   beginBonds(bonds);
 }
 
-void Projection::beginKernels(std::size_t first, std::size_t last) {
+/// Pairs in whole lanes: a list is filled up with pairs of the particle with itself, whose gradient is zero.
+void Projection::beginPairs(std::size_t first, std::size_t last) {
+  const VectorField& x = particles_->position;
   for (std::size_t i = first; i < last; ++i) {
-    Lane total = Lane::Zero(), square, slope;
-    Eigen::Vector4f own = Eigen::Vector4f::Zero();
-    for (std::uint32_t p = near_->begin(i); p < near_->end(i); p += lane_width) {
-      const int count = std::min<int>(lane_width, near_->end(i) - p);
-      square.setConstant(4.0f * kernel_.h * kernel_.h);  // beyond the support, where every kernel is zero
-      for (int k = 0; k < count; ++k) square[k] = near_->offset()[p + k].squaredNorm();
-      const Lane r = square.sqrt();
+    std::uint32_t q = pair_begin_[i];
+    for (std::uint32_t p = near_->begin(i), end = p + near_->count(i); p < end; ++p, ++q)
+      other_[q] = near_->other()[p];
+    for (; q < pair_begin_[i + 1]; ++q) other_[q] = static_cast<std::uint32_t>(i);
+
+    Lane total = Lane::Zero();
+    Lanes own{Lane::Zero(), Lane::Zero(), Lane::Zero()};
+    for (std::uint32_t p = pair_begin_[i]; p < pair_begin_[i + 1]; p += lane_width) {
+      const Lanes offset = offsets(x, i, &other_[p]);
+      const Lane r = offset.squaredNorm().sqrt();
       total += kernel_.value(r);
       if (!viscous_) continue;
-      slope = volume_ * kernel_.slope(r) / r.max(1e-9f);
-      for (int k = 0; k < count; ++k) {
-        gradient_[p + k] = slope[k] * near_->offset()[p + k];
-        own += gradient_[p + k];
-      }
+      const Lane slope = volume_ * kernel_.slope(r) / r.max(1e-9f);
+      asLane(&slope_[p]) = slope;
+      own.x += slope * offset.x, own.y += slope * offset.y, own.z += slope * offset.z;
     }
-    ratio_[i] = (sum(total) + kernel_.sigma) / lattice_sum_;
-    if (viscous_) own_gradient_[i] = own;
+    ratio_[i] = (sum(total) - kernel_.sigma * (padding(i) - 1.0f)) / lattice_sum_;
+    if (viscous_) own_gradient_.set(i, {sum(own.x), sum(own.y), sum(own.z)});
   }
 }
 
@@ -111,14 +186,22 @@ void Projection::beginViscosity(std::size_t i, float dt) {
   multiplier_[i].setZero();
   for (Eigen::Vector4f& column : strain_step_[i].column) column.setZero();
   if (!(viscosity > 0.0f)) return;
-  const std::vector<float>& w = particles_->inverse_mass;
-  Eigen::Matrix3f moment = Eigen::Matrix3f::Zero();
-  Eigen::Matrix3f weight = w[i] * own_gradient_.at(i) * own_gradient_.at(i).transpose();
-  for (std::uint32_t p = near_->begin(i); p < near_->end(i); ++p) {
-    const Eigen::Vector3f g = gradient_.at(p);
-    moment -= near_->offset().at(p) * g.transpose();
-    weight += w[near_->other()[p]] * g * g.transpose();
+  const float* w = particles_->inverse_mass.data();
+  const VectorField& x = particles_->position;
+  Eigen::Vector4f m[3], n[3];
+  for (int b = 0; b < 3; ++b) {
+    m[b].setZero();
+    n[b] = w[i] * own_gradient_[i][b] * own_gradient_[i];
   }
+  for (std::uint32_t p = pair_begin_[i]; p < pair_begin_[i + 1]; ++p) {
+    const Eigen::Vector4f offset = x[i] - x[other_[p]];
+    const Eigen::Vector4f g = slope_[p] * offset, weighted = w[other_[p]] * g;
+    for (int b = 0; b < 3; ++b) {
+      m[b] -= g[b] * offset;
+      n[b] += g[b] * weighted;
+    }
+  }
+  const Eigen::Matrix3f moment = matrixOf(m), weight = matrixOf(n);
   const float scale = moment.trace() / 3.0f;
   // Where the neighbours do not span space, there is no velocity gradient to damp.
   if (!(moment.determinant() > 0.02f * scale * scale * scale)) return;
@@ -131,20 +214,25 @@ void Projection::beginBonds(const Bonds* bonds) {
   bonded_ = bonds != nullptr && bonds->size() > 0;
   if (!bonded_) return;
   const std::size_t n = particles_->size();
-  link_begin_.assign(n + 1, 0);
-  for (std::size_t i = 0; i < n; ++i) {
-    link_begin_[i + 1] = link_begin_[i] + static_cast<std::uint32_t>(bonds->end(i) - bonds->begin(i));
-  }
-  link_.resize(link_begin_[n]), link_offset_.resize(link_begin_[n]);
+  const auto count = [&](std::size_t i) {
+    return static_cast<std::uint32_t>(bonds->end(i) - bonds->begin(i));
+  };
+  bond_begin_.resize(n + 1);
+  bond_begin_[0] = 0;
+  for (std::size_t i = 0; i < n; ++i) bond_begin_[i + 1] = bond_begin_[i] + wholeLanes(count(i));
+  const std::size_t ends = bond_begin_[n];
+  bond_other_.resize(ends), rest_length_.resize(ends), bond_share_.resize(ends);
   const std::vector<float>& w = particles_->inverse_mass;
-  const auto count = [&](std::size_t i) { return link_begin_[i + 1] - link_begin_[i]; };
   parallelFor(n, grain, [&](std::size_t i) {
-    std::uint32_t l = link_begin_[i];
-    for (const Bond* bond = bonds->begin(i); bond != bonds->end(i); ++bond, ++l) {
+    std::uint32_t b = bond_begin_[i];
+    for (const Bond* bond = bonds->begin(i); bond != bonds->end(i); ++bond, ++b) {
       const std::uint32_t j = bond->other;
       const float relaxation = bond_relaxation / static_cast<float>(std::max(count(i), count(j)));
-      link_[l] = {j, bond->rest_length, std::min(relaxation, 1.0f) * w[i] / (w[i] + w[j])};
-      link_offset_[l] = particles_->position[i] - particles_->position[j];
+      bond_other_[b] = j, rest_length_[b] = bond->rest_length;
+      bond_share_[b] = std::min(relaxation, 1.0f) * w[i] / (w[i] + w[j]);
+    }
+    for (; b < bond_begin_[i + 1]; ++b) {
+      bond_other_[b] = static_cast<std::uint32_t>(i), rest_length_[b] = bond_share_[b] = 0.0f;
     }
   });
 }
@@ -166,47 +254,41 @@ void Projection::projectDensity(VectorField& u) {
 }
 
 void Projection::measureDensity(const VectorField& u, std::size_t first, std::size_t last) {
-  const std::uint32_t* other = near_->other().data();
-  const float* w = particles_->inverse_mass.data();
   const float scale = 1.0f / lattice_sum_;
   for (std::size_t i = first; i < last; ++i) {
-    Lane total = Lane::Zero(), square, slope;
-    Eigen::Vector4f own = Eigen::Vector4f::Zero(), offset[lane_width];
-    float weight = 0.0f;
-    const Eigen::Vector4f at = u[i];
-    for (std::uint32_t p = near_->begin(i), end = near_->end(i); p < end; p += lane_width) {
-      const int count = std::min<int>(lane_width, end - p);
-      square.setConstant(4.0f * kernel_.h * kernel_.h);
-      for (int k = 0; k < count; ++k) {
-        offset[k] = near_->offset()[p + k] + (at - u[other[p + k]]);
-        square[k] = offset[k].squaredNorm();
-      }
-      const Lane r = square.sqrt();
+    Lane total = Lane::Zero(), weight = Lane::Zero();
+    Lanes own{Lane::Zero(), Lane::Zero(), Lane::Zero()};
+    for (std::uint32_t p = pair_begin_[i], end = pair_begin_[i + 1]; p < end; p += lane_width) {
+      const Lanes offset = offsets(particles_->position, u, i, &other_[p]);
+      const Lane square = offset.squaredNorm(), r = square.sqrt();
       total += kernel_.value(r);
-      slope = scale * kernel_.slope(r) / r.max(1e-9f);
-      for (int k = 0; k < count; ++k) {
-        const Eigen::Vector4f g = slope[k] * offset[k];
-        density_gradient_[p + k] = g;
-        own += g;
-        weight += w[other[p + k]] * (slope[k] * slope[k] * square[k]);
-      }
+      const Lane slope = scale * kernel_.slope(r) / r.max(1e-9f);
+      const Lanes g{slope * offset.x, slope * offset.y, slope * offset.z};
+      asLane(&density_gradient_[3 * p]) = g.x;
+      asLane(&density_gradient_[3 * p + lane_width]) = g.y;
+      asLane(&density_gradient_[3 * p + 2 * lane_width]) = g.z;
+      own.x += g.x, own.y += g.y, own.z += g.z;
+      weight += taken(particles_->inverse_mass.data(), &other_[p]) * (slope * slope * square);
     }
-    const float error = (sum(total) + kernel_.sigma) * scale - 1.0f;
-    weight += w[i] * own.squaredNorm();
-    const bool pressing = error > 0.0f && weight > 0.0f && dense_[particles_->material[i]];
-    density_step_[i] = pressing ? -density_relaxation * error / weight : 0.0f;
+    const float error = (sum(total) - kernel_.sigma * (padding(i) - 1.0f)) * scale - 1.0f;
+    const Eigen::Vector3f gradient(sum(own.x), sum(own.y), sum(own.z));
+    const float inertia = sum(weight) + particles_->inverse_mass[i] * gradient.squaredNorm();
+    const bool pressing = error > 0.0f && inertia > 0.0f && dense_[particles_->material[i]];
+    density_step_[i] = pressing ? -density_relaxation * error / inertia : 0.0f;
   }
 }
 
 void Projection::moveByDensity(VectorField& u, std::size_t first, std::size_t last) const {
-  const std::uint32_t* other = near_->other().data();
   for (std::size_t i = first; i < last; ++i) {
-    Eigen::Vector4f move = Eigen::Vector4f::Zero();
+    Lanes move{Lane::Zero(), Lane::Zero(), Lane::Zero()};
     const float own = density_step_[i];
-    for (std::uint32_t p = near_->begin(i), end = near_->end(i); p < end; ++p) {
-      move += (own + density_step_[other[p]]) * density_gradient_[p];
+    for (std::uint32_t p = pair_begin_[i], end = pair_begin_[i + 1]; p < end; p += lane_width) {
+      const Lane step = own + taken(density_step_.data(), &other_[p]);
+      move.x += step * asLane(&density_gradient_[3 * p]);
+      move.y += step * asLane(&density_gradient_[3 * p + lane_width]);
+      move.z += step * asLane(&density_gradient_[3 * p + 2 * lane_width]);
     }
-    u[i] += particles_->inverse_mass[i] * move;
+    u.add(i, particles_->inverse_mass[i] * Eigen::Vector3f(sum(move.x), sum(move.y), sum(move.z)));
   }
 }
 
@@ -216,14 +298,15 @@ void Projection::projectViscosity(VectorField& u) {
 }
 
 void Projection::measureStrain(const VectorField& u, std::size_t first, std::size_t last) {
-  const std::uint32_t* other = near_->other().data();
+  const std::uint32_t* other = other_.data();
+  const VectorField& x = particles_->position;
   for (std::size_t i = first; i < last; ++i) {
     if (compliance_[i] < 0.0f) continue;
     Eigen::Vector4f d0 = Eigen::Vector4f::Zero(), d1 = d0, d2 = d0;
-    const Eigen::Vector4f at = u[i];
-    for (std::uint32_t p = near_->begin(i), end = near_->end(i); p < end; ++p) {
-      const Eigen::Vector4f du = u[other[p]] - at;
-      const Eigen::Vector4f& g = gradient_[p];
+    const Eigen::Vector4f from = u[i], at = x[i];
+    for (std::uint32_t p = pair_begin_[i], end = pair_begin_[i + 1]; p < end; ++p) {
+      const Eigen::Vector4f du = u[other[p]] - from;
+      const Eigen::Vector4f g = slope_[p] * (at - x[other[p]]);
       d0 += g[0] * du;
       d1 += g[1] * du;
       d2 += g[2] * du;
@@ -249,14 +332,15 @@ void Projection::measureStrain(const VectorField& u, std::size_t first, std::siz
 }
 
 void Projection::moveByStrain(VectorField& u, std::size_t first, std::size_t last) const {
-  const std::uint32_t* other = near_->other().data();
+  const std::uint32_t* other = other_.data();
+  const VectorField& x = particles_->position;
   for (std::size_t i = first; i < last; ++i) {
-    const Eigen::Vector4f& own = own_gradient_[i];
+    const Eigen::Vector4f &own = own_gradient_[i], at = x[i];
     const Tensor& s = strain_step_[i];
     Eigen::Vector4f m0 = own[0] * s.column[0], m1 = own[1] * s.column[1], m2 = own[2] * s.column[2];
-    for (std::uint32_t p = near_->begin(i), end = near_->end(i); p < end; ++p) {
+    for (std::uint32_t p = pair_begin_[i], end = pair_begin_[i + 1]; p < end; ++p) {
       const Tensor& step = strain_step_[other[p]];
-      const Eigen::Vector4f& g = gradient_[p];
+      const Eigen::Vector4f g = slope_[p] * (at - x[other[p]]);
       m0 += g[0] * step.column[0];
       m1 += g[1] * step.column[1];
       m2 += g[2] * step.column[2];
@@ -279,17 +363,16 @@ void Projection::projectBondsAndContacts(VectorField& u, std::vector<Contact>& c
 
 void Projection::pullBonds(const VectorField& u, std::size_t first, std::size_t last) {
   for (std::size_t i = first; i < last; ++i) {
-    const Eigen::Vector4f at = u[i];
-    Eigen::Vector4f move = Eigen::Vector4f::Zero();
-    if (bonded_) {
-      for (std::uint32_t l = link_begin_[i], end = link_begin_[i + 1]; l < end; ++l) {
-        const Link& link = link_[l];
-        const Eigen::Vector4f offset = link_offset_[l] + (at - u[link.other]);
-        const float length = std::max(offset.norm(), 1e-9f);
-        move -= (link.share * (1.0f - link.rest_length / length)) * offset;
-      }
+    moved_[i] = u[i];
+    if (!bonded_) continue;
+    Lanes move{Lane::Zero(), Lane::Zero(), Lane::Zero()};
+    for (std::uint32_t b = bond_begin_[i], end = bond_begin_[i + 1]; b < end; b += lane_width) {
+      const Lanes offset = offsets(particles_->position, u, i, &bond_other_[b]);
+      const Lane length = offset.squaredNorm().sqrt().max(1e-9f);
+      const Lane share = asLane(&bond_share_[b]) * (1.0f - asLane(&rest_length_[b]) / length);
+      move.x -= share * offset.x, move.y -= share * offset.y, move.z -= share * offset.z;
     }
-    moved_[i] = at + move;
+    moved_.add(i, {sum(move.x), sum(move.y), sum(move.z)});
   }
 }
 

@@ -47,17 +47,16 @@ class Projection {
   const std::vector<float>& densityRatio() const { return ratio_; }
 
  private:
-  struct Link {  // a bond at one of its ends
-    std::uint32_t other;
-    float rest_length;  // m
-    float share;        // of the constraint's error that this end moves
-  };
   struct Tensor {
     Eigen::Vector4f column[3];
   };
 
+  /// Pairs that fill up the list of particle i.
+  float padding(std::size_t i) const {
+    return static_cast<float>(pair_begin_[i + 1] - pair_begin_[i] - near_->count(i));
+  }
   void begin(const Bonds* bonds, float dt);
-  void beginKernels(std::size_t first, std::size_t last);
+  void beginPairs(std::size_t first, std::size_t last);
   void beginViscosity(std::size_t i, float dt);
   void beginBonds(const Bonds* bonds);
   void beginContacts(Contacts& contacts, float dt);
@@ -82,17 +81,24 @@ class Projection {
   const Neighbourhood* near_ = nullptr;
   const Particles* particles_ = nullptr;
 
-  std::vector<float> ratio_;                       // rho / rho_0
-  VectorField density_gradient_;                   // of C_i by x_i, of each pair, 1/m
+  std::vector<float> ratio_;  // rho / rho_0
+
+  // Pairs in whole lanes.
+  std::vector<std::uint32_t> pair_begin_, other_;
+  std::vector<float> density_gradient_;            // of C_i by x_i: eight x, y, z in turn, 1/m
   std::vector<float> density_step_;                // multiplier of this projection, kg m^2
-  VectorField gradient_, own_gradient_;            // V grad W_ij at the start, and its sum, 1/m
+  std::vector<float> slope_;                       // V |grad W_ij| / r at the start, negative, 1/m^2
+  VectorField own_gradient_;                       // sum of V grad W_ij, 1/m
   std::vector<Eigen::Matrix3f> inverse_, weight_;  // of the gradients
   std::vector<float> compliance_;                  // of viscosity, 1/(kg m^2); negative: none
   std::vector<Eigen::Matrix3f> multiplier_;        // of viscosity, kg m^2
   std::vector<Tensor> strain_step_;                // its change in this projection, corrected
-  std::vector<std::uint32_t> link_begin_, contact_begin_;
-  std::vector<Link> link_;
-  VectorField link_offset_;  // x_i - x_j of each link at the start, m
+
+  // Ends of bonds in whole lanes.
+  std::vector<std::uint32_t> bond_begin_, bond_other_;
+  std::vector<float> rest_length_, bond_share_;  // m; of the error, what this end moves
+
+  std::vector<std::uint32_t> contact_begin_;
   VectorField moved_;
   float force_per_kg_m_ = 0.0f;  // 1/dt^2
 };

@@ -151,7 +151,8 @@ Options optionsOf(int argc, char** argv) {
   for (int k = 1; k < argc; k += 2) {
     const auto option = given.find(argv[k]);
     if (option == given.end()) fail("unknown option '" + std::string(argv[k]) + "', see --help");
-    if (k + 1 == argc) fail("option " + option->first + " has no value, see --help");
+    if (k + 1 == argc || std::string(argv[k + 1]).rfind("--", 0) == 0)
+      fail("option " + option->first + " has no value, see --help");
     option->second = argv[k + 1];
   }
   Options o;
