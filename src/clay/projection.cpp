@@ -28,6 +28,8 @@ void parallelChunks(std::size_t n, const F& f) {
   parallelFor((n + grain - 1) / grain, 1, [&](std::size_t c) { f(c * grain, std::min(n, (c + 1) * grain)); });
 }
 
+using Tensor = Projection::Tensor;
+
 /// Eight vectors, lane by lane.
 struct Lanes {
   Lane x, y, z;
@@ -92,18 +94,39 @@ inline Lane taken(const float* values, const std::uint32_t* at) {
   return lane;
 }
 
-/// The rotation with the antisymmetric part of `gradient`, without trigonometry.
-Eigen::Matrix3f rotationOf(const Eigen::Matrix3f& gradient) {
-  const Eigen::Vector3f sine =
-      0.5f * Eigen::Vector3f(gradient(2, 1) - gradient(1, 2), gradient(0, 2) - gradient(2, 0),
-                             gradient(1, 0) - gradient(0, 1));
-  const float cosine = std::sqrt(std::max(1.0f - sine.squaredNorm(), 0.0f));
-  Eigen::Matrix3f rotation = sine * sine.transpose() / (1.0f + cosine);
-  rotation.diagonal().array() += cosine;
-  rotation(2, 1) += sine[0], rotation(1, 2) -= sine[0];
-  rotation(0, 2) += sine[1], rotation(2, 0) -= sine[1];
-  rotation(1, 0) += sine[2], rotation(0, 1) -= sine[2];
-  return rotation;
+/// sym(gradient - R) with R the rotation whose antisymmetric part is that of the gradient, I + grad u^r.
+/// \param gradient of the displacements u, by columns
+Tensor strainOf(const Tensor& gradient) {
+  const auto at = [&](int row, int column) { return gradient.column[column][row]; };
+  // axis times sine of the angle
+  const Eigen::Vector3f turn =
+      0.5f * Eigen::Vector3f(at(2, 1) - at(1, 2), at(0, 2) - at(2, 0), at(1, 0) - at(0, 1));
+  const float cosine = std::sqrt(std::max(1.0f - turn.squaredNorm(), 0.0f)), bend = 1.0f / (1.0f + cosine);
+  const auto strain = [&](int row, int column) {
+    return 0.5f * (at(row, column) + at(column, row)) - bend * turn[row] * turn[column];
+  };
+  const float xy = strain(0, 1), yz = strain(1, 2), zx = strain(2, 0), stretch = 1.0f - cosine;
+  Tensor result;
+  result.column[0] << strain(0, 0) + stretch, xy, zx, 0.0f;
+  result.column[1] << xy, strain(1, 1) + stretch, yz, 0.0f;
+  result.column[2] << zx, yz, strain(2, 2) + stretch, 0.0f;
+  return result;
+}
+
+Eigen::Vector4f product(const Tensor& a, const Eigen::Vector4f& b) {
+  return b[0] * a.column[0] + b[1] * a.column[1] + b[2] * a.column[2];
+}
+Tensor product(const Tensor& a, const Tensor& b) {
+  return {{product(a, b.column[0]), product(a, b.column[1]), product(a, b.column[2])}};
+}
+float dot(const Tensor& a, const Tensor& b) {
+  return a.column[0].dot(b.column[0]) + a.column[1].dot(b.column[1]) + a.column[2].dot(b.column[2]);
+}
+
+Tensor tensorOf(const Eigen::Matrix3f& matrix) {
+  Tensor tensor;
+  for (int b = 0; b < 3; ++b) tensor.column[b] << matrix.col(b), 0.0f;
+  return tensor;
 }
 
 }  // namespace
@@ -183,8 +206,7 @@ void Projection::beginPairs(std::size_t first, std::size_t last) {
 void Projection::beginViscosity(std::size_t i, float dt) {
   const float viscosity = viscosity_[particles_->material[i]];
   compliance_[i] = -1.0f;
-  multiplier_[i].setZero();
-  for (Eigen::Vector4f& column : strain_step_[i].column) column.setZero();
+  multiplier_[i] = strain_step_[i] = tensorOf(Eigen::Matrix3f::Zero());
   if (!(viscosity > 0.0f)) return;
   const float* w = particles_->inverse_mass.data();
   const VectorField& x = particles_->position;
@@ -206,8 +228,9 @@ void Projection::beginViscosity(std::size_t i, float dt) {
   // Where the neighbours do not span space, there is no velocity gradient to damp.
   if (!(moment.determinant() > 0.02f * scale * scale * scale)) return;
   compliance_[i] = 1.0f / (2.0f * viscosity * volume_ * dt);
-  inverse_[i] = moment.inverse();
-  weight_[i] = inverse_[i] * weight * inverse_[i].transpose();
+  const Eigen::Matrix3f inverse = moment.inverse();
+  inverse_[i] = tensorOf(inverse);
+  weight_[i] = tensorOf(inverse * weight * inverse.transpose());
 }
 
 void Projection::beginBonds(const Bonds* bonds) {
@@ -311,23 +334,18 @@ void Projection::measureStrain(const VectorField& u, std::size_t first, std::siz
       d1 += g[1] * du;
       d2 += g[2] * du;
     }
-    Eigen::Matrix3f d;
-    d << d0.head<3>(), d1.head<3>(), d2.head<3>();
-    const Eigen::Matrix3f gradient = d * inverse_[i];
-    const Eigen::Matrix3f rotation = rotationOf(gradient);
-    // u^r has the gradient R - I; what is left of u
-    const Eigen::Matrix3f left = gradient - rotation;
-    Eigen::Matrix3f strain = 0.5f * (left + left.transpose());
-    strain.diagonal().array() += 1.0f;
-    const float square = strain.squaredNorm();
+    const Tensor strain = strainOf(product(Tensor{{d0, d1, d2}}, inverse_[i]));
+    const float square = dot(strain, strain);
     // |gradient of the norm of the strain|^2, by Eq. 2
     const float weight =
-        square > 0.0f ? (strain * weight_[i]).cwiseProduct(strain).sum() / square : weight_[i].trace() / 3.0f;
-    const Eigen::Matrix3f step =
-        -viscosity_relaxation / (weight + compliance_[i]) * (strain + compliance_[i] * multiplier_[i]);
-    multiplier_[i] += step;
-    const Eigen::Matrix3f corrected = step * inverse_[i];
-    for (int b = 0; b < 3; ++b) strain_step_[i].column[b] << corrected.col(b), 0.0f;
+        square > 0.0f ? dot(product(weight_[i], strain), strain) / square : weight_[i].column[0][0];
+    const float share = -viscosity_relaxation / (weight + compliance_[i]);
+    Tensor step;
+    for (int b = 0; b < 3; ++b) {
+      step.column[b] = share * (strain.column[b] + compliance_[i] * multiplier_[i].column[b]);
+      multiplier_[i].column[b] += step.column[b];
+    }
+    strain_step_[i] = product(step, inverse_[i]);
   }
 }
 

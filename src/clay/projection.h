@@ -33,6 +33,10 @@ namespace tactile_clay::clay {
 /// What the paper lacks is not here either: adhesion, and a compliance of bonds and density.
 class Projection {
  public:
+  struct Tensor {  // 3 x 3
+    Eigen::Vector4f column[3];
+  };
+
   Projection(const Kernel& kernel, float spacing, const std::vector<Material>& materials);
 
   /// One step.
@@ -47,10 +51,6 @@ class Projection {
   const std::vector<float>& densityRatio() const { return ratio_; }
 
  private:
-  struct Tensor {
-    Eigen::Vector4f column[3];
-  };
-
   /// Pairs that fill up the list of particle i.
   float padding(std::size_t i) const {
     return static_cast<float>(pair_begin_[i + 1] - pair_begin_[i] - near_->count(i));
@@ -85,14 +85,14 @@ class Projection {
 
   // Pairs in whole lanes.
   std::vector<std::uint32_t> pair_begin_, other_;
-  std::vector<float> density_gradient_;            // of C_i by x_i: eight x, y, z in turn, 1/m
-  std::vector<float> density_step_;                // multiplier of this projection, kg m^2
-  std::vector<float> slope_;                       // V |grad W_ij| / r at the start, negative, 1/m^2
-  VectorField own_gradient_;                       // sum of V grad W_ij, 1/m
-  std::vector<Eigen::Matrix3f> inverse_, weight_;  // of the gradients
-  std::vector<float> compliance_;                  // of viscosity, 1/(kg m^2); negative: none
-  std::vector<Eigen::Matrix3f> multiplier_;        // of viscosity, kg m^2
-  std::vector<Tensor> strain_step_;                // its change in this projection, corrected
+  std::vector<float> density_gradient_;   // of C_i by x_i: eight x, y, z in turn, 1/m
+  std::vector<float> density_step_;       // multiplier of this projection, kg m^2
+  std::vector<float> slope_;              // V |grad W_ij| / r at the start, negative, 1/m^2
+  VectorField own_gradient_;              // sum of V grad W_ij, 1/m
+  std::vector<Tensor> inverse_, weight_;  // of the gradients
+  std::vector<float> compliance_;         // of viscosity, 1/(kg m^2); negative: none
+  std::vector<Tensor> multiplier_;        // of viscosity, kg m^2
+  std::vector<Tensor> strain_step_;       // its change in this projection, corrected
 
   // Ends of bonds in whole lanes.
   std::vector<std::uint32_t> bond_begin_, bond_other_;
