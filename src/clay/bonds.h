@@ -27,11 +27,9 @@ class Bonds {
   /// \param spacing m; pairs closer than 1.5 spacings can bond
   Bonds(float spacing, const std::vector<Material>& materials);
 
-  /// (De)activates bonds by the velocities of the last step, before the step moves anything.
+  /// Lets rest lengths follow so that no bond is strained beyond its yield strain, and (de)activates bonds by
+  /// the velocities of the last step. Called before the step moves anything.
   void update(const Neighbourhood& near, const Particles& particles);
-
-  /// Plastic flow: rest lengths follow so that no bond is strained beyond its yield strain.
-  void flow(const Particles& particles);
 
   /// N/m, of a bond between two materials; 0: they do not bond
   float stiffness(std::uint8_t a, std::uint8_t b) const { return rule(a, b).stiffness; }
@@ -44,13 +42,15 @@ class Bonds {
  private:
   struct PairRule {
     float stiffness;  // N/m
-    float bond_rate, unbond_rate, yield_strain;
+    float bond_rate, unbond_rate;
+    float shortest, longest;  // rest lengths of a bond at its yield, over its length
   };
   const PairRule& rule(std::uint8_t a, std::uint8_t b) const { return rules_[a * materials_ + b]; }
 
   static constexpr std::size_t chunk_size = 256;
   struct Chunk {
-    std::vector<Bond> bonds;  // of a run of particles, one particle after the other
+    std::vector<Bond> bonds;  // of a run of particles, one particle after the other; `size` in all
+    std::size_t size;
     std::array<std::uint32_t, chunk_size> count;
   };
   void updateIn(Chunk& chunk, const Neighbourhood& near, const Particles& particles, std::size_t first,

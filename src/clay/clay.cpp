@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
@@ -72,6 +73,7 @@ Method methodNamed(const std::string& name) {
 }
 
 struct Clay::Solver {
+  static constexpr std::size_t range_size = 256;
   enum StageIndex { neighbours, contact_search, bonds, setup, iterations, finish };
 
   Solver(const ClayConfig& config_in, std::vector<Material> materials_in,
@@ -80,13 +82,30 @@ struct Clay::Solver {
   double& ms(StageIndex stage) { return statistics.stages[stage].ms; }
   double timeStep() const { return config.frame / config.budget.substeps; }
 
+  /// Runs f(range, first, last) over the particles.
+  template <typename F>
+  void ranges(const F& f) {
+    parallelRanges(particles.size(), range_size,
+                   [&](std::size_t first, std::size_t last) { f(first / range_size, first, last); });
+  }
+  /// Sum of f(first, last) over fixed ranges, added in order: the same bits for any number of threads.
+  template <typename F>
+  double sumOver(const F& f) {
+    partial.assign((particles.size() + range_size - 1) / range_size, 0.0);
+    ranges([&](std::size_t range, std::size_t first, std::size_t last) { partial[range] = f(first, last); });
+    double total = 0.0;
+    for (const double s : partial) total += s;
+    return total;
+  }
+
   void takeGhosts(const Ghosts& ghosts);
   void step(const Ghosts& ghosts, const std::vector<Solid>& solids, double from, float dt);
   void project(float dt);
   void minimise(float dt);
   void descend(int count, float dt);
-  void residual(float dt);
-  void multiply(float dt);
+  double residual(float dt);
+  double multiply(float dt);
+  double precondition(std::size_t first, std::size_t last);
   void translate(float dt);
   void endStep(float dt);
   void collectForces(int steps);
@@ -174,8 +193,9 @@ void Clay::Solver::takeGhosts(const Ghosts& ghosts) {
 
 void Clay::Solver::step(const Ghosts& ghosts, const std::vector<Solid>& solids, double from, float dt) {
   const Eigen::Vector3f gravity = config.gravity.cast<float>();
-  for (std::size_t i = 0; i < particles.size(); ++i)
-    free.set(i, dt * (particles.velocity.at(i) + dt * gravity));
+  ranges([&](std::size_t, std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) free.set(i, dt * (particles.velocity.at(i) + dt * gravity));
+  });
   {
     const Stopwatch watch(ms(neighbours));
     near.build(particles.position);
@@ -207,24 +227,46 @@ void Clay::Solver::project(float dt) {
                    contact_constraint, u);
 }
 
-/// r = forces - M (u - free) / dt^2
-void Clay::Solver::residual(float dt) {
-  potential.force(u, r);
-  contact_constraint.addFriction(particles, u, r);
-  parallelFor(particles.size(), 1024, [&](std::size_t i) {
-    const float inertia = 1.0f / (particles.inverse_mass[i] * dt * dt);
-    r[i] -= inertia * (u[i] - free[i]);
+/// r = forces - M (u - free) / dt^2, z = r / M where contacts leave it free. \return r . z
+double Clay::Solver::residual(float dt) {
+  std::atomic<bool> pressing{false};
+  ranges([&](std::size_t, std::size_t first, std::size_t last) {
+    if (potential.startForce(u, r, first, last)) pressing = true;
+  });
+  potential.setPressing(pressing);
+  return sumOver([&](std::size_t first, std::size_t last) {
+    potential.finishForce(r, first, last);
+    contact_constraint.addFriction(particles, u, first, last, r);
+    for (std::size_t i = first; i < last; ++i) {
+      const float inertia = 1.0f / (particles.inverse_mass[i] * dt * dt);
+      r[i] -= inertia * (u[i] - free[i]);
+    }
+    return precondition(first, last);
   });
 }
 
-/// q = A p = M p / dt^2 - (linear part of the forces)
-void Clay::Solver::multiply(float dt) {
-  potential.change(p, q);
-  contact_constraint.addFrictionChange(p, q);
-  parallelFor(particles.size(), 1024, [&](std::size_t i) {
-    const float inertia = 1.0f / (particles.inverse_mass[i] * dt * dt);
-    q[i] = inertia * p[i] - q[i];
+/// q = A p = M p / dt^2 - (linear part of the forces). \return p . q
+double Clay::Solver::multiply(float dt) {
+  ranges([&](std::size_t, std::size_t first, std::size_t last) { potential.startChange(p, q, first, last); });
+  return sumOver([&](std::size_t first, std::size_t last) {
+    potential.finishChange(q, first, last);
+    contact_constraint.addFrictionChange(p, first, last, q);
+    double product = 0.0;
+    for (std::size_t i = first; i < last; ++i) {
+      const float inertia = 1.0f / (particles.inverse_mass[i] * dt * dt);
+      q[i] = inertia * p[i] - q[i];
+      product += static_cast<double>(p[i].dot(q[i]));
+    }
+    return product;
   });
+}
+
+double Clay::Solver::precondition(std::size_t first, std::size_t last) {
+  for (std::size_t i = first; i < last; ++i) z[i] = particles.inverse_mass[i] * r[i];
+  contact_constraint.filter(first, last, z);
+  double product = 0.0;
+  for (std::size_t i = first; i < last; ++i) product += static_cast<double>(r[i].dot(z[i]));
+  return product;
 }
 
 /// Moves each lump of clay as a whole, in the directions that no contact blocks, by what lowers the potential
@@ -270,47 +312,27 @@ void Clay::Solver::translate(float dt) {
 /// Conjugate gradients on the potential, preconditioned by the masses, in the directions that contacts leave
 /// free.
 void Clay::Solver::descend(int count, float dt) {
-  const std::size_t n = particles.size();
-  constexpr std::size_t chunk = 512;
-  const std::size_t chunks = (n + chunk - 1) / chunk;
-  partial.resize(chunks);
-  // Partial sums of fixed chunks, added in order: the same bits for any number of threads.
-  const auto dot = [&](const VectorField& a, const VectorField& b) {
-    parallelFor(chunks, 1, [&](std::size_t c) {
-      double total = 0.0;
-      for (std::size_t i = c * chunk; i < std::min(n, (c + 1) * chunk); ++i) {
-        total += static_cast<double>(a[i].dot(b[i]));
-      }
-      partial[c] = total;
-    });
-    double total = 0.0;
-    for (const double s : partial) total += s;
-    return total;
-  };
-  const auto precondition = [&] {
-    parallelFor(n, 1024, [&](std::size_t i) { z[i] = particles.inverse_mass[i] * r[i]; });
-    contact_constraint.filter(z);
-  };
-  const auto advance = [&](float alpha) {
-    parallelFor(n, 1024, [&](std::size_t i) {
-      u[i] += alpha * p[i];
-      r[i] -= alpha * q[i];
-    });
-  };
-
-  precondition();
-  double rz = dot(r, z);
-  p = z;
+  double rz = residual(dt);
+  ranges([&](std::size_t, std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) p[i] = z[i];
+  });
   for (int k = 0; k < count && rz > 0.0; ++k) {
-    multiply(dt);
-    const double pq = dot(p, q);
+    const double pq = multiply(dt);
     if (!(pq > 0.0)) break;
-    advance(static_cast<float>(rz / pq));
-    precondition();
-    const double next = dot(r, z);
+    const float alpha = static_cast<float>(rz / pq);
+    const double next = sumOver([&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) {
+        u[i] += alpha * p[i];
+        r[i] -= alpha * q[i];
+      }
+      return precondition(first, last);
+    });
     const float beta = static_cast<float>(next / rz);
     rz = next;
-    parallelFor(n, 1024, [&](std::size_t i) { p[i] = z[i] + beta * p[i]; });
+    if (k + 1 == count) break;
+    ranges([&](std::size_t, std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) p[i] = z[i] + beta * p[i];
+    });
   }
 }
 
@@ -323,14 +345,15 @@ void Clay::Solver::minimise(float dt) {
   // Start from the last velocity: what rests starts at rest, however few iterations follow. What falls or
   // slides is set going by `translate`.
   const Eigen::Vector3f fall = dt * dt * config.gravity.cast<float>();
-  for (std::size_t i = 0; i < particles.size(); ++i) u.set(i, free.at(i) - fall);
+  ranges([&](std::size_t, std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) u.set(i, free.at(i) - fall);
+  });
   // Contacts and compression are looked at anew every few iterations.
   constexpr int iterations_a_round = 4;
   for (int left = config.budget.iterations; left > 0; left -= iterations_a_round) {
     contact_constraint.prescribe(u);
     translate(dt);
     contact_constraint.prescribe(u);
-    residual(dt);
     descend(std::min(left, iterations_a_round), dt);
     contact_constraint.update(particles, u, r);
   }
@@ -340,16 +363,18 @@ void Clay::Solver::minimise(float dt) {
 void Clay::Solver::endStep(float dt) {
   const Stopwatch watch(ms(finish));
   const float world = static_cast<float>(config.world);
-  for (std::size_t i = 0; i < particles.size(); ++i) {
-    // A displacement that is not finite, or larger than the world, is a lost particle: it stops where it is.
-    Eigen::Vector3f step = u.at(i);
-    if (!(step.norm() < 2.0f * world)) step.setZero();
-    const Eigen::Vector3f next = particles.position.at(i) + step;
-    const Eigen::Vector3f inside = next.cwiseMax(-world).cwiseMin(world);
-    particles.position.set(i, inside);
-    particles.velocity.set(i, (inside.array() == next.array()).select(step / dt, 0.0f));
-  }
-  if (bonded) bond_constraint.flow(particles);
+  ranges([&](std::size_t, std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      // A displacement that is not finite, or larger than the world, is a lost particle: it stops where it
+      // is.
+      Eigen::Vector3f step = u.at(i);
+      if (!(step.norm() < 2.0f * world)) step.setZero();
+      const Eigen::Vector3f next = particles.position.at(i) + step;
+      const Eigen::Vector3f inside = next.cwiseMax(-world).cwiseMin(world);
+      particles.position.set(i, inside);
+      particles.velocity.set(i, (inside.array() == next.array()).select(step / dt, 0.0f));
+    }
+  });
 }
 
 void Clay::Solver::collectForces(int steps) {

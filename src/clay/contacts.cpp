@@ -54,107 +54,149 @@ void Contacts::detect(const Neighbourhood& near, const Particles& particles, con
 
 void Contacts::detectSkin(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
                           const Ghosts& ghosts, float dt) {
-  const float radius = reach * spacing_;
+  if (ghosts.size() == 0) return;
   float fastest = 0.0f;
-  for (std::size_t i = 0; i < particles.size() && ghosts.size() > 0; ++i) {
-    fastest = std::max(fastest, guess.at(i).squaredNorm());
-  }
+  for (std::size_t i = 0; i < particles.size(); ++i) fastest = std::max(fastest, guess[i].squaredNorm());
   fastest = std::sqrt(fastest);
 
+  constexpr std::size_t ghosts_a_chunk = 256, runs_a_chunk = 32;
+  found_.resize((ghosts.size() + ghosts_a_chunk - 1) / ghosts_a_chunk);
+  parallelFor(found_.size(), 1, [&](std::size_t c) {
+    found_[c].candidates.clear();
+    const std::size_t first = c * ghosts_a_chunk;
+    findCandidates(near, particles, guess, ghosts, dt, fastest, first,
+                   std::min(ghosts.size(), first + ghosts_a_chunk), found_[c].candidates);
+  });
   candidates_.clear();
-  for (std::size_t g = 0; g < ghosts.size(); ++g) {
+  for (const Found& found : found_)
+    candidates_.insert(candidates_.end(), found.candidates.begin(), found.candidates.end());
+  std::stable_sort(candidates_.begin(), candidates_.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.particle < b.particle; });
+
+  // A run holds the candidates of one particle.
+  runs_.clear();
+  for (std::uint32_t c = 0; c < candidates_.size(); ++c) {
+    if (c == 0 || candidates_[c].particle != candidates_[c - 1].particle) runs_.push_back(c);
+  }
+  const std::size_t runs = runs_.size();
+  runs_.push_back(static_cast<std::uint32_t>(candidates_.size()));
+  found_.resize((runs + runs_a_chunk - 1) / runs_a_chunk);
+  parallelFor(found_.size(), 1, [&](std::size_t c) {
+    found_[c].contacts.clear(), found_[c].shares.clear();
+    for (std::size_t r = c * runs_a_chunk; r < std::min(runs, (c + 1) * runs_a_chunk); ++r)
+      touchSkin(particles, guess, ghosts, dt, runs_[r], runs_[r + 1], found_[c]);
+  });
+  for (const Found& found : found_) {
+    for (Contact contact : found.contacts) {
+      contact.first_ghost += static_cast<std::uint32_t>(shares_.size());
+      contacts_.push_back(contact);
+    }
+    shares_.insert(shares_.end(), found.shares.begin(), found.shares.end());
+  }
+}
+
+/// Particles that pass within the radius R of the ghosts [first, last) at some time of the step, having
+/// started in front of them.
+void Contacts::findCandidates(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
+                              const Ghosts& ghosts, float dt, float fastest, std::size_t first,
+                              std::size_t last, std::vector<Candidate>& candidates) const {
+  const float radius = reach * spacing_;
+  for (std::size_t g = first; g < last; ++g) {
     const Vector motion = dt * ghosts.velocity[g], at = ghosts.position[g] - motion;
     near.forEachNear(at, radius + motion.norm() + fastest, [&](std::uint32_t i) {
       const Vector r = particles.position.at(i) - at;
       const Vector approach = guess.at(i) - motion;
-      // The particle passes within the radius of the ghost at some time of the step; it started in front of
-      // it.
       const float square = approach.squaredNorm();
       const float t = square > 0.0f ? std::clamp(-r.dot(approach) / square, 0.0f, 1.0f) : 0.0f;
-      if ((r + t * approach).squaredNorm() >= radius * radius) return;
-      if (r.dot(ghosts.normal[g]) < -capture * spacing_) return;
-      candidates_.push_back({i, static_cast<std::uint32_t>(g)});
+      const float nearest = (r + t * approach).squaredNorm();
+      if (nearest >= radius * radius || r.dot(ghosts.normal[g]) < -capture * spacing_) return;
+      candidates.push_back({i, static_cast<std::uint32_t>(g), nearest});
     });
   }
-  std::stable_sort(candidates_.begin(), candidates_.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.particle < b.particle; });
+}
 
-  std::vector<Candidate> side, rest;
-  for (std::size_t c = 0; c < candidates_.size();) {
-    const std::uint32_t i = candidates_[c].particle;
-    const Vector x = particles.position.at(i), u = guess.at(i);
-    rest.clear();
-    for (; c < candidates_.size() && candidates_[c].particle == i; ++c) rest.push_back(candidates_[c]);
-    const auto nearness = [&](const Candidate& a) {
-      const Vector motion = dt * ghosts.velocity[a.ghost], approach = u - motion;
-      const Vector r = x - (ghosts.position[a.ghost] - motion);
-      const float square = approach.squaredNorm();
-      const float t = square > 0.0f ? std::clamp(-r.dot(approach) / square, 0.0f, 1.0f) : 0.0f;
-      return (r + t * approach).squaredNorm();
-    };
-    while (!rest.empty()) {
-      const Candidate closest = *std::min_element(
-          rest.begin(), rest.end(),
-          [&](const Candidate& a, const Candidate& b) { return nearness(a) < nearness(b); });
-      const Vector facing = ghosts.normal[closest.ghost];
-      const auto split = std::stable_partition(rest.begin(), rest.end(), [&](const Candidate& a) {
-        return ghosts.normal[a.ghost].dot(facing) <= same_side;
-      });
-      side.assign(split, rest.end());
-      rest.erase(split, rest.end());
+/// Contacts of the particle of candidates [first, last): one with each side of the skin that they make.
+void Contacts::touchSkin(const Particles& particles, const VectorField& guess, const Ghosts& ghosts, float dt,
+                         std::size_t first, std::size_t last, Found& found) const {
+  const float radius = reach * spacing_;
+  const std::uint32_t i = candidates_[first].particle;
+  const Vector x = particles.position.at(i), u = guess.at(i);
+  thread_local std::vector<Candidate> side, rest;
+  rest.assign(candidates_.begin() + first, candidates_.begin() + last);
+  while (!rest.empty()) {
+    const Candidate closest =
+        *std::min_element(rest.begin(), rest.end(),
+                          [](const Candidate& a, const Candidate& b) { return a.nearest < b.nearest; });
+    const Vector facing = ghosts.normal[closest.ghost];
+    const auto split = std::stable_partition(rest.begin(), rest.end(), [&](const Candidate& a) {
+      return ghosts.normal[a.ghost].dot(facing) <= same_side;
+    });
+    side.assign(split, rest.end());
+    rest.erase(split, rest.end());
 
-      Contact contact;
-      contact.particle = i, contact.solid = Contact::skin;
-      contact.first_ghost = static_cast<std::uint32_t>(shares_.size());
-      contact.ghost_count = static_cast<std::uint32_t>(side.size());
-      float total = 0.0f, distance = 0.0f, before = 0.0f;
-      Vector normal = Vector::Zero(), drift = Vector::Zero();
-      for (const Candidate& a : side) {
-        const float q = nearness(a) / (radius * radius);
-        const float weight = std::max((1.0f - q) * (1.0f - q), 1e-6f);
-        const Vector motion = dt * ghosts.velocity[a.ghost];
-        const Vector& n = ghosts.normal[a.ghost];
-        total += weight;
-        distance += weight * n.dot(x - ghosts.position[a.ghost]);
-        before += weight * n.dot(x - ghosts.position[a.ghost] + motion);
-        normal += weight * n;
-        drift += weight * motion;
-        shares_.push_back({a.ghost, weight});
-      }
-      for (std::size_t s = contact.first_ghost; s < shares_.size(); ++s) shares_[s].share /= total;
-      contact.normal = normal.normalized();
-      contact.drift = drift / total;
-      const float allowance = std::max(0.5f * spacing_ - before / total - recovery_speed * dt, 0.0f);
-      contact.gap = 0.5f * spacing_ - distance / total - allowance;
-      if (contact.normal.dot(u) < contact.gap + margin * spacing_)
-        contacts_.push_back(contact);
-      else
-        shares_.resize(contact.first_ghost);
+    Contact contact;
+    contact.particle = i, contact.solid = Contact::skin;
+    contact.first_ghost = static_cast<std::uint32_t>(found.shares.size());
+    contact.ghost_count = static_cast<std::uint32_t>(side.size());
+    float total = 0.0f, distance = 0.0f, before = 0.0f;
+    Vector normal = Vector::Zero(), drift = Vector::Zero();
+    for (const Candidate& a : side) {
+      const float q = a.nearest / (radius * radius);
+      const float weight = std::max((1.0f - q) * (1.0f - q), 1e-6f);
+      const Vector motion = dt * ghosts.velocity[a.ghost];
+      const Vector& n = ghosts.normal[a.ghost];
+      total += weight;
+      distance += weight * n.dot(x - ghosts.position[a.ghost]);
+      before += weight * n.dot(x - ghosts.position[a.ghost] + motion);
+      normal += weight * n;
+      drift += weight * motion;
+      found.shares.push_back({a.ghost, weight});
     }
+    for (std::size_t s = contact.first_ghost; s < found.shares.size(); ++s) found.shares[s].share /= total;
+    contact.normal = normal.normalized();
+    contact.drift = drift / total;
+    const float allowance = std::max(0.5f * spacing_ - before / total - recovery_speed * dt, 0.0f);
+    contact.gap = 0.5f * spacing_ - distance / total - allowance;
+    if (contact.normal.dot(u) < contact.gap + margin * spacing_)
+      found.contacts.push_back(contact);
+    else
+      found.shares.resize(contact.first_ghost);
   }
 }
 
 void Contacts::detectSolids(const Particles& particles, const VectorField& guess,
                             const std::vector<Solid>& solids, const std::vector<Eigen::Isometry3d>& start,
                             const std::vector<Eigen::Isometry3d>& end, float dt) {
+  constexpr std::size_t chunk_size = 256;
+  const std::size_t n = particles.size();
   for (std::size_t s = 0; s < solids.size(); ++s) {
     const Eigen::Isometry3d to_start = start[s].inverse(), to_end = end[s].inverse();
-    for (std::size_t i = 0; i < particles.size(); ++i) {
-      const Vector x = particles.position.at(i);
-      const Eigen::Vector3d local = to_start * x.cast<double>();
-      const SurfacePoint before = surface(solids[s], local);
-      const SurfacePoint after = surface(solids[s], to_end * (x + guess.at(i)).cast<double>());
-      if (std::min(before.distance, after.distance) > (0.5 + margin) * spacing_) continue;
-      Contact contact;
-      contact.particle = static_cast<std::uint32_t>(i), contact.solid = static_cast<std::uint32_t>(s);
-      // The way out is that of the start, or a fast particle could leave through the far side.
-      contact.normal = (end[s].linear() * before.normal).cast<float>();
-      contact.drift = (end[s] * local).cast<float>() - x;
-      const double allowance = std::max(0.5 * spacing_ - before.distance - recovery_speed * dt, 0.0);
-      contact.gap = static_cast<float>(0.5 * spacing_ - before.distance - allowance) +
-                    contact.normal.dot(contact.drift);
-      if (contact.normal.dot(guess.at(i)) < contact.gap + margin * spacing_) contacts_.push_back(contact);
-    }
+    found_.resize((n + chunk_size - 1) / chunk_size);
+    parallelFor(found_.size(), 1, [&](std::size_t c) {
+      found_[c].contacts.clear();
+      for (std::size_t i = c * chunk_size; i < std::min(n, (c + 1) * chunk_size); ++i) {
+        const Vector x = particles.position.at(i);
+        const Eigen::Vector3d local = to_start * x.cast<double>();
+        const SurfacePoint before = surface(solids[s], local);
+        // No point of a surface comes nearer than the particle moves against it.
+        const Eigen::Vector3d moved = to_end * (x + guess.at(i)).cast<double>();
+        if (before.distance - (moved - local).norm() > (0.5 + margin) * spacing_) continue;
+        const SurfacePoint after = surface(solids[s], moved);
+        if (std::min(before.distance, after.distance) > (0.5 + margin) * spacing_) continue;
+        Contact contact;
+        contact.particle = static_cast<std::uint32_t>(i), contact.solid = static_cast<std::uint32_t>(s);
+        // The way out is that of the start, or a fast particle could leave through the far side.
+        contact.normal = (end[s].linear() * before.normal).cast<float>();
+        contact.drift = (end[s] * local).cast<float>() - x;
+        const double allowance = std::max(0.5 * spacing_ - before.distance - recovery_speed * dt, 0.0);
+        contact.gap = static_cast<float>(0.5 * spacing_ - before.distance - allowance) +
+                      contact.normal.dot(contact.drift);
+        if (contact.normal.dot(guess.at(i)) < contact.gap + margin * spacing_)
+          found_[c].contacts.push_back(contact);
+      }
+    });
+    for (const Found& found : found_)
+      contacts_.insert(contacts_.end(), found.contacts.begin(), found.contacts.end());
   }
 }
 
@@ -212,10 +254,17 @@ void Contacts::prescribe(VectorField& u) {
   });
 }
 
-void Contacts::filter(VectorField& field) const {
-  for (const Filter& f : filters_) {
+template <typename F>
+void Contacts::forFilters(std::size_t first, std::size_t last, const F& f) const {
+  auto at = std::lower_bound(filters_.begin(), filters_.end(), first,
+                             [](const Filter& a, std::size_t particle) { return a.particle < particle; });
+  for (; at != filters_.end() && at->particle < last; ++at) f(*at);
+}
+
+void Contacts::filter(std::size_t first, std::size_t last, VectorField& field) const {
+  forFilters(first, last, [&](const Filter& f) {
     if (f.rank > 0) field.set(f.particle, f.free * field.at(f.particle));
-  }
+  });
 }
 
 /// Force of the spring to the anchor.
@@ -236,15 +285,23 @@ Eigen::Vector3f Contacts::frictionOn(const Contact& c, const Particles& particle
   return Vector::Zero();
 }
 
-void Contacts::addFriction(const Particles& particles, const VectorField& u, VectorField& force) const {
-  for (const Contact& c : contacts_) force.add(c.particle, frictionOn(c, particles, u));
+void Contacts::addFriction(const Particles& particles, const VectorField& u, std::size_t first,
+                           std::size_t last, VectorField& force) const {
+  forFilters(first, last, [&](const Filter& f) {
+    for (std::uint32_t k = f.first; k < f.last; ++k)
+      force.add(f.particle, frictionOn(contacts_[k], particles, u));
+  });
 }
 
-void Contacts::addFrictionChange(const VectorField& p, VectorField& force) const {
-  for (const Contact& c : contacts_) {
-    if (c.state != Contact::State::stick) continue;
-    force.add(c.particle, -c.stiffness * tangential(p.at(c.particle), c.normal));
-  }
+void Contacts::addFrictionChange(const VectorField& p, std::size_t first, std::size_t last,
+                                 VectorField& force) const {
+  forFilters(first, last, [&](const Filter& f) {
+    for (std::uint32_t k = f.first; k < f.last; ++k) {
+      const Contact& c = contacts_[k];
+      if (c.state != Contact::State::stick) continue;
+      force.add(f.particle, -c.stiffness * tangential(p.at(f.particle), c.normal));
+    }
+  });
 }
 
 void Contacts::update(const Particles& particles, const VectorField& u, const VectorField& residual) {

@@ -67,15 +67,17 @@ class Contacts {
   /// Closes open contacts that u violates, and moves particles to where their closed contacts prescribe.
   void prescribe(VectorField& u);
 
+  // The next three work on the particles [first, last).
   /// Removes the prescribed directions from a field.
-  void filter(VectorField& field) const;
+  void filter(std::size_t first, std::size_t last, VectorField& field) const;
+  /// Adds the friction at the displacements u to the forces, N.
+  void addFriction(const Particles& particles, const VectorField& u, std::size_t first, std::size_t last,
+                   VectorField& force) const;
+  /// Adds the change of friction with the displacements p to the forces.
+  void addFrictionChange(const VectorField& p, std::size_t first, std::size_t last, VectorField& force) const;
 
   /// Friction of a contact at the displacements u, N.
   Eigen::Vector3f frictionOn(const Contact& c, const Particles& particles, const VectorField& u) const;
-  /// Adds the friction at the displacements u to the forces, N.
-  void addFriction(const Particles& particles, const VectorField& u, VectorField& force) const;
-  /// Adds the change of friction with the displacements p to the forces.
-  void addFrictionChange(const VectorField& p, VectorField& force) const;
 
   /// Reads the contact forces off the residual r = (forces - M a) on the particles, N, and changes states: a
   /// contact that pulls opens; one outside the Coulomb cone slides, one inside sticks.
@@ -96,11 +98,28 @@ class Contacts {
     int rank = 0;               // prescribed directions
     Eigen::Matrix3f free;       // projector onto the free directions
   };
+  struct Candidate {
+    std::uint32_t particle, ghost;
+    float nearest;  // m^2, the least squared distance in the step
+  };
+  struct Found {  // by one task of a search
+    std::vector<Candidate> candidates;
+    std::vector<Contact> contacts;
+    std::vector<GhostShare> shares;
+  };
   void detectSkin(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
                   const Ghosts& ghosts, float dt);
+  void findCandidates(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
+                      const Ghosts& ghosts, float dt, float fastest, std::size_t first, std::size_t last,
+                      std::vector<Candidate>& candidates) const;
+  void touchSkin(const Particles& particles, const VectorField& guess, const Ghosts& ghosts, float dt,
+                 std::size_t first, std::size_t last, Found& found) const;
   void detectSolids(const Particles& particles, const VectorField& guess, const std::vector<Solid>& solids,
                     const std::vector<Eigen::Isometry3d>& start, const std::vector<Eigen::Isometry3d>& end,
                     float dt);
+  /// Calls f(filter) for the filters of particles [first, last).
+  template <typename F>
+  void forFilters(std::size_t first, std::size_t last, const F& f) const;
   float friction(const Contact& c, const Particles& particles) const;
   void recall(const Particles& particles, float dt);
   Eigen::Vector3f prescribed(Filter& filter, Eigen::Vector3f u);
@@ -112,10 +131,9 @@ class Contacts {
   std::vector<Contact> contacts_, previous_;
   std::vector<GhostShare> shares_;
   std::vector<Filter> filters_;  // one a touched particle
-  struct Candidate {
-    std::uint32_t particle, ghost;
-  };
+  std::vector<Found> found_;
   std::vector<Candidate> candidates_;
+  std::vector<std::uint32_t> runs_;
 };
 
 }  // namespace tactile_clay::clay

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "clay/lanes.h"
+
 namespace tactile_clay::clay {
 
 /// Cubic spline kernel with compact support (Monaghan 1992, Rep. Prog. Phys. 55:543), in three dimensions.
@@ -10,9 +12,9 @@ struct Kernel {
   explicit Kernel(float support_radius)
       : h(support_radius), sigma(static_cast<float>(8.0 / (M_PI * std::pow(support_radius, 3.0)))) {}
 
-  /// W(r) in 1/m^3 for a distance r >= 0 in m. T is float or an array of lanes.
+  /// W(r) in 1/m^3 for a distance r >= 0 in m. T is float or a Lane.
   template <typename T>
-  T value(const T& r) const {
+  TACTILE_CLAY_INLINE T value(const T& r) const {
     const T q = r * (1.0f / h);
     const T a = positive(T(1.0f - q)), b = positive(T(0.5f - q));
     return sigma * (2.0f * a * a * a - 8.0f * b * b * b);
@@ -20,7 +22,7 @@ struct Kernel {
 
   /// dW/dr in 1/m^4, never positive.
   template <typename T>
-  T slope(const T& r) const {
+  TACTILE_CLAY_INLINE T slope(const T& r) const {
     const T q = r * (1.0f / h);
     const T a = positive(T(1.0f - q)), b = positive(T(0.5f - q));
     return (sigma / h) * (24.0f * b * b - 6.0f * a * a);
@@ -30,11 +32,8 @@ struct Kernel {
   float sigma;  // 1/m^3, W(0)
 
  private:
-  static float positive(float x) { return x > 0.0f ? x : 0.0f; }
-  template <typename T>
-  static T positive(const T& x) {
-    return x.max(0.0f);
-  }
+  static TACTILE_CLAY_INLINE float positive(float x) { return x > 0.0f ? x : 0.0f; }
+  static TACTILE_CLAY_INLINE Lane positive(const Lane& x) { return clay::positive(x); }
 };
 
 }  // namespace tactile_clay::clay

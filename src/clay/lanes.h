@@ -1,17 +1,132 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <cstdint>
+#include <cstring>
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
 
 namespace tactile_clay::clay {
 
 /// Pair loops run over lanes of eight neighbours. The lane width is a property of the data, not of the
 /// processor, so that sums are formed in the same order, and results are equal to the bit, on every machine.
 constexpr int lane_width = 8;
-using Lane = Eigen::Array<float, lane_width, 1>;
+using Lane = float __attribute__((vector_size(32)));
+using HalfLane = float __attribute__((vector_size(16)));
+
+/// Functions over lanes are compiled for AVX2 too, and the loader picks; what they call is inlined into them.
+/// Sanitizers cannot instrument the pick.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)
+#define TACTILE_CLAY_MULTIVERSION __attribute__((target_clones("default", "avx2")))
+#else
+#define TACTILE_CLAY_MULTIVERSION
+#endif
+#define TACTILE_CLAY_INLINE inline __attribute__((always_inline))
+
+#if defined(__clang__) || __GNUC__ >= 12
+#define TACTILE_CLAY_SHUFFLE(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
+#else
+using LaneMask = std::int32_t __attribute__((vector_size(32)));
+#define TACTILE_CLAY_SHUFFLE(a, b, ...) __builtin_shuffle(a, b, LaneMask{__VA_ARGS__})
+#endif
+
+TACTILE_CLAY_INLINE Lane all(float x) {
+  return Lane{x, x, x, x, x, x, x, x};
+}
+TACTILE_CLAY_INLINE Lane load(const float* from) {
+  Lane lane;
+  std::memcpy(&lane, from, sizeof(Lane));
+  return lane;
+}
+TACTILE_CLAY_INLINE void store(float* to, const Lane& lane) {
+  std::memcpy(to, &lane, sizeof(Lane));
+}
+TACTILE_CLAY_INLINE Lane positive(const Lane& a) {
+  return a > 0.0f ? a : Lane{};
+}
+TACTILE_CLAY_INLINE Lane join(const HalfLane& a, const HalfLane& b) {
+#if defined(__clang__) || __GNUC__ >= 12
+  return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
+#else
+  Lane lane;
+  std::memcpy(&lane, &a, sizeof a);
+  std::memcpy(reinterpret_cast<char*>(&lane) + sizeof a, &b, sizeof b);
+  return lane;
+#endif
+}
+TACTILE_CLAY_INLINE Lane root(const Lane& a) {
+#if defined(__SSE2__)
+  HalfLane low, high;
+  std::memcpy(&low, &a, sizeof low);
+  std::memcpy(&high, reinterpret_cast<const char*>(&a) + sizeof low, sizeof high);
+  low = reinterpret_cast<HalfLane>(_mm_sqrt_ps(reinterpret_cast<__m128>(low)));
+  high = reinterpret_cast<HalfLane>(_mm_sqrt_ps(reinterpret_cast<__m128>(high)));
+  return join(low, high);
+#else
+  Lane result;
+  for (int k = 0; k < lane_width; ++k) result[k] = __builtin_sqrtf(a[k]);
+  return result;
+#endif
+}
 
 /// Sum of the eight lanes in a fixed order.
-inline float sum(const Lane& a) {
+TACTILE_CLAY_INLINE float sum(const Lane& a) {
   return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]));
+}
+
+/// Which lanes, in which order.
+using LaneOrder = std::int32_t __attribute__((vector_size(32)));
+template <typename L>
+TACTILE_CLAY_INLINE L select(const L& a, const LaneOrder& order) {
+#if defined(__clang__)
+  L result;
+  for (int k = 0; k < lane_width; ++k) result[k] = a[order[k]];
+  return result;
+#else
+  return __builtin_shuffle(a, order);
+#endif
+}
+/// Bit k of the result tells whether a comparison holds in lane k.
+TACTILE_CLAY_INLINE unsigned bits(const LaneOrder& holds) {
+#if defined(__SSE2__)
+  __m128 low, high;
+  std::memcpy(&low, &holds, sizeof low);
+  std::memcpy(&high, reinterpret_cast<const char*>(&holds) + sizeof low, sizeof high);
+  return static_cast<unsigned>(_mm_movemask_ps(low) | _mm_movemask_ps(high) << 4);
+#else
+  unsigned result = 0;
+  for (int k = 0; k < lane_width; ++k) result |= (holds[k] & 1u) << k;
+  return result;
+#endif
+}
+
+/// Three lanes of vectors.
+struct LaneVector {
+  Lane x, y, z;
+};
+
+/// Fetches eight vectors out of 16-byte slots. \param slots four floats each \param index of the slots
+TACTILE_CLAY_INLINE LaneVector gather(const float* slots, const std::uint32_t* index) {
+  HalfLane slot[lane_width];
+  for (int k = 0; k < lane_width; ++k)
+    std::memcpy(&slot[k], slots + 4 * std::size_t{index[k]}, sizeof slot[k]);
+  const Lane a = join(slot[0], slot[4]), b = join(slot[1], slot[5]);
+  const Lane c = join(slot[2], slot[6]), d = join(slot[3], slot[7]);
+  const Lane ab_xy = TACTILE_CLAY_SHUFFLE(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
+  const Lane ab_z = TACTILE_CLAY_SHUFFLE(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
+  const Lane cd_xy = TACTILE_CLAY_SHUFFLE(c, d, 0, 8, 1, 9, 4, 12, 5, 13);
+  const Lane cd_z = TACTILE_CLAY_SHUFFLE(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
+  return {TACTILE_CLAY_SHUFFLE(ab_xy, cd_xy, 0, 1, 8, 9, 4, 5, 12, 13),
+          TACTILE_CLAY_SHUFFLE(ab_xy, cd_xy, 2, 3, 10, 11, 6, 7, 14, 15),
+          TACTILE_CLAY_SHUFFLE(ab_z, cd_z, 0, 1, 8, 9, 4, 5, 12, 13)};
+}
+
+/// Fetches eight numbers.
+TACTILE_CLAY_INLINE Lane gatherNumbers(const float* numbers, const std::uint32_t* index) {
+  return Lane{numbers[index[0]], numbers[index[1]], numbers[index[2]], numbers[index[3]],
+              numbers[index[4]], numbers[index[5]], numbers[index[6]], numbers[index[7]]};
 }
 
 }  // namespace tactile_clay::clay

@@ -19,7 +19,7 @@ int Neighbourhood::cellAlong(float x, int axis) const {
 void Neighbourhood::build(const VectorField& position) {
   layOutGrid(position);
   sortIntoCells(position);
-  listPairs(position);
+  listPairs(position.size());
   labelLumps();
 }
 
@@ -44,7 +44,7 @@ void Neighbourhood::layOutGrid(const VectorField& position) {
 void Neighbourhood::sortIntoCells(const VectorField& position) {
   const std::size_t n = position.size();
   const std::size_t cells = static_cast<std::size_t>(size_[0]) * size_[1] * size_[2];
-  cell_of_.resize(n), in_cell_.resize(n);
+  cell_of_.resize(n);
   cell_begin_.assign(cells + 1, 0);
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t cell =
@@ -57,6 +57,7 @@ void Neighbourhood::sortIntoCells(const VectorField& position) {
   place_.resize(n);
   // whole lanes can be read at the end
   for (auto* sorted : {&sorted_x_, &sorted_y_, &sorted_z_}) sorted->resize(n + lane_width);
+  in_cell_.resize(n + lane_width);
   for (std::size_t i = 0; i < n; ++i) {
     const std::uint32_t place = cursor_[cell_of_[i]]++;
     in_cell_[place] = static_cast<std::uint32_t>(i);
@@ -67,60 +68,108 @@ void Neighbourhood::sortIntoCells(const VectorField& position) {
   }
 }
 
+namespace {
+
+/// Where the set bits of a mask are, in front; and how many.
+struct Selections {
+  Selections() {
+    for (unsigned mask = 0; mask < 256; ++mask) {
+      count[mask] = 0;
+      for (std::int32_t k = 0; k < lane_width; ++k) {
+        order[mask][k] = 0;
+        if (mask >> k & 1u) order[mask][count[mask]++] = k;
+      }
+    }
+  }
+  LaneOrder order[256];
+  std::uint8_t count[256];
+};
+const Selections selections;
+
+struct Candidates {  // particles in the order of the cells
+  const float *x, *y, *z;
+  const std::uint32_t* index;
+};
+struct Lists {
+  std::uint32_t* other;
+  float *x, *y, *z;
+};
+
+/// Appends the particles of [from, to) that are within h of particle `self` to a list with room for them and
+/// a lane more. \return the list's new size
+TACTILE_CLAY_MULTIVERSION
+std::size_t appendNear(const Candidates& all_of, std::uint32_t from, std::uint32_t to, std::uint32_t self,
+                       float h, const Lists& list, std::size_t size) {
+  const Lane x = all(all_of.x[self]), y = all(all_of.y[self]), z = all(all_of.z[self]);
+  for (std::uint32_t k = from; k < to; k += lane_width) {
+    const Lane dx = x - load(all_of.x + k), dy = y - load(all_of.y + k), dz = z - load(all_of.z + k);
+    unsigned mask = bits(dx * dx + dy * dy + dz * dz < h * h);
+    if (to - k < lane_width) mask &= (1u << (to - k)) - 1u;
+    if (self - k < lane_width) mask &= ~(1u << (self - k));
+    const LaneOrder& order = selections.order[mask];
+    LaneOrder index;
+    std::memcpy(&index, all_of.index + k, sizeof index);
+    index = select(index, order);
+    std::memcpy(list.other + size, &index, sizeof index);
+    store(list.x + size, select(dx, order));
+    store(list.y + size, select(dy, order));
+    store(list.z + size, select(dz, order));
+    size += selections.count[mask];
+  }
+  return size;
+}
+
+}  // namespace
+
 void Neighbourhood::findIn(Chunk& chunk, std::size_t first, std::size_t last) {
-  const float h2 = h_ * h_;
-  chunk.found.clear();
+  const Candidates candidates{sorted_x_.data(), sorted_y_.data(), sorted_z_.data(), in_cell_.data()};
+  std::size_t size = 0;
   for (std::size_t i = first; i < last; ++i) {
     const int cell = static_cast<int>(cell_of_[i]);
     const int cx = cell % size_[0], cy = cell / size_[0] % size_[1], cz = cell / (size_[0] * size_[1]);
     const int x0 = std::max(cx - 1, 0), x1 = std::min(cx + 1, size_[0] - 1);
-    const float xi = sorted_x_[place_[i]], yi = sorted_y_[place_[i]], zi = sorted_z_[place_[i]];
-    const std::size_t before = chunk.found.size();
-    std::size_t size = before;
+    const std::size_t before = size;
     // Rows of cells along x are contiguous, so nine ranges hold all candidates of a particle.
     for (int z = std::max(cz - 1, 0); z <= std::min(cz + 1, size_[2] - 1); ++z) {
       for (int y = std::max(cy - 1, 0); y <= std::min(cy + 1, size_[1] - 1); ++y) {
-        const std::uint32_t from = cell_begin_[cellIndex(x0, y, z)],
-                            to = cell_begin_[cellIndex(x1, y, z) + 1];
-        chunk.found.resize(size + (to - from) + lane_width);
-        for (std::uint32_t k = from; k < to; k += lane_width) {
-          const Lane dx = Eigen::Map<const Lane>(sorted_x_.data() + k) - xi;
-          const Lane dy = Eigen::Map<const Lane>(sorted_y_.data() + k) - yi;
-          const Lane dz = Eigen::Map<const Lane>(sorted_z_.data() + k) - zi;
-          const Lane square = dx * dx + dy * dy + dz * dz;
-          const std::uint32_t count = std::min<std::uint32_t>(lane_width, to - k);
-          for (std::uint32_t l = 0; l < count; ++l) {  // appended without a branch
-            const std::uint32_t j = in_cell_[k + l];
-            chunk.found[size] = j;
-            size += static_cast<std::size_t>(square[l] < h2) & static_cast<std::size_t>(j != i);
-          }
+        const std::uint32_t from = cell_begin_[cellIndex(x0, y, z)];
+        const std::uint32_t to = cell_begin_[cellIndex(x1, y, z) + 1];
+        if (from == to) continue;
+        if (chunk.other.size() < size + (to - from) + 2 * lane_width) {
+          const std::size_t room = 2 * (size + (to - from) + 2 * lane_width);
+          chunk.other.resize(room), chunk.x.resize(room), chunk.y.resize(room), chunk.z.resize(room);
         }
+        size = appendNear(candidates, from, to, place_[i], h_,
+                          {chunk.other.data(), chunk.x.data(), chunk.y.data(), chunk.z.data()}, size);
       }
     }
-    chunk.found.resize(size);
     count_[i] = static_cast<std::uint32_t>(size - before);
+    for (; (size - before) % lane_width != 0; ++size) {
+      chunk.other[size] = static_cast<std::uint32_t>(i);
+      chunk.x[size] = 2.0f * h_, chunk.y[size] = chunk.z[size] = 0.0f;
+    }
   }
+  chunk.size = size;
 }
 
-void Neighbourhood::listPairs(const VectorField& position) {
-  const std::size_t n = position.size();
+void Neighbourhood::listPairs(std::size_t n) {
   constexpr std::size_t chunk_size = 256;
   chunks_.resize((n + chunk_size - 1) / chunk_size);
   begin_.resize(n + 1), count_.resize(n);
   parallelFor(chunks_.size(), 1,
               [&](std::size_t c) { findIn(chunks_[c], c * chunk_size, std::min(n, (c + 1) * chunk_size)); });
   begin_[0] = 0;
-  for (std::size_t i = 0; i < n; ++i) begin_[i + 1] = begin_[i] + count_[i];
+  for (std::size_t i = 0; i < n; ++i)
+    begin_[i + 1] = begin_[i] + (count_[i] + lane_width - 1) / lane_width * lane_width;
+  for (auto* numbers : {&x_, &y_, &z_}) numbers->resize(begin_[n]);
   other_.resize(begin_[n]);
-  offset_.resize(begin_[n]);
   parallelFor(chunks_.size(), 1, [&](std::size_t c) {
-    const std::uint32_t* found = chunks_[c].found.data();
-    for (std::size_t i = c * chunk_size; i < std::min(n, (c + 1) * chunk_size); ++i) {
-      for (std::uint32_t p = begin_[i]; p < begin_[i + 1]; ++p, ++found) {
-        other_[p] = *found;
-        offset_[p] = position[i] - position[*found];
-      }
-    }
+    const Chunk& chunk = chunks_[c];
+    const std::uint32_t at = begin_[c * chunk_size];
+    std::copy_n(chunk.other.begin(), chunk.size, other_.begin() + at);
+    std::copy_n(chunk.x.begin(), chunk.size, x_.begin() + at);
+    std::copy_n(chunk.y.begin(), chunk.size, y_.begin() + at);
+    std::copy_n(chunk.z.begin(), chunk.size, z_.begin() + at);
   });
 }
 

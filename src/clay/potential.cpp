@@ -1,8 +1,8 @@
 #include "clay/potential.h"
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 
 #include "clay/lanes.h"
@@ -12,16 +12,165 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr std::size_t grain = 128;
+constexpr std::size_t grain = 256;
 
-/// Rotation of the step: exact where I + gradient is a rotation, second order in its strain otherwise.
-Eigen::Matrix3f rotationOf(const Eigen::Matrix3f& gradient) {
-  const Eigen::Vector3f axial =
-      0.5f * Eigen::Vector3f(gradient(2, 1) - gradient(1, 2), gradient(0, 2) - gradient(2, 0),
-                             gradient(1, 0) - gradient(0, 1));
-  const float sine = axial.norm();
-  if (!(sine > 1e-12f)) return Eigen::Matrix3f::Identity();
-  return Eigen::AngleAxisf(std::asin(std::min(sine, 1.0f)), axial / sine).toRotationMatrix();
+using Pairs = PairArrays;
+
+/// Forces of the springs, or the growth of C, or both, of particles [first, last).
+template <bool springs, bool density>
+TACTILE_CLAY_INLINE void stretch(const Pairs& pairs, const float* u, std::size_t first, std::size_t last,
+                                 float* f, float* growth) {
+  for (std::size_t i = first; i < last; ++i) {
+    const Lane ux = all(u[4 * i]), uy = all(u[4 * i + 1]), uz = all(u[4 * i + 2]);
+    Lane fx{}, fy{}, fz{}, total{};
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.begin[i + 1]; p += lane_width) {
+      const LaneVector of_other = gather(u, pairs.other + p);
+      const Lane x = load(pairs.x + p), y = load(pairs.y + p), z = load(pairs.z + p);
+      const Lane along = x * (of_other.x - ux) + y * (of_other.y - uy) + z * (of_other.z - uz);
+      if (density) total += load(pairs.compression + p) * along;
+      if (springs) {
+        const Lane force = load(pairs.spring + p) * along;
+        fx += force * x, fy += force * y, fz += force * z;
+      }
+    }
+    if (density) growth[i] = sum(total);
+    f[4 * i] = springs ? sum(fx) : 0.0f;
+    f[4 * i + 1] = springs ? sum(fy) : 0.0f;
+    f[4 * i + 2] = springs ? sum(fz) : 0.0f;
+  }
+}
+TACTILE_CLAY_MULTIVERSION
+void stretchSprings(const Pairs& pairs, const float* u, std::size_t first, std::size_t last, float* f) {
+  stretch<true, false>(pairs, u, first, last, f, nullptr);
+}
+TACTILE_CLAY_MULTIVERSION
+void stretchDensity(const Pairs& pairs, const float* u, std::size_t first, std::size_t last, float* f,
+                    float* growth) {
+  stretch<false, true>(pairs, u, first, last, f, growth);
+}
+TACTILE_CLAY_MULTIVERSION
+void stretchBoth(const Pairs& pairs, const float* u, std::size_t first, std::size_t last, float* f,
+                 float* growth) {
+  stretch<true, true>(pairs, u, first, last, f, growth);
+}
+
+/// Adds the forces of pressures: sum_j (P_i + P_j) compression x. `squeezed` tells where there are any;
+/// `find` finds that out.
+template <bool find, typename Flags>
+TACTILE_CLAY_INLINE void pressInto(const Pairs& pairs, const float* pressure, std::size_t first,
+                                   std::size_t last, Flags* squeezed, float* f) {
+  for (std::size_t i = first; i < last; ++i) {
+    if (!find && squeezed[i] == 0) continue;
+    const Lane own = all(pressure[i]);
+    Lane fx{}, fy{}, fz{}, most = own;
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.begin[i + 1]; p += lane_width) {
+      const Lane of_others = gatherNumbers(pressure, pairs.other + p);
+      const Lane force = (own + of_others) * load(pairs.compression + p);
+      if (find) most = most > of_others ? most : of_others;
+      fx += force * load(pairs.x + p), fy += force * load(pairs.y + p), fz += force * load(pairs.z + p);
+    }
+    if constexpr (find) squeezed[i] = bits(most > 0.0f) != 0;
+    f[4 * i] += sum(fx), f[4 * i + 1] += sum(fy), f[4 * i + 2] += sum(fz);
+  }
+}
+TACTILE_CLAY_MULTIVERSION
+void findPressed(const Pairs& pairs, const float* pressure, std::size_t first, std::size_t last,
+                 std::uint8_t* squeezed, float* f) {
+  pressInto<true>(pairs, pressure, first, last, squeezed, f);
+}
+TACTILE_CLAY_MULTIVERSION
+void pressPairs(const Pairs& pairs, const float* pressure, std::size_t first, std::size_t last,
+                const std::uint8_t* squeezed, float* f) {
+  pressInto<false>(pairs, pressure, first, last, squeezed, f);
+}
+
+/// Stiffness of a dashpot over x x^T falls with the distance like this: (1 - q^2)^3, q = r / h. With it the
+/// initial lattice is isotropic within 5 %, which it is far from with the usual -W'/r^3.
+TACTILE_CLAY_INLINE Lane dashpotWeight(const Kernel& kernel, const Lane& square) {
+  const Lane a = positive(1.0f - square * (1.0f / (kernel.h * kernel.h)));
+  return a * a * a;
+}
+
+/// rho / rho_0, and the share of the lattice's dashpots that each of particles [first, last) has.
+TACTILE_CLAY_MULTIVERSION
+void measureSurroundings(const Pairs& pairs, const Kernel& kernel, float lattice_sum, float lattice_dashpots,
+                         std::size_t first, std::size_t last, float* ratio, float* share) {
+  for (std::size_t i = first; i < last; ++i) {
+    Lane density{}, dashpots{};
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.begin[i + 1]; p += lane_width) {
+      const Lane x = load(pairs.x + p), y = load(pairs.y + p), z = load(pairs.z + p);
+      const Lane square = x * x + y * y + z * z;
+      density += kernel.value(root(square));
+      dashpots += dashpotWeight(kernel, square) * square * square;
+    }
+    ratio[i] = (sum(density) + kernel.sigma) / lattice_sum;
+    share[i] = sum(dashpots) / lattice_dashpots;
+  }
+}
+
+struct Setup {
+  Pairs pairs;
+  Kernel kernel;
+  float lattice_sum;
+  const float* guess;
+  const float* amend;                    // per particle
+  const float *dashpot, *bond, *length;  // per pair from `offset` on: N/m^3; N/m; m, 0 where there is no bond
+  std::uint32_t offset;
+  float *spring, *compression;  // per pair, or null
+  float *force, *excess;        // per particle
+};
+/// Springs and density of particles [first, last).
+TACTILE_CLAY_MULTIVERSION
+void linearise(const Setup& s, std::size_t first, std::size_t last) {
+  const Lane least = all(1e-8f * s.kernel.h * s.kernel.h);
+  for (std::size_t i = first; i < last; ++i) {
+    const Lane gx = all(s.guess[4 * i]), gy = all(s.guess[4 * i + 1]), gz = all(s.guess[4 * i + 2]);
+    const Lane own = all(s.amend[i]);
+    Lane guessed{}, lag{}, fx{}, fy{}, fz{};
+    for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.begin[i + 1]; p += lane_width) {
+      const LaneVector of_other = gather(s.guess, s.pairs.other + p);
+      const Lane x = load(s.pairs.x + p), y = load(s.pairs.y + p), z = load(s.pairs.z + p);
+      const Lane dx = of_other.x - gx, dy = of_other.y - gy, dz = of_other.z - gz;
+      const Lane square = x * x + y * y + z * z;
+      const Lane inverse_square = 1.0f / (square > least ? square : least);
+      const Lane r = root(square);
+      const Lane along = x * dx + y * dy + z * dz;
+      const Lane ex = x - dx, ey = y - dy, ez = z - dz;
+      const Lane length = root(ex * ex + ey * ey + ez * ez);
+      if (s.compression != nullptr) {
+        const Lane compression = -s.kernel.slope(r) * r * inverse_square * (1.0f / s.lattice_sum);
+        store(s.compression + p, compression);
+        guessed += s.kernel.value(length);
+        lag += compression * along;
+      }
+      if (s.spring != nullptr) {
+        const Lane both = 0.5f * (own + gatherNumbers(s.amend, s.pairs.other + p));
+        const Lane dashpot = load(s.dashpot + p - s.offset) * dashpotWeight(s.kernel, square) * both;
+        const Lane bond = load(s.bond + p - s.offset) * inverse_square;
+        store(s.spring + p, dashpot + bond);
+        // The length at u = 0, were it as linear there as it is near the guess.
+        const Lane start = length + along * r * inverse_square;
+        const Lane push = r * (dashpot * (r - start) + bond * (load(s.length + p - s.offset) - start));
+        fx += push * x, fy += push * y, fz += push * z;
+      }
+    }
+    s.force[4 * i] = sum(fx), s.force[4 * i + 1] = sum(fy), s.force[4 * i + 2] = sum(fz);
+    s.excess[i] = (sum(guessed) + s.kernel.sigma) / s.lattice_sum - 1.0f - sum(lag);
+  }
+}
+
+/// Sum over the initial lattice of the dashpot weight times r^4.
+double latticeDashpots(const Kernel& kernel, float spacing) {
+  double total = 0.0;
+  for (int x = -1; x <= 1; ++x) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int z = -1; z <= 1; ++z) {
+        const double square = static_cast<double>(spacing) * spacing * (x * x + y * y + z * z);
+        total += std::pow(1.0 - square / (static_cast<double>(kernel.h) * kernel.h), 3.0) * square * square;
+      }
+    }
+  }
+  return total;
 }
 
 }  // namespace
@@ -30,159 +179,129 @@ Potential::Potential(const Kernel& kernel, float spacing, const std::vector<Mate
     : kernel_(kernel),
       volume_(spacing * spacing * spacing),
       lattice_sum_(latticeSum(kernel, spacing)),
-      materials_(&materials) {
-  viscous_ =
-      std::any_of(materials.begin(), materials.end(), [](const Material& m) { return m.viscosity > 0.0; });
+      lattice_dashpots_(static_cast<float>(latticeDashpots(kernel, spacing))),
+      materials_(materials.size()) {
+  for (const Material& a : materials) {
+    bulk_.push_back(static_cast<float>(a.bulk_modulus) * volume_);
+    dense_ = dense_ || a.bulk_modulus > 0.0;
+    for (const Material& b : materials) {
+      // Between two materials: two layers in shear, whose compliances add up.
+      const double both = a.viscosity + b.viscosity;
+      const double eta = both > 0.0 ? 2.0 * a.viscosity * b.viscosity / both : 0.0;
+      // Springs along pairs have the shear modulus sum_j k r^2 / (30 V), averaged over directions.
+      dashpot_.push_back(static_cast<float>(30.0 * volume_ * eta / lattice_dashpots_));
+      sprung_ = sprung_ || eta > 0.0;
+    }
+  }
 }
 
 void Potential::begin(const Neighbourhood& near, const Particles& particles, const Bonds* bonds,
                       const VectorField& guess, float dt) {
   near_ = &near;
+  particles_ = &particles;
+  sprung_ = sprung_ || bonds != nullptr;
   const std::size_t n = particles.size();
-  gradient_.resize(near.pairs());
-  for (VectorField* field : {&own_gradient_, &bond_force_}) field->resize(n);
-  ratio_.resize(n), pressing_.resize(n), bulk_.resize(n), stress_.resize(n);
-  if (viscous_) viscous_stiffness_.resize(n), rotation_.resize(n), correction_.resize(n);
-  layOutSprings(bonds, n);
-  parallelFor(n, grain, [&](std::size_t i) {
-    beginKernels(particles, i);
-    if (bonds != nullptr) beginSprings(particles, *bonds, i);
-    if (viscous_) beginViscosity(particles, guess, i, dt);
+  if (sprung_) spring_.resize(near.pairs());
+  if (dense_) compression_.resize(near.pairs());
+  force_.resize(n), squeezed_.resize(n);
+  for (auto* numbers : {&excess_, &ratio_, &active_, &pressure_, &amend_}) numbers->resize(n);
+  parallelRanges(n, grain, [&](std::size_t first, std::size_t last) {
+    measureSurroundings(pairs(), kernel_, lattice_sum_, lattice_dashpots_, first, last, ratio_.data(),
+                        amend_.data());
+    // A particle at a surface has fewer pairs, but no less clay.
+    for (std::size_t i = first; i < last; ++i) amend_[i] = 1.0f / std::max(amend_[i], 0.25f);
+  });
+  parallelRanges(n, grain, [&](std::size_t first, std::size_t last) {
+    beginPairs(particles, bonds, guess, dt, first, last);
   });
 }
 
-void Potential::layOutSprings(const Bonds* bonds, std::size_t n) {
-  spring_begin_.assign(n + 1, 0);
-  if (bonds == nullptr) return;
-  for (std::size_t i = 0; i < n; ++i) {
-    spring_begin_[i + 1] = spring_begin_[i] + static_cast<std::uint32_t>(bonds->end(i) - bonds->begin(i));
-  }
-  spring_.resize(spring_begin_[n]), spring_other_.resize(spring_begin_[n]);
-}
-
-void Potential::beginKernels(const Particles& particles, std::size_t i) {
+void Potential::beginPairs(const Particles& particles, const Bonds* bonds, const VectorField& guess, float dt,
+                           std::size_t first, std::size_t last) {
   const Neighbourhood& near = *near_;
-  Lane total = Lane::Zero(), square, slope;
-  Eigen::Vector4f own = Eigen::Vector4f::Zero();
-  for (std::uint32_t p = near.begin(i); p < near.end(i); p += lane_width) {
-    const int count = std::min<int>(lane_width, near.end(i) - p);
-    square.setConstant(4.0f * kernel_.h * kernel_.h);  // beyond the support, where every kernel is zero
-    for (int k = 0; k < count; ++k) square[k] = near.offset()[p + k].squaredNorm();
-    const Lane r = square.sqrt();
-    total += kernel_.value(r);
-    slope = volume_ * kernel_.slope(r) / r.max(1e-9f);
-    for (int k = 0; k < count; ++k) {
-      gradient_[p + k] = slope[k] * near.offset()[p + k];
-      own += gradient_[p + k];
+  const std::uint32_t offset = near.begin(first);
+  const std::size_t count = near.padded(last - 1) - offset;
+  thread_local std::vector<float> dashpot, bond, length;
+  if (sprung_) {
+    dashpot.assign(count, dashpot_[0] / dt), bond.assign(count, 0.0f), length.assign(count, 0.0f);
+    for (std::size_t i = first; i < last; ++i) {
+      if (materials_ > 1) {
+        const float* with = &dashpot_[particles.material[i] * materials_];
+        for (std::uint32_t p = near.begin(i); p < near.end(i); ++p)
+          dashpot[p - offset] = with[particles.material[near.other()[p]]] / dt;
+      }
+      if (bonds == nullptr) continue;
+      std::uint32_t p = near.begin(i);
+      for (const Bond* b = bonds->begin(i); b != bonds->end(i); ++b, ++p) {
+        while (near.other()[p] != b->other) ++p;  // bonds stand in the order of the neighbours
+        bond[p - offset] = bonds->stiffness(particles.material[i], particles.material[b->other]);
+        length[p - offset] = b->rest_length;
+      }
     }
   }
-  own_gradient_[i] = own;
-  bulk_[i] = static_cast<float>((*materials_)[particles.material[i]].bulk_modulus);
-  ratio_[i] = (sum(total) + kernel_.sigma) / lattice_sum_;
+  linearise({pairs(), kernel_, lattice_sum_, guess.data(), amend_.data(), dashpot.data(), bond.data(),
+             length.data(), offset, sprung_ ? spring_.data() : nullptr,
+             dense_ ? compression_.data() : nullptr, force_.data(), excess_.data()},
+            first, last);
 }
 
-void Potential::beginSprings(const Particles& particles, const Bonds& bonds, std::size_t i) {
-  Eigen::Vector4f force = Eigen::Vector4f::Zero();
-  std::uint32_t s = spring_begin_[i];
-  std::uint32_t p = near_->begin(i);
-  for (const Bond* bond = bonds.begin(i); bond != bonds.end(i); ++bond, ++s) {
-    while (near_->other()[p] != bond->other) ++p;  // bonds stand in the order of the neighbours
-    const Eigen::Vector4f& x = near_->offset()[p];
-    const float length = x.norm();
-    const float k = bonds.stiffness(particles.material[i], particles.material[bond->other]);
-    spring_other_[s] = bond->other;
-    spring_[s] = std::sqrt(k) / length * x;
-    force -= k * (length - bond->rest_length) / length * x;
-  }
-  bond_force_[i] = force;
+PairArrays Potential::pairs() const {
+  return {near_->begins(), near_->other().data(), near_->x(),         near_->y(),
+          near_->z(),      spring_.data(),        compression_.data()};
 }
 
-void Potential::beginViscosity(const Particles& particles, const VectorField& guess, std::size_t i,
-                               float dt) {
-  const Material& material = (*materials_)[particles.material[i]];
-  viscous_stiffness_[i] = 0.0f;
-  if (!(material.viscosity > 0.0)) return;
-  // The gradient that the plain sum gives to u = x; symmetric.
-  Eigen::Matrix3f moment = Eigen::Matrix3f::Zero();
-  for (std::uint32_t p = near_->begin(i); p < near_->end(i); ++p) {
-    moment -= near_->offset().at(p) * gradient_.at(p).transpose();
-  }
-  const float scale = moment.trace() / 3.0f;
-  // Where the neighbours do not span space, there is no velocity gradient to damp.
-  if (!(moment.determinant() > 0.02f * scale * scale * scale)) return;
-  viscous_stiffness_[i] = static_cast<float>(2.0 * material.viscosity * volume_ / dt);
-  correction_[i] = moment.inverse();
-  rotation_[i] = rotationOf(plainGradient(guess, i) * correction_[i]);
+void Potential::stretch(const VectorField& u, VectorField& f, std::size_t first, std::size_t last) {
+  if (sprung_ && dense_)
+    stretchBoth(pairs(), u.data(), first, last, f.data(), pressure_.data());
+  else if (sprung_)
+    stretchSprings(pairs(), u.data(), first, last, f.data());
+  else if (dense_)
+    stretchDensity(pairs(), u.data(), first, last, f.data(), pressure_.data());
+  else
+    for (std::size_t i = first; i < last; ++i) f[i].setZero();
 }
 
-Eigen::Matrix3f Potential::plainGradient(const VectorField& u, std::size_t i) const {
-  Eigen::Vector4f d0 = Eigen::Vector4f::Zero(), d1 = d0, d2 = d0;
-  const Eigen::Vector4f own = u[i];
-  const std::uint32_t* other = near_->other().data();
-  for (std::uint32_t p = near_->begin(i), end = near_->end(i); p < end; ++p) {
-    const Eigen::Vector4f du = u[other[p]] - own;
-    const Eigen::Vector4f& g = gradient_[p];
-    d0 += g[0] * du;
-    d1 += g[1] * du;
-    d2 += g[2] * du;
+bool Potential::startForce(const VectorField& u, VectorField& f, std::size_t first, std::size_t last) {
+  stretch(u, f, first, last);
+  bool pressing = false;
+  for (std::size_t i = first; i < last; ++i) {
+    f[i] += force_[i];
+    if (!dense_) continue;
+    const float c = excess_[i] + pressure_[i];
+    active_[i] = c > 0.0f ? bulk_[particles_->material[i]] : 0.0f;
+    pressure_[i] = active_[i] * c;
+    pressing = pressing || c > 0.0f;
   }
-  Eigen::Matrix3f d;
-  d << d0.head<3>(), d1.head<3>(), d2.head<3>();
-  return d;
+  return pressing;
 }
 
-template <bool affine>
-void Potential::gatherStress(const VectorField& u, std::size_t i, VectorField& f) {
-  Eigen::Vector4f bond_force = affine ? bond_force_[i] : Eigen::Vector4f::Zero();
-  for (std::uint32_t s = spring_begin_[i], end = spring_begin_[i + 1]; s < end; ++s) {
-    bond_force += spring_[s].dot(u[spring_other_[s]] - u[i]) * spring_[s];
-  }
-  f[i] = bond_force;
-
-  const Eigen::Matrix3f plain = plainGradient(u, i);
-  Eigen::Matrix3f stress = Eigen::Matrix3f::Zero();
-  if (viscous_ && viscous_stiffness_[i] > 0.0f) {
-    const Eigen::Matrix3f& r = rotation_[i];
-    const Eigen::Matrix3f corrected = plain * correction_[i];
-    Eigen::Matrix3f a = r.transpose() * corrected;
-    if (affine) a += r.transpose() - Eigen::Matrix3f::Identity();
-    const Eigen::Matrix3f symmetric = 0.5f * viscous_stiffness_[i] * (a + a.transpose());
-    const Eigen::Matrix3f turned = r * symmetric;
-    stress = turned * correction_[i];
-  }
-  float compression = -plain.trace() / (volume_ * lattice_sum_);
-  if (affine) {
-    compression += ratio_[i] - 1.0f;
-    pressing_[i] = compression > 0.0f ? bulk_[i] : 0.0f;
-  }
-  if (pressing_[i] > 0.0f) stress.diagonal().array() -= pressing_[i] * compression / lattice_sum_;
-  for (int b = 0; b < 3; ++b) stress_[i].column[b] << stress.col(b), 0.0f;
+void Potential::startChange(const VectorField& p, VectorField& f, std::size_t first, std::size_t last) {
+  stretch(p, f, first, last);
+  if (!pressing_) return;
+  for (std::size_t i = first; i < last; ++i) pressure_[i] *= active_[i];
 }
 
-void Potential::gatherForce(std::size_t i, VectorField& f) const {
-  // sum_j (S_i + S_j) p_ij, of which sum_j p_ij is known
-  const Eigen::Vector4f& own = own_gradient_[i];
-  const Stress& s = stress_[i];
-  Eigen::Vector4f f0 = own[0] * s.column[0], f1 = own[1] * s.column[1], f2 = own[2] * s.column[2];
-  const std::uint32_t* other = near_->other().data();
-  for (std::uint32_t p = near_->begin(i), end = near_->end(i); p < end; ++p) {
-    const Stress& stress = stress_[other[p]];
-    const Eigen::Vector4f& g = gradient_[p];
-    f0 += g[0] * stress.column[0];
-    f1 += g[1] * stress.column[1];
-    f2 += g[2] * stress.column[2];
-  }
-  f[i] += f0 + f1 + f2;
+void Potential::finishForce(VectorField& f, std::size_t first, std::size_t last) {
+  if (pressing_) findPressed(pairs(), pressure_.data(), first, last, squeezed_.data(), f.data());
 }
 
-template <bool affine>
-void Potential::evaluate(const VectorField& u, VectorField& f) {
-  const std::size_t n = ratio_.size();
-  parallelFor(n, grain, [&](std::size_t i) { gatherStress<affine>(u, i, f); });
-  parallelFor(n, grain, [&](std::size_t i) { gatherForce(i, f); });
+void Potential::finishChange(VectorField& f, std::size_t first, std::size_t last) const {
+  if (pressing_) pressPairs(pairs(), pressure_.data(), first, last, squeezed_.data(), f.data());
 }
 
-template void Potential::evaluate<true>(const VectorField&, VectorField&);
-template void Potential::evaluate<false>(const VectorField&, VectorField&);
+void Potential::force(const VectorField& u, VectorField& f) {
+  std::atomic<bool> pressing{false};
+  parallelRanges(f.size(), grain, [&](std::size_t first, std::size_t last) {
+    if (startForce(u, f, first, last)) pressing = true;
+  });
+  setPressing(pressing);
+  parallelRanges(f.size(), grain, [&](std::size_t first, std::size_t last) { finishForce(f, first, last); });
+}
+
+void Potential::change(const VectorField& p, VectorField& f) {
+  parallelRanges(f.size(), grain,
+                 [&](std::size_t first, std::size_t last) { startChange(p, f, first, last); });
+  parallelRanges(f.size(), grain, [&](std::size_t first, std::size_t last) { finishChange(f, first, last); });
+}
 
 }  // namespace tactile_clay::clay

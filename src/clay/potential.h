@@ -11,21 +11,30 @@
 
 namespace tactile_clay::clay {
 
+/// Pairs of a step as the vector loops see them. With x = x_i - x_j and du = u_j - u_i of a pair:
+struct PairArrays {
+  const std::uint32_t *begin, *other;
+  const float *x, *y, *z;    // m
+  const float* spring;       // N/m^3; the force on i is spring (x . du) x
+  const float* compression;  // 1/m^2; C_i grows by compression (x . du)
+};
+
 /// Internal forces of the clay in a time step, linearised once at its start.
 ///
 /// The three internal constraint families of the paper are written as energies of the displacements u of the
-/// step; a constraint with compliance and its energy are the same thing (Macklin et al. 2016, XPBD):
+/// step; a constraint with compliance and its energy are the same thing (Macklin et al. 2016, XPBD). With the
+/// length l_ij of a pair and its length r_ij at the start of the step:
 ///  - density (Macklin & Mueller 2013), one-sided: kappa/2 V C_i^2 where C_i = rho_i / rho_0 - 1 > 0;
-///  - viscosity (Eq. 3, 4): eta V / dt |E_i|^2 with E = sym(R^T (I + grad u)) - I, the strain of the
-///  corotational
-///    displacement: a Newtonian fluid of viscosity eta. The SPH gradient is corrected to be exact for linear
-///    fields (Randles & Libersky 1996), without which the surface of a rotating body would be braked;
+///  - viscosity (Eq. 3, 4), the strain of the step measured along pairs (Monaghan 2005, Rep. Prog. Phys.
+///    68:1703; Weiler et al. 2018): c/2 (1 - (r/h)^2)^3 r_ij^2 (l_ij - r_ij)^2 / dt. Rotation changes no
+///    length, so none need be turned back, and pairs see the motions that a gradient summed over neighbours
+///    is blind to. c makes the shear viscosity of each particle's volume, averaged over directions, equal to
+///    eta, at a surface too;
 ///  - bonds (Eq. 5): k/2 (l_ij - d_ij)^2.
-/// All are sums over pairs with opposite forces on the two ends, so linear momentum is exact.
+/// All are sums over pairs with opposite forces along the pair on its two ends, so linear and angular
+/// momentum are exact.
 ///
-/// All terms share one pair loop. With p_ij = V grad W_ij and the plain gradient D_i = sum_j (u_j - u_i)
-/// p_ij^T, C_i depends on tr D_i and E_i on D_i L_i, L_i being the correction. The force is f_i = sum_j (S_i
-/// + S_j) p_ij with one stress S of each particle, plus that of the bonds.
+/// Lengths and densities are exact at the guess and linear around it, with the directions of the start.
 class Potential {
  public:
   Potential(const Kernel& kernel, float spacing, const std::vector<Material>& materials);
@@ -37,46 +46,48 @@ class Potential {
 
   /// Forces at the displacements u, N. Density constraints are active, here and in `change`, where u
   /// compresses.
-  void force(const VectorField& u, VectorField& f) { evaluate<true>(u, f); }
+  void force(const VectorField& u, VectorField& f);
   /// Change of the forces with the displacements p: the linear part of `force`, negative semidefinite.
-  void change(const VectorField& p, VectorField& f) { evaluate<false>(p, f); }
+  void change(const VectorField& p, VectorField& f);
+
+  /// The same in two halves, for particles [first, last), so that a solver can put work of its own beside
+  /// them: the second half wants the first of all neighbours to be done. Of the ranges of `startForce`, any
+  /// may tell that a density constraint is active; the solver then says so to all.
+  bool startForce(const VectorField& u, VectorField& f, std::size_t first, std::size_t last);
+  void setPressing(bool any) { pressing_ = any; }
+  void startChange(const VectorField& p, VectorField& f, std::size_t first, std::size_t last);
+  void finishForce(VectorField& f, std::size_t first, std::size_t last);
+  void finishChange(VectorField& f, std::size_t first, std::size_t last) const;
 
   /// rho / rho_0 at the start of the step.
   const std::vector<float>& densityRatio() const { return ratio_; }
 
  private:
-  template <bool affine>
-  void evaluate(const VectorField& u, VectorField& f);
-  template <bool affine>
-  void gatherStress(const VectorField& u, std::size_t i, VectorField& f);
-  void gatherForce(std::size_t i, VectorField& f) const;
-  void layOutSprings(const Bonds* bonds, std::size_t n);
-  void beginKernels(const Particles& particles, std::size_t i);
-  void beginSprings(const Particles& particles, const Bonds& bonds, std::size_t i);
-  void beginViscosity(const Particles& particles, const VectorField& guess, std::size_t i, float dt);
-  Eigen::Matrix3f plainGradient(const VectorField& u, std::size_t i) const;
+  void beginPairs(const Particles& particles, const Bonds* bonds, const VectorField& guess, float dt,
+                  std::size_t first, std::size_t last);
+  PairArrays pairs() const;
+  void stretch(const VectorField& u, VectorField& f, std::size_t first, std::size_t last);
 
   Kernel kernel_;
-  float volume_;       // m^3, of a particle
-  float lattice_sum_;  // 1/m^3
-  const std::vector<Material>* materials_;
-  bool viscous_ = false;
+  float volume_;            // m^3, of a particle
+  float lattice_sum_;       // 1/m^3
+  float lattice_dashpots_;  // m^4
+  std::size_t materials_;
+  std::vector<float> dashpot_;  // N s/m^3, of a pair where its weight is 1, for each two materials
+  std::vector<float> bulk_;     // J, bulk modulus times volume of each material
+  bool dense_ = false, sprung_ = false;
   const Neighbourhood* near_ = nullptr;
+  const Particles* particles_ = nullptr;
 
-  VectorField gradient_;      // p_ij of each pair, m^2
-  VectorField own_gradient_;  // sum of a particle's p_ij
-  std::vector<std::uint32_t> spring_begin_, spring_other_;
-  VectorField spring_;                    // of each bond at both ends: force = s (s . (u_j - u_i)), sqrt(N/m)
-  VectorField bond_force_;                // N, at u = 0
-  std::vector<float> ratio_;              // rho / rho_0
-  std::vector<float> bulk_;               // Pa, bulk modulus of each particle's material
-  std::vector<float> pressing_;           // Pa, the same where the density constraint is active, else 0
-  std::vector<float> viscous_stiffness_;  // 2 eta V / dt, J
-  std::vector<Eigen::Matrix3f> rotation_, correction_;
-  struct Stress {
-    Eigen::Vector4f column[3];  // J
-  };
-  std::vector<Stress> stress_;  // S of each particle
+  std::vector<float> spring_, compression_;  // see PairArrays
+  std::vector<float> amend_;     // of the dashpots of each particle for those that a surface takes away
+  VectorField force_;            // N, of each particle at u = 0, without density
+  std::vector<float> excess_;    // C_i at u = 0
+  std::vector<float> ratio_;     // rho_i / rho_0
+  std::vector<float> active_;    // J, bulk modulus times volume where the density constraint acts, else 0
+  std::vector<float> pressure_;  // J, pressure times volume
+  bool pressing_ = false;        // any is active
+  std::vector<std::uint8_t> squeezed_;  // whether a particle or a neighbour of it is
 };
 
 }  // namespace tactile_clay::clay

@@ -1,9 +1,5 @@
 #include "clay/projection.h"
 
-#ifdef __SSE2__
-#include <emmintrin.h>
-#endif
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -22,60 +18,179 @@ constexpr float density_relaxation = 0.25f;
 constexpr float viscosity_relaxation = 0.125f;
 constexpr float bond_relaxation = 1.3f;  // over the greater number of bonds of the two ends
 
-/// Runs f(first, last) on chunks of [0, n).
-template <typename F>
-void parallelChunks(std::size_t n, const F& f) {
-  parallelFor((n + grain - 1) / grain, 1, [&](std::size_t c) { f(c * grain, std::min(n, (c + 1) * grain)); });
-}
-
 using Tensor = Projection::Tensor;
 
-/// Eight vectors, lane by lane.
-struct Lanes {
-  Lane x, y, z;
-  Lane squaredNorm() const { return x * x + y * y + z * z; }
+/// Pairs as the loops over lanes see them.
+struct Pairs {
+  const std::uint32_t *begin, *other;
+  const float *x, *y, *z;  // x_i - x_j at the start, m
 };
 
-#ifdef __SSE2__
-inline Lanes transposed(const Eigen::Vector4f* v) {
-  Lanes lanes;
-  for (int half = 0; half < lane_width; half += 4, v += 4) {
-    __m128 a = _mm_load_ps(v[0].data()), b = _mm_load_ps(v[1].data()), c = _mm_load_ps(v[2].data()),
-           d = _mm_load_ps(v[3].data());
-    _MM_TRANSPOSE4_PS(a, b, c, d);
-    _mm_store_ps(lanes.x.data() + half, a);
-    _mm_store_ps(lanes.y.data() + half, b);
-    _mm_store_ps(lanes.z.data() + half, c);
+Pairs pairsOf(const Neighbourhood& near) {
+  return {near.begins(), near.other().data(), near.x(), near.y(), near.z()};
+}
+
+TACTILE_CLAY_INLINE LaneVector displacement(const float* u, std::size_t i) {
+  return {all(u[4 * i]), all(u[4 * i + 1]), all(u[4 * i + 2])};
+}
+
+TACTILE_CLAY_INLINE Lane lengthOf(const LaneVector& v) {
+  return root(v.x * v.x + v.y * v.y + v.z * v.z);
+}
+
+TACTILE_CLAY_INLINE Lane atLeast(const Lane& a, float least) {
+  return a > least ? a : all(least);
+}
+
+TACTILE_CLAY_INLINE void sumInto(float* slot, const LaneVector& v) {
+  slot[0] += sum(v.x), slot[1] += sum(v.y), slot[2] += sum(v.z);
+}
+
+/// rho / rho_0, and with `slope` V |grad W| / r of the pairs and `own`, the sums of V grad W.
+TACTILE_CLAY_MULTIVERSION
+void measureKernels(const Pairs& pairs, const Kernel& kernel, float volume, float lattice_sum,
+                    std::size_t first, std::size_t last, float* ratio, float* slope, float* own) {
+  for (std::size_t i = first; i < last; ++i) {
+    Lane total{};
+    LaneVector gradient{};
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.begin[i + 1]; p += lane_width) {
+      const LaneVector x{load(pairs.x + p), load(pairs.y + p), load(pairs.z + p)};
+      const Lane r = lengthOf(x);
+      total += kernel.value(r);
+      if (slope == nullptr) continue;
+      const Lane s = volume * kernel.slope(r) / atLeast(r, 1e-9f);
+      store(slope + p, s);
+      gradient.x += s * x.x, gradient.y += s * x.y, gradient.z += s * x.z;
+    }
+    ratio[i] = (sum(total) + kernel.sigma) / lattice_sum;
+    if (slope == nullptr) continue;
+    for (int a = 0; a < 3; ++a) own[4 * i + a] = 0.0f;
+    sumInto(own + 4 * i, gradient);
   }
-  return lanes;
-}
-#else
-inline Lanes transposed(const Eigen::Vector4f* v) {
-  Lanes lanes;
-  for (int k = 0; k < lane_width; ++k) lanes.x[k] = v[k][0], lanes.y[k] = v[k][1], lanes.z[k] = v[k][2];
-  return lanes;
-}
-#endif
-
-/// x_i - x_j of eight pairs.
-inline Lanes offsets(const VectorField& x, std::size_t i, const std::uint32_t* other) {
-  Eigen::Vector4f v[lane_width];
-  for (int k = 0; k < lane_width; ++k) v[k] = x[i] - x[other[k]];
-  return transposed(v);
 }
 
-/// The same after the displacements u. Differences are formed first: they are small and exact.
-inline Lanes offsets(const VectorField& x, const VectorField& u, std::size_t i, const std::uint32_t* other) {
-  Eigen::Vector4f v[lane_width];
-  for (int k = 0; k < lane_width; ++k) v[k] = (x[i] - x[other[k]]) + (u[i] - u[other[k]]);
-  return transposed(v);
+/// C_i of the density at the displacements u, its gradients by x_i of each pair (eight x, y, z in turn) and
+/// sum_j w_j |gradient|^2, itself included.
+TACTILE_CLAY_MULTIVERSION
+void measureDensities(const Pairs& pairs, const Kernel& kernel, float lattice_sum, const float* u,
+                      const float* inverse_mass, std::size_t first, std::size_t last, float* gradient,
+                      float* error, float* weight) {
+  const float scale = 1.0f / lattice_sum;
+  for (std::size_t i = first; i < last; ++i) {
+    Lane total{}, weights{};
+    LaneVector own{};
+    const LaneVector at = displacement(u, i);
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.begin[i + 1]; p += lane_width) {
+      const LaneVector of_other = gather(u, pairs.other + p);
+      const LaneVector x{load(pairs.x + p) + (at.x - of_other.x), load(pairs.y + p) + (at.y - of_other.y),
+                         load(pairs.z + p) + (at.z - of_other.z)};
+      const Lane r = lengthOf(x);
+      total += kernel.value(r);
+      const Lane slope = scale * kernel.slope(r) / atLeast(r, 1e-9f);
+      const LaneVector g{slope * x.x, slope * x.y, slope * x.z};
+      store(gradient + 3 * p, g.x);
+      store(gradient + 3 * p + lane_width, g.y);
+      store(gradient + 3 * p + 2 * lane_width, g.z);
+      own.x += g.x, own.y += g.y, own.z += g.z;
+      weights += gatherNumbers(inverse_mass, pairs.other + p) * (slope * slope * (r * r));
+    }
+    float sums[3] = {};
+    sumInto(sums, own);
+    error[i] = (sum(total) + kernel.sigma) * scale - 1.0f;
+    weight[i] = sum(weights) + inverse_mass[i] * (sums[0] * sums[0] + sums[1] * sums[1] + sums[2] * sums[2]);
+  }
 }
 
-inline Eigen::Map<Lane, Eigen::Aligned16> asLane(float* values) {
-  return Eigen::Map<Lane, Eigen::Aligned16>(values);
+/// u_i += w_i sum_j (step_i + step_j) gradient_ij
+TACTILE_CLAY_MULTIVERSION
+void moveByDensities(const Pairs& pairs, const float* gradient, const float* step, const float* inverse_mass,
+                     std::size_t first, std::size_t last, float* u) {
+  for (std::size_t i = first; i < last; ++i) {
+    LaneVector move{};
+    const Lane own = all(step[i]);
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.begin[i + 1]; p += lane_width) {
+      const Lane both = own + gatherNumbers(step, pairs.other + p);
+      move.x += both * load(gradient + 3 * p);
+      move.y += both * load(gradient + 3 * p + lane_width);
+      move.z += both * load(gradient + 3 * p + 2 * lane_width);
+    }
+    const Lane w = all(inverse_mass[i]);
+    sumInto(u + 4 * i, {w * move.x, w * move.y, w * move.z});
+  }
 }
-inline Eigen::Map<const Lane, Eigen::Aligned16> asLane(const float* values) {
-  return Eigen::Map<const Lane, Eigen::Aligned16>(values);
+
+/// The plain sums of Eq. 4, sum_j (u_j - u_i) (V grad W)^T.
+TACTILE_CLAY_MULTIVERSION
+void sumGradients(const Pairs& pairs, const float* slope, const float* u, std::size_t first, std::size_t last,
+                  Tensor* gradient) {
+  for (std::size_t i = first; i < last; ++i) {
+    LaneVector d0{}, d1{}, d2{};
+    const LaneVector at = displacement(u, i);
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.begin[i + 1]; p += lane_width) {
+      const LaneVector of_other = gather(u, pairs.other + p);
+      const Lane s = load(slope + p);
+      const Lane x = s * (of_other.x - at.x), y = s * (of_other.y - at.y), z = s * (of_other.z - at.z);
+      const Lane gx = load(pairs.x + p), gy = load(pairs.y + p), gz = load(pairs.z + p);
+      d0.x += gx * x, d0.y += gx * y, d0.z += gx * z;
+      d1.x += gy * x, d1.y += gy * y, d1.z += gy * z;
+      d2.x += gz * x, d2.y += gz * y, d2.z += gz * z;
+    }
+    float* out = gradient[i].column[0].data();
+    std::fill(out, out + 12, 0.0f);
+    sumInto(out, d0), sumInto(out + 4, d1), sumInto(out + 8, d2);
+  }
+}
+
+/// u_i -= w_i sum_j (S_i + S_j) (V grad W)
+TACTILE_CLAY_MULTIVERSION
+void moveByStrains(const Pairs& pairs, const float* slope, const Tensor* step, const float* own_gradient,
+                   const float* inverse_mass, std::size_t first, std::size_t last, float* u) {
+  for (std::size_t i = first; i < last; ++i) {
+    const auto slot = [](const float* from) {
+      HalfLane h;
+      std::memcpy(&h, from, sizeof h);
+      return h;
+    };
+    const float* own = step[i].column[0].data();
+    const float* g = own_gradient + 4 * i;
+    HalfLane m0 = g[0] * slot(own), m1 = g[1] * slot(own + 4), m2 = g[2] * slot(own + 8);
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.begin[i + 1]; ++p) {
+      const float* s = step[pairs.other[p]].column[0].data();
+      const float weight = slope[p];
+      m0 += (weight * pairs.x[p]) * slot(s);
+      m1 += (weight * pairs.y[p]) * slot(s + 4);
+      m2 += (weight * pairs.z[p]) * slot(s + 8);
+    }
+    const HalfLane at = slot(u + 4 * i) - inverse_mass[i] * (m0 + m1 + m2);
+    std::memcpy(u + 4 * i, &at, sizeof at);
+  }
+}
+
+/// Ends of bonds as the loop over lanes sees them.
+struct BondEnds {
+  const std::uint32_t *begin, *other;
+  const float *rest_length, *share;
+};
+
+/// moved_i = u_i - sum_j share (l_ij - d_ij) n_ij
+TACTILE_CLAY_MULTIVERSION
+void pullEnds(const BondEnds& ends, const float* position, const float* u, std::size_t first,
+              std::size_t last, float* moved) {
+  for (std::size_t i = first; i < last; ++i) {
+    LaneVector move{};
+    const LaneVector from = displacement(position, i), at = displacement(u, i);
+    for (std::uint32_t b = ends.begin[i]; b < ends.begin[i + 1]; b += lane_width) {
+      const LaneVector other = gather(position, ends.other + b), of_other = gather(u, ends.other + b);
+      // differences are formed first: they are small and exact
+      const LaneVector x{(from.x - other.x) + (at.x - of_other.x), (from.y - other.y) + (at.y - of_other.y),
+                         (from.z - other.z) + (at.z - of_other.z)};
+      const Lane length = atLeast(lengthOf(x), 1e-9f);
+      const Lane share = load(ends.share + b) * (load(ends.rest_length + b) / length - 1.0f);
+      move.x += share * x.x, move.y += share * x.y, move.z += share * x.z;
+    }
+    std::memcpy(moved + 4 * i, u + 4 * i, 4 * sizeof(float));
+    sumInto(moved + 4 * i, move);
+  }
 }
 
 std::uint32_t wholeLanes(std::uint32_t count) {
@@ -86,12 +201,6 @@ Eigen::Matrix3f matrixOf(const Eigen::Vector4f (&columns)[3]) {
   Eigen::Matrix3f matrix;
   matrix << columns[0].head<3>(), columns[1].head<3>(), columns[2].head<3>();
   return matrix;
-}
-
-inline Lane taken(const float* values, const std::uint32_t* at) {
-  Lane lane;
-  for (int k = 0; k < lane_width; ++k) lane[k] = values[at[k]];
-  return lane;
 }
 
 /// sym(gradient - R) with R the rotation whose antisymmetric part is that of the gradient, I + grad u^r.
@@ -160,47 +269,22 @@ void Projection::solve(const Neighbourhood& near, const Particles& particles, co
 
 void Projection::begin(const Bonds* bonds, float dt) {
   const std::size_t n = particles_->size();
-  ratio_.resize(n), moved_.resize(n), pair_begin_.resize(n + 1);
-  pair_begin_[0] = 0;
-  for (std::size_t i = 0; i < n; ++i) pair_begin_[i + 1] = pair_begin_[i] + wholeLanes(near_->count(i));
-  const std::size_t pairs = pair_begin_[n];
-  other_.resize(pairs);
-  if (any_dense_) density_gradient_.resize(3 * pairs), density_step_.resize(n);
+  ratio_.resize(n), moved_.resize(n);
+  if (any_dense_) {
+    density_gradient_.resize(3 * near_->pairs());
+    density_error_.resize(n), density_weight_.resize(n), density_step_.resize(n);
+  }
   if (viscous_) {
-    slope_.resize(pairs), own_gradient_.resize(n);
+    slope_.resize(near_->pairs()), own_gradient_.resize(n), strain_.resize(n);
     inverse_.resize(n), weight_.resize(n), compliance_.resize(n);
     multiplier_.resize(n), strain_step_.resize(n);
   }
-  parallelChunks(n, [&](std::size_t first, std::size_t last) {
-    beginPairs(first, last);
+  parallelRanges(n, grain, [&](std::size_t first, std::size_t last) {
+    measureKernels(pairsOf(*near_), kernel_, volume_, lattice_sum_, first, last, ratio_.data(),
+                   viscous_ ? slope_.data() : nullptr, viscous_ ? own_gradient_.data() : nullptr);
     for (std::size_t i = first; viscous_ && i < last; ++i) beginViscosity(i, dt);
   });
   beginBonds(bonds);
-}
-
-/// Pairs in whole lanes: a list is filled up with pairs of the particle with itself, whose gradient is zero.
-void Projection::beginPairs(std::size_t first, std::size_t last) {
-  const VectorField& x = particles_->position;
-  for (std::size_t i = first; i < last; ++i) {
-    std::uint32_t q = pair_begin_[i];
-    for (std::uint32_t p = near_->begin(i), end = p + near_->count(i); p < end; ++p, ++q)
-      other_[q] = near_->other()[p];
-    for (; q < pair_begin_[i + 1]; ++q) other_[q] = static_cast<std::uint32_t>(i);
-
-    Lane total = Lane::Zero();
-    Lanes own{Lane::Zero(), Lane::Zero(), Lane::Zero()};
-    for (std::uint32_t p = pair_begin_[i]; p < pair_begin_[i + 1]; p += lane_width) {
-      const Lanes offset = offsets(x, i, &other_[p]);
-      const Lane r = offset.squaredNorm().sqrt();
-      total += kernel_.value(r);
-      if (!viscous_) continue;
-      const Lane slope = volume_ * kernel_.slope(r) / r.max(1e-9f);
-      asLane(&slope_[p]) = slope;
-      own.x += slope * offset.x, own.y += slope * offset.y, own.z += slope * offset.z;
-    }
-    ratio_[i] = (sum(total) - kernel_.sigma * (padding(i) - 1.0f)) / lattice_sum_;
-    if (viscous_) own_gradient_.set(i, {sum(own.x), sum(own.y), sum(own.z)});
-  }
 }
 
 void Projection::beginViscosity(std::size_t i, float dt) {
@@ -209,15 +293,14 @@ void Projection::beginViscosity(std::size_t i, float dt) {
   multiplier_[i] = strain_step_[i] = tensorOf(Eigen::Matrix3f::Zero());
   if (!(viscosity > 0.0f)) return;
   const float* w = particles_->inverse_mass.data();
-  const VectorField& x = particles_->position;
   Eigen::Vector4f m[3], n[3];
   for (int b = 0; b < 3; ++b) {
     m[b].setZero();
     n[b] = w[i] * own_gradient_[i][b] * own_gradient_[i];
   }
-  for (std::uint32_t p = pair_begin_[i]; p < pair_begin_[i + 1]; ++p) {
-    const Eigen::Vector4f offset = x[i] - x[other_[p]];
-    const Eigen::Vector4f g = slope_[p] * offset, weighted = w[other_[p]] * g;
+  for (std::uint32_t p = near_->begin(i); p < near_->end(i); ++p) {
+    const Eigen::Vector4f offset(near_->x()[p], near_->y()[p], near_->z()[p], 0.0f);
+    const Eigen::Vector4f g = slope_[p] * offset, weighted = w[near_->other()[p]] * g;
     for (int b = 0; b < 3; ++b) {
       m[b] -= g[b] * offset;
       n[b] += g[b] * weighted;
@@ -272,104 +355,59 @@ void Projection::beginContacts(Contacts& contacts, float dt) {
 }
 
 void Projection::projectDensity(VectorField& u) {
-  parallelChunks(u.size(), [&](std::size_t first, std::size_t last) { measureDensity(u, first, last); });
-  parallelChunks(u.size(), [&](std::size_t first, std::size_t last) { moveByDensity(u, first, last); });
-}
-
-void Projection::measureDensity(const VectorField& u, std::size_t first, std::size_t last) {
-  const float scale = 1.0f / lattice_sum_;
-  for (std::size_t i = first; i < last; ++i) {
-    Lane total = Lane::Zero(), weight = Lane::Zero();
-    Lanes own{Lane::Zero(), Lane::Zero(), Lane::Zero()};
-    for (std::uint32_t p = pair_begin_[i], end = pair_begin_[i + 1]; p < end; p += lane_width) {
-      const Lanes offset = offsets(particles_->position, u, i, &other_[p]);
-      const Lane square = offset.squaredNorm(), r = square.sqrt();
-      total += kernel_.value(r);
-      const Lane slope = scale * kernel_.slope(r) / r.max(1e-9f);
-      const Lanes g{slope * offset.x, slope * offset.y, slope * offset.z};
-      asLane(&density_gradient_[3 * p]) = g.x;
-      asLane(&density_gradient_[3 * p + lane_width]) = g.y;
-      asLane(&density_gradient_[3 * p + 2 * lane_width]) = g.z;
-      own.x += g.x, own.y += g.y, own.z += g.z;
-      weight += taken(particles_->inverse_mass.data(), &other_[p]) * (slope * slope * square);
+  const Pairs pairs = pairsOf(*near_);
+  const float* w = particles_->inverse_mass.data();
+  parallelRanges(u.size(), grain, [&](std::size_t first, std::size_t last) {
+    measureDensities(pairs, kernel_, lattice_sum_, u.data(), w, first, last, density_gradient_.data(),
+                     density_error_.data(), density_weight_.data());
+    for (std::size_t i = first; i < last; ++i) {
+      const bool pressing =
+          density_error_[i] > 0.0f && density_weight_[i] > 0.0f && dense_[particles_->material[i]];
+      density_step_[i] = pressing ? -density_relaxation * density_error_[i] / density_weight_[i] : 0.0f;
     }
-    const float error = (sum(total) - kernel_.sigma * (padding(i) - 1.0f)) * scale - 1.0f;
-    const Eigen::Vector3f gradient(sum(own.x), sum(own.y), sum(own.z));
-    const float inertia = sum(weight) + particles_->inverse_mass[i] * gradient.squaredNorm();
-    const bool pressing = error > 0.0f && inertia > 0.0f && dense_[particles_->material[i]];
-    density_step_[i] = pressing ? -density_relaxation * error / inertia : 0.0f;
-  }
-}
-
-void Projection::moveByDensity(VectorField& u, std::size_t first, std::size_t last) const {
-  for (std::size_t i = first; i < last; ++i) {
-    Lanes move{Lane::Zero(), Lane::Zero(), Lane::Zero()};
-    const float own = density_step_[i];
-    for (std::uint32_t p = pair_begin_[i], end = pair_begin_[i + 1]; p < end; p += lane_width) {
-      const Lane step = own + taken(density_step_.data(), &other_[p]);
-      move.x += step * asLane(&density_gradient_[3 * p]);
-      move.y += step * asLane(&density_gradient_[3 * p + lane_width]);
-      move.z += step * asLane(&density_gradient_[3 * p + 2 * lane_width]);
-    }
-    u.add(i, particles_->inverse_mass[i] * Eigen::Vector3f(sum(move.x), sum(move.y), sum(move.z)));
-  }
+  });
+  parallelRanges(u.size(), grain, [&](std::size_t first, std::size_t last) {
+    moveByDensities(pairs, density_gradient_.data(), density_step_.data(), w, first, last, u.data());
+  });
 }
 
 void Projection::projectViscosity(VectorField& u) {
-  parallelChunks(u.size(), [&](std::size_t first, std::size_t last) { measureStrain(u, first, last); });
-  parallelChunks(u.size(), [&](std::size_t first, std::size_t last) { moveByStrain(u, first, last); });
+  const Pairs pairs = pairsOf(*near_);
+  parallelRanges(u.size(), grain, [&](std::size_t first, std::size_t last) {
+    sumGradients(pairs, slope_.data(), u.data(), first, last, strain_.data());
+    for (std::size_t i = first; i < last; ++i) resistStrain(i);
+  });
+  parallelRanges(u.size(), grain, [&](std::size_t first, std::size_t last) {
+    moveByStrains(pairs, slope_.data(), strain_step_.data(), own_gradient_.data(),
+                  particles_->inverse_mass.data(), first, last, u.data());
+  });
 }
 
-void Projection::measureStrain(const VectorField& u, std::size_t first, std::size_t last) {
-  const std::uint32_t* other = other_.data();
-  const VectorField& x = particles_->position;
-  for (std::size_t i = first; i < last; ++i) {
-    if (compliance_[i] < 0.0f) continue;
-    Eigen::Vector4f d0 = Eigen::Vector4f::Zero(), d1 = d0, d2 = d0;
-    const Eigen::Vector4f from = u[i], at = x[i];
-    for (std::uint32_t p = pair_begin_[i], end = pair_begin_[i + 1]; p < end; ++p) {
-      const Eigen::Vector4f du = u[other[p]] - from;
-      const Eigen::Vector4f g = slope_[p] * (at - x[other[p]]);
-      d0 += g[0] * du;
-      d1 += g[1] * du;
-      d2 += g[2] * du;
-    }
-    const Tensor strain = strainOf(product(Tensor{{d0, d1, d2}}, inverse_[i]));
-    const float square = dot(strain, strain);
-    // |gradient of the norm of the strain|^2, by Eq. 2
-    const float weight =
-        square > 0.0f ? dot(product(weight_[i], strain), strain) / square : weight_[i].column[0][0];
-    const float share = -viscosity_relaxation / (weight + compliance_[i]);
-    Tensor step;
-    for (int b = 0; b < 3; ++b) {
-      step.column[b] = share * (strain.column[b] + compliance_[i] * multiplier_[i].column[b]);
-      multiplier_[i].column[b] += step.column[b];
-    }
-    strain_step_[i] = product(step, inverse_[i]);
+/// The step of the multiplier of a particle's strain.
+void Projection::resistStrain(std::size_t i) {
+  if (compliance_[i] < 0.0f) return;
+  const Tensor strain = strainOf(product(strain_[i], inverse_[i]));
+  const float square = dot(strain, strain);
+  // |gradient of the norm of the strain|^2, by Eq. 2
+  const float weight =
+      square > 0.0f ? dot(product(weight_[i], strain), strain) / square : weight_[i].column[0][0];
+  const float share = -viscosity_relaxation / (weight + compliance_[i]);
+  Tensor step;
+  for (int b = 0; b < 3; ++b) {
+    step.column[b] = share * (strain.column[b] + compliance_[i] * multiplier_[i].column[b]);
+    multiplier_[i].column[b] += step.column[b];
   }
-}
-
-void Projection::moveByStrain(VectorField& u, std::size_t first, std::size_t last) const {
-  const std::uint32_t* other = other_.data();
-  const VectorField& x = particles_->position;
-  for (std::size_t i = first; i < last; ++i) {
-    const Eigen::Vector4f &own = own_gradient_[i], at = x[i];
-    const Tensor& s = strain_step_[i];
-    Eigen::Vector4f m0 = own[0] * s.column[0], m1 = own[1] * s.column[1], m2 = own[2] * s.column[2];
-    for (std::uint32_t p = pair_begin_[i], end = pair_begin_[i + 1]; p < end; ++p) {
-      const Tensor& step = strain_step_[other[p]];
-      const Eigen::Vector4f g = slope_[p] * (at - x[other[p]]);
-      m0 += g[0] * step.column[0];
-      m1 += g[1] * step.column[1];
-      m2 += g[2] * step.column[2];
-    }
-    u[i] -= particles_->inverse_mass[i] * (m0 + m1 + m2);
-  }
+  strain_step_[i] = product(step, inverse_[i]);
 }
 
 void Projection::projectBondsAndContacts(VectorField& u, std::vector<Contact>& contacts) {
-  parallelChunks(u.size(), [&](std::size_t first, std::size_t last) {
-    pullBonds(u, first, last);
+  const BondEnds ends{bond_begin_.data(), bond_other_.data(), rest_length_.data(), bond_share_.data()};
+  parallelRanges(u.size(), grain, [&](std::size_t first, std::size_t last) {
+    if (bonded_) {
+      pullEnds(ends, particles_->position.data(), u.data(), first, last, moved_.data());
+    } else {
+      for (std::size_t i = first; i < last; ++i) moved_[i] = u[i];
+    }
     for (std::uint32_t c = contact_begin_[first]; c < contact_begin_[last]; ++c) {
       Eigen::Vector3f step = moved_.at(contacts[c].particle);
       projectContact(contacts[c], step);
@@ -377,21 +415,6 @@ void Projection::projectBondsAndContacts(VectorField& u, std::vector<Contact>& c
     }
   });
   std::swap(u, moved_);
-}
-
-void Projection::pullBonds(const VectorField& u, std::size_t first, std::size_t last) {
-  for (std::size_t i = first; i < last; ++i) {
-    moved_[i] = u[i];
-    if (!bonded_) continue;
-    Lanes move{Lane::Zero(), Lane::Zero(), Lane::Zero()};
-    for (std::uint32_t b = bond_begin_[i], end = bond_begin_[i + 1]; b < end; b += lane_width) {
-      const Lanes offset = offsets(particles_->position, u, i, &bond_other_[b]);
-      const Lane length = offset.squaredNorm().sqrt().max(1e-9f);
-      const Lane share = asLane(&bond_share_[b]) * (1.0f - asLane(&rest_length_[b]) / length);
-      move.x -= share * offset.x, move.y -= share * offset.y, move.z -= share * offset.z;
-    }
-    moved_.add(i, {sum(move.x), sum(move.y), sum(move.z)});
-  }
 }
 
 void Projection::projectContact(Contact& c, Eigen::Vector3f& u) const {

@@ -51,24 +51,15 @@ class Projection {
   const std::vector<float>& densityRatio() const { return ratio_; }
 
  private:
-  /// Pairs that fill up the list of particle i.
-  float padding(std::size_t i) const {
-    return static_cast<float>(pair_begin_[i + 1] - pair_begin_[i] - near_->count(i));
-  }
   void begin(const Bonds* bonds, float dt);
-  void beginPairs(std::size_t first, std::size_t last);
   void beginViscosity(std::size_t i, float dt);
   void beginBonds(const Bonds* bonds);
   void beginContacts(Contacts& contacts, float dt);
 
   void projectDensity(VectorField& u);
   void projectViscosity(VectorField& u);
+  void resistStrain(std::size_t i);
   void projectBondsAndContacts(VectorField& u, std::vector<Contact>& contacts);
-  void measureDensity(const VectorField& u, std::size_t first, std::size_t last);
-  void moveByDensity(VectorField& u, std::size_t first, std::size_t last) const;
-  void measureStrain(const VectorField& u, std::size_t first, std::size_t last);
-  void moveByStrain(VectorField& u, std::size_t first, std::size_t last) const;
-  void pullBonds(const VectorField& u, std::size_t first, std::size_t last);
   void projectContact(Contact& contact, Eigen::Vector3f& u) const;
   void slideAnchors(std::vector<Contact>& contacts, const VectorField& u) const;
 
@@ -83,16 +74,17 @@ class Projection {
 
   std::vector<float> ratio_;  // rho / rho_0
 
-  // Pairs in whole lanes.
-  std::vector<std::uint32_t> pair_begin_, other_;
-  std::vector<float> density_gradient_;   // of C_i by x_i: eight x, y, z in turn, 1/m
-  std::vector<float> density_step_;       // multiplier of this projection, kg m^2
-  std::vector<float> slope_;              // V |grad W_ij| / r at the start, negative, 1/m^2
-  VectorField own_gradient_;              // sum of V grad W_ij, 1/m
-  std::vector<Tensor> inverse_, weight_;  // of the gradients
-  std::vector<float> compliance_;         // of viscosity, 1/(kg m^2); negative: none
-  std::vector<Tensor> multiplier_;        // of viscosity, kg m^2
-  std::vector<Tensor> strain_step_;       // its change in this projection, corrected
+  // Pairs have the order of the neighbourhood.
+  std::vector<float> density_gradient_;                // of C_i by x_i: eight x, y, z in turn, 1/m
+  std::vector<float> density_error_, density_weight_;  // C_i, and sum_j w_j |gradient|^2 in 1/(kg m^2)
+  std::vector<float> density_step_;                    // multiplier of this projection, kg m^2
+  std::vector<float> slope_;                           // V |grad W_ij| / r at the start, negative, 1/m^2
+  VectorField own_gradient_;                           // sum of V grad W_ij, 1/m
+  std::vector<Tensor> inverse_, weight_;               // of the gradients
+  std::vector<float> compliance_;                      // of viscosity, 1/(kg m^2); negative: none
+  std::vector<Tensor> strain_;                         // plain sums of Eq. 4
+  std::vector<Tensor> multiplier_;                     // of viscosity, kg m^2
+  std::vector<Tensor> strain_step_;                    // its change in this projection, corrected
 
   // Ends of bonds in whole lanes.
   std::vector<std::uint32_t> bond_begin_, bond_other_;

@@ -18,6 +18,10 @@ class VectorField {
   void add(std::size_t i, const Eigen::Vector3f& v) { slots_[i].head<3>() += v; }
 
   const Eigen::Vector4f& operator[](std::size_t i) const { return slots_[i]; }
+  /// The slots, four numbers each.
+  const float* data() const { return slots_.data()->data(); }
+  float* data() { return slots_.data()->data(); }
+
   Eigen::Vector4f& operator[](std::size_t i) { return slots_[i]; }
 
  private:

@@ -39,8 +39,7 @@ inline double storedEnergy(const Trial& trial) {
   double energy = 0.0;
   for (std::size_t i = 0; i < x.size(); ++i) {
     double total = kernel.sigma;
-    for (std::uint32_t p = near.begin(i); p < near.end(i); ++p)
-      total += kernel.value(near.offset().at(p).norm());
+    for (std::uint32_t p = near.begin(i); p < near.end(i); ++p) total += kernel.value(near.offset(p).norm());
     const double compression = std::max(total / rest - 1.0, 0.0);
     energy += 0.5 * trial.materials[trial.particles[i].material].bulk_modulus *
               std::pow(trial.config.spacing, 3.0) * compression * compression;

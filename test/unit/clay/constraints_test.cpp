@@ -46,7 +46,7 @@ double densest(const VectorField& x) {
   for (std::size_t i = 0; i < x.size(); ++i) {
     double total = kernel.sigma;
     for (std::uint32_t p = near.begin(i); p < near.begin(i) + near.count(i); ++p) {
-      total += kernel.value(near.offset().at(p).norm());
+      total += kernel.value(near.offset(p).norm());
     }
     largest = std::max(largest, total / latticeSum(kernel, static_cast<float>(spacing)));
   }

@@ -42,9 +42,9 @@ struct Loose {
     for (int k = 0; k < rounds; ++k) {
       contacts.prescribe(u);
       VectorField z = residual();
-      contacts.filter(z);
+      contacts.filter(0, z.size(), z);
       VectorField change = zeros(n);  // of friction, for a unit displacement along z
-      contacts.addFrictionChange(z, change);
+      contacts.addFrictionChange(z, 0, z.size(), change);
       for (std::size_t i = 0; i < n; ++i) {
         const float zz = z.at(i).squaredNorm();
         if (zz > 0.0f) u.add(i, zz / (inertia * zz - change.at(i).dot(z.at(i))) * z.at(i));
@@ -60,7 +60,7 @@ struct Loose {
 
   VectorField residual() const {
     VectorField r = zeros(particles.size());
-    contacts.addFriction(particles, u, r);
+    contacts.addFriction(particles, u, 0, u.size(), r);
     for (std::size_t i = 0; i < r.size(); ++i) r.add(i, inertia * (free.at(i) - u.at(i)));
     return r;
   }

@@ -36,7 +36,7 @@ void expectExact(const std::vector<Eigen::Vector3f>& points) {
     for (std::uint32_t p = near.begin(i); p < near.begin(i) + near.count(i); ++p) {
       const std::uint32_t j = near.other()[p];
       EXPECT_TRUE(found.insert({i, j}).second) << "pair twice: " << i << " " << j;
-      EXPECT_EQ(near.offset().at(p), x.at(i) - x.at(j));
+      EXPECT_EQ(near.offset(p), x.at(i) - x.at(j));
     }
   }
   EXPECT_EQ(found, bruteForce(x));

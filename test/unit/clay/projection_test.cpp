@@ -52,7 +52,7 @@ struct Bench {
     for (std::size_t i = 0; i < moved.size(); ++i) {
       double total = kernel.sigma;
       for (std::uint32_t p = after.begin(i); p < after.end(i); ++p)
-        total += kernel.value(after.offset().at(p).norm());
+        total += kernel.value(after.offset(p).norm());
       largest = std::max(largest, total / latticeSum(kernel, spacing));
     }
     return largest;
