@@ -314,16 +314,16 @@ void Contacts::update(const Particles& particles, const VectorField& u, const Ve
       c.force.setZero();
       if (c.state == Contact::State::open) continue;
       const float pressing = needed.dot(c.normal);
+      needed -= pressing * c.normal;
+      // the force that acted in this round, a pull too; the new state acts in the next
+      const Vector trial = pull(c, particles, u.at(c.particle));
+      c.force = pressing * c.normal + (c.state == Contact::State::stick ? trial : c.friction);
       const float adhesion = c.solid == Contact::skin ? 0.0f : adhesion_[particles.material[filter.particle]];
       if (pressing < -adhesion) {
         c.state = Contact::State::open;
         c.friction.setZero();
         continue;
       }
-      needed -= pressing * c.normal;
-      // the force that acted in this round; the new state acts in the next
-      const Vector trial = pull(c, particles, u.at(c.particle));
-      c.force = pressing * c.normal + (c.state == Contact::State::stick ? trial : c.friction);
       const float limit = friction(c, particles) * (pressing + adhesion), size = trial.norm();
       // A particle that friction would turn around comes to rest first.
       const bool turned = c.state == Contact::State::slide && trial.dot(c.friction) < 0.0f;
