@@ -14,6 +14,7 @@
 #include "clay/kernel.h"
 #include "clay/neighbourhood.h"
 #include "clay/potential.h"
+#include "clay/projection.h"
 #include "clay/threads.h"
 
 namespace tactile_clay::clay {
@@ -65,6 +66,12 @@ void validate(const Material& m) {
   require(m.skin_friction >= 0.0, "skin_friction" + of, m.skin_friction, ">= 0");
 }
 
+Method methodNamed(const std::string& name) {
+  if (name == "minimise") return Method::minimise;
+  if (name == "paper") return Method::paper;
+  throw std::invalid_argument("solver '" + name + "', expected minimise or paper");
+}
+
 struct Clay::Solver {
   static constexpr std::size_t range_size = 256;
   enum StageIndex { neighbours, contact_search, bonds, setup, iterations, finish };
@@ -93,6 +100,7 @@ struct Clay::Solver {
 
   void takeGhosts(const Ghosts& ghosts);
   void step(const Ghosts& ghosts, const std::vector<Solid>& solids, double from, float dt);
+  void project(float dt);
   void minimise(float dt);
   void descend(int count, float dt);
   double residual(float dt);
@@ -114,6 +122,7 @@ struct Clay::Solver {
   Kernel kernel;
   Neighbourhood near;
   Potential potential;
+  Projection projection;
   Bonds bond_constraint;
   Contacts contact_constraint;
   bool bonded = false;
@@ -136,6 +145,7 @@ Clay::Solver::Solver(const ClayConfig& config_in, std::vector<Material> material
       kernel(static_cast<float>(2.0 * config.spacing)),
       near(kernel.h),
       potential(kernel, static_cast<float>(config.spacing), materials),
+      projection(kernel, static_cast<float>(config.spacing), materials),
       bond_constraint(static_cast<float>(config.spacing), materials),
       contact_constraint(static_cast<float>(config.spacing), materials) {
   const std::size_t n = initial.size();
@@ -204,15 +214,18 @@ void Clay::Solver::step(const Ghosts& ghosts, const std::vector<Solid>& solids, 
     const Stopwatch watch(ms(bonds));
     bond_constraint.update(near, particles);
   }
-  {
-    const Stopwatch watch(ms(setup));
-    potential.begin(near, particles, bonded ? &bond_constraint : nullptr, free, dt);
-  }
-  {
-    const Stopwatch watch(ms(iterations));
+  if (config.budget.method == Method::paper)
+    project(dt);
+  else
     minimise(dt);
-  }
   endStep(dt);
+}
+
+/// The paper's scheme.
+void Clay::Solver::project(float dt) {
+  const Stopwatch watch(ms(iterations));
+  projection.solve(near, particles, bonded ? &bond_constraint : nullptr, free, config.budget.iterations, dt,
+                   contact_constraint, u);
 }
 
 /// r = forces - M (u - free) / dt^2, z = r / M where contacts leave it free. \return r . z
@@ -325,6 +338,11 @@ void Clay::Solver::descend(int count, float dt) {
 }
 
 void Clay::Solver::minimise(float dt) {
+  {
+    const Stopwatch watch(ms(setup));
+    potential.begin(near, particles, bonded ? &bond_constraint : nullptr, free, dt);
+  }
+  const Stopwatch watch(ms(iterations));
   // Start from the last velocity: what rests starts at rest, however few iterations follow. What falls or
   // slides is set going by `translate`.
   const Eigen::Vector3f fall = dt * dt * config.gravity.cast<float>();
@@ -341,6 +359,7 @@ void Clay::Solver::minimise(float dt) {
     contact_constraint.update(particles, u, r);
   }
   balanceForces();
+  contact_constraint.finish(particles, u, dt);
 }
 
 /// What few iterations leave unsolved stands in z, as forces that nobody exerts. Contacts then report more,
@@ -365,7 +384,6 @@ void Clay::Solver::balanceForces() {
 
 void Clay::Solver::endStep(float dt) {
   const Stopwatch watch(ms(finish));
-  contact_constraint.finish(particles, u, dt);
   const float world = static_cast<float>(config.world);
   ranges([&](std::size_t, std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
@@ -436,7 +454,8 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, doubl
       s.step(s.moved, solids, k * dt, static_cast<float>(dt));
       s.collectForces(steps);
     }
-    s.particles.density_ratio = s.potential.densityRatio();
+    s.particles.density_ratio =
+        s.config.budget.method == Method::paper ? s.projection.densityRatio() : s.potential.densityRatio();
   });
   s.time += steps * dt;
   double error = 0.0, largest = 0.0;

@@ -14,10 +14,20 @@ namespace tactile_clay::clay {
 /// \throws std::invalid_argument naming the parameter, its value and its range
 void validate(const Material& material);
 
-/// How much is spent on a frame. What it buys stands in doc/method.md.
+/// How a time step is solved.
+enum class Method {
+  minimise,  // the incremental potential, by conjugate gradients (class Potential)
+  paper      // the paper's projection of one constraint type after the other (class Projection)
+};
+
+/// \throws std::invalid_argument if the name is neither `minimise` nor `paper`
+Method methodNamed(const std::string& name);
+
+/// How much is spent on a frame, and on which method. What it buys stands in doc/method.md.
 struct Budget {
   int substeps = 4;    // of a frame
   int iterations = 8;  // of all constraints together, in a substep
+  Method method = Method::minimise;
 };
 
 struct ClayConfig {

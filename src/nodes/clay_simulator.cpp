@@ -28,7 +28,9 @@ ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
       scene_(scene::loadScene(param<std::string>(private_nh, "scene", "kindergarten"), packageFolder())) {
   scene_.config.budget =
       scene::loadQuality(param<std::string>(private_nh, "quality", "balanced"), packageFolder());
-  // 0 means what the preset says, so that launch arguments can pass it on.
+  // 0 or nothing means what the preset says, so that launch arguments can pass it on.
+  if (const auto solver = param<std::string>(private_nh, "solver", ""); !solver.empty())
+    scene_.config.budget.method = clay::methodNamed(solver);
   if (const int n = paramIn(private_nh, "substeps", 0, 0, 1000)) scene_.config.budget.substeps = n;
   if (const int n = paramIn(private_nh, "iterations", 0, 0, 1000)) scene_.config.budget.iterations = n;
   scene_.config.threads = paramIn(private_nh, "threads", 0, 0, 1024);

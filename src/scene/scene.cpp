@@ -178,7 +178,13 @@ clay::Budget loadQuality(const std::string& name, const std::string& share) {
   clay::Budget budget;
   budget.substeps = preset.get<int>("substeps", "a whole number >= 1");
   budget.iterations = preset.get<int>("iterations", "a whole number >= 1");
+  const auto solver = preset.get<std::string>("solver", "minimise", "minimise or paper");
   preset.finish();
+  try {
+    budget.method = clay::methodNamed(solver);
+  } catch (const std::invalid_argument& e) {
+    preset.fail(e.what());
+  }
   if (budget.substeps < 1 || budget.iterations < 1) preset.fail("substeps and iterations expected >= 1");
   return budget;
 }

@@ -40,7 +40,7 @@ struct Scene {
 /// \throws std::runtime_error with one line: what, where, what was expected
 Scene loadScene(const std::string& name, const std::string& share, double spacing = 0.0);
 
-/// Budget of a quality preset (`fast`, `balanced`, `accurate`), from `<share>/config/quality.yaml`.
+/// Budget of a quality preset (`fast`, `balanced`, `accurate`, `paper`), from `<share>/config/quality.yaml`.
 /// \throws std::runtime_error naming the known presets
 clay::Budget loadQuality(const std::string& name, const std::string& share);
 

@@ -28,11 +28,14 @@ using Arguments = std::map<std::string, std::string>;
 namespace clay = tactile_clay;
 
 Arguments parse(int argc, char** argv) {
-  Arguments arguments = {
-      {"scene", "kindergarten"}, {"quality", "balanced"},
-      {"hands", "bag"},          {"file", clay::nodes::packageFolder() + "/test/bags/knead.bag"},
-      {"device", "simulated"},   {"hand_model", "kinematic"},
-      {"tracker_pose", ""}};
+  Arguments arguments = {{"scene", "kindergarten"},
+                         {"quality", "balanced"},
+                         {"solver", ""},
+                         {"hands", "bag"},
+                         {"file", clay::nodes::packageFolder() + "/test/bags/knead.bag"},
+                         {"device", "simulated"},
+                         {"hand_model", "kinematic"},
+                         {"tracker_pose", ""}};
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     const std::size_t at = argument.find(":=");
@@ -81,6 +84,7 @@ std::string checkAll(const Arguments& arguments) {
   std::string urdf = clay::scene::readText(scene.urdf);
   clay::scene::Solids(urdf, scene.motions);
   clay::scene::loadQuality(arguments.at("quality"), package);
+  if (!arguments.at("solver").empty()) clay::clay::methodNamed(arguments.at("solver"));
   if (arguments.at("hand_model") != "kinematic")
     throw std::runtime_error("unknown hand_model '" + arguments.at("hand_model") + "': expected kinematic");
   checkHands(arguments);

@@ -28,9 +28,10 @@ constexpr int score_frames = 480;     // from before the hands come to after the
 /// A scene with hands, one frame at a time; starts again at the end of the score.
 class Rig {
  public:
-  Rig(const std::string& scene_name, hand::Score score, const std::function<void(scene::Scene&)>& change = {})
+  Rig(const std::string& scene_name, hand::Score score, const std::function<void(scene::Scene&)>& change = {},
+      const std::string& quality = "balanced")
       : scene_(scene::loadScene(scene_name, TACTILE_CLAY_SHARE)), score_(std::move(score)) {
-    scene_.config.budget = scene::loadQuality("balanced", TACTILE_CLAY_SHARE);
+    scene_.config.budget = scene::loadQuality(quality, TACTILE_CLAY_SHARE);
     scene_.config.threads = 2;
     if (change) change(scene_);
     solids_ = std::make_unique<scene::Solids>(scene::readText(scene_.urdf), scene_.motions);
@@ -100,8 +101,9 @@ void run(benchmark::State& state, Rig& rig) {
   figures.report(state);
 }
 
-void frames(benchmark::State& state, const std::string& scene_name, const hand::Score& score) {
-  Rig rig(scene_name, score);
+void frames(benchmark::State& state, const std::string& scene_name, const hand::Score& score,
+            const std::string& quality = "balanced") {
+  Rig rig(scene_name, score, {}, quality);
   run(state, rig);
 }
 
@@ -159,6 +161,13 @@ benchmark::internal::Benchmark* add(const std::string& name,
 int main(int argc, char** argv) {
   add("frame/2114", [](auto& s) { frames(s, "kindergarten", hand::knead()); })->Iterations(score_frames);
   add("frame/4169", [](auto& s) { frames(s, "potters_wheel", hand::potter()); })->Iterations(score_frames);
+  // the paper's scheme at its operating point, one step of 1/60 s
+  add("paper_step/2114", [](auto& s) {
+    frames(s, "kindergarten", hand::knead(), "paper");
+  })->Iterations(score_frames);
+  add("paper_step/4169", [](auto& s) {
+    frames(s, "potters_wheel", hand::potter(), "paper");
+  })->Iterations(score_frames);
   for (const int count : {2114, 4169, 20000, 100000}) {
     add("step/" + std::to_string(count), [count](auto& s) { step(s, count); });
   }

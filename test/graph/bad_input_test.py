@@ -76,6 +76,9 @@ class BadInput(unittest.TestCase):
     def test_unknown_quality(self):
         self.expect_one_line(['quality:=perfect'], 'perfect', 'balanced')
 
+    def test_unknown_solver(self):
+        self.expect_one_line(['solver:=magic'], 'magic', 'minimise or paper')
+
     def test_missing_file(self):
         for source in ('bag', 'leap_recording'):
             with self.subTest(source):

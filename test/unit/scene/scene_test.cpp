@@ -90,6 +90,13 @@ TEST(Scene, ComplaintsNameFileLineAndExpectation) {
       std::string::npos);
 }
 
+TEST(Quality, ThePapersSchemeIsAPreset) {
+  const clay::Budget paper = loadQuality("paper", share);
+  EXPECT_EQ(paper.method, clay::Method::paper);
+  EXPECT_EQ(paper.substeps, 1);  // one step of 1/60 s
+  EXPECT_EQ(loadQuality("balanced", share).method, clay::Method::minimise);
+}
+
 TEST(Quality, PresetsSpendMoreForMore) {
   const clay::Budget fast = loadQuality("fast", share), balanced = loadQuality("balanced", share),
                      accurate = loadQuality("accurate", share);
@@ -99,7 +106,7 @@ TEST(Quality, PresetsSpendMoreForMore) {
     loadQuality("best", share);
     FAIL();
   } catch (const std::runtime_error& e) {
-    EXPECT_STREQ(e.what(), "quality 'best' not found, expected one of: fast, balanced, accurate");
+    EXPECT_STREQ(e.what(), "quality 'best' not found, expected one of: fast, balanced, accurate, paper");
   }
 }
 

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "clay/bonds.h"
+#include "clay/contacts.h"
+#include "clay/kernel.h"
+#include "clay/material.h"
+#include "clay/neighbourhood.h"
+#include "clay/particles.h"
+
+namespace tactile_clay::clay {
+
+/// The paper's own scheme (Algorithm 1), the baseline of every comparison: position based dynamics. In each
+/// iteration the constraint types follow each other in the paper's order, and the constraints of one type are
+/// projected (Eq. 2) at once, as in Jacobi's method:
+///  - density C_i = rho_i / rho_0 - 1 (Macklin & Mueller 2013), at the current positions; one-sided as in
+///    Macklin et al. 2014, since bonds hold the clay together;
+///  - viscosity C_i = sym(grad v_i) dt (Eq. 3), grad v_i the SPH sum of Eq. 4 over v dt = u - u^r with u^r
+///  the
+///    rotation of the displacements about i. The sum is corrected to be exact for linear fields (Randles &
+///    Libersky 1996), or the constraint would turn the surface. Projected along C_i as a whole, which is Eq.
+///    2 for its norm. Its compliance 1 / (2 eta V dt) gives eta its unit; at 0 it is Eq. 3 as printed;
+///  - bonds C_ij = |x_i - x_j| - d_ij (Eq. 5), rigid;
+///  - impenetrability C = n . u - gap >= 0, and friction: the particle is drawn to its anchor, along the
+///    surface, by at most mu times what the impenetrability of the same iteration moved it.
+///
+/// Constraints of a type overlap, so their corrections are under-relaxed, by one factor for all particles of
+/// a constraint: what is equal and opposite stays so, linear momentum is exact, and the sum of Eq. 6 is the
+/// true contact force. Sums are formed in gather order: the same bits for any number of threads.
+///
+/// What the paper lacks is not here either: adhesion, and a compliance of bonds and density.
+class Projection {
+ public:
+  struct Tensor {  // 3 x 3
+    Eigen::Vector4f column[3];
+  };
+
+  Projection(const Kernel& kernel, float spacing, const std::vector<Material>& materials);
+
+  /// One step.
+  /// \param bonds null: there are none
+  /// \param free displacements, m, that the particles would make without constraints
+  /// \param contacts as detected; gets its states, anchors and forces (Eq. 6 summed over the iterations)
+  /// \param u displacements of the step, m
+  void solve(const Neighbourhood& near, const Particles& particles, const Bonds* bonds,
+             const VectorField& free, int iterations, float dt, Contacts& contacts, VectorField& u);
+
+  /// rho / rho_0 at the start of the step.
+  const std::vector<float>& densityRatio() const { return ratio_; }
+
+ private:
+  void begin(const Bonds* bonds, float dt);
+  void beginViscosity(std::size_t i, float dt);
+  void beginBonds(const Bonds* bonds);
+  void beginContacts(Contacts& contacts, float dt);
+
+  void projectDensity(VectorField& u);
+  void projectViscosity(VectorField& u);
+  void resistStrain(std::size_t i);
+  void projectBondsAndContacts(VectorField& u, std::vector<Contact>& contacts);
+  void projectContact(Contact& contact, Eigen::Vector3f& u) const;
+  void slideAnchors(std::vector<Contact>& contacts, const VectorField& u) const;
+
+  Kernel kernel_;
+  float volume_;                                             // m^3, of a particle
+  float lattice_sum_;                                        // 1/m^3
+  std::vector<float> viscosity_, friction_, skin_friction_;  // of each material
+  std::vector<bool> dense_;                                  // materials that resist compression
+  bool any_dense_ = false, viscous_ = false, bonded_ = false;
+  const Neighbourhood* near_ = nullptr;
+  const Particles* particles_ = nullptr;
+
+  std::vector<float> ratio_;  // rho / rho_0
+
+  // Pairs have the order of the neighbourhood.
+  std::vector<float> density_gradient_;                // of C_i by x_i: eight x, y, z in turn, 1/m
+  std::vector<float> density_error_, density_weight_;  // C_i, and sum_j w_j |gradient|^2 in 1/(kg m^2)
+  std::vector<float> density_step_;                    // multiplier of this projection, kg m^2
+  std::vector<float> slope_;                           // V |grad W_ij| / r at the start, negative, 1/m^2
+  VectorField own_gradient_;                           // sum of V grad W_ij, 1/m
+  std::vector<Tensor> inverse_, weight_;               // of the gradients
+  std::vector<float> compliance_;                      // of viscosity, 1/(kg m^2); negative: none
+  std::vector<Tensor> strain_;                         // plain sums of Eq. 4
+  std::vector<Tensor> multiplier_;                     // of viscosity, kg m^2
+  std::vector<Tensor> strain_step_;                    // its change in this projection, corrected
+
+  // Ends of bonds in whole lanes.
+  std::vector<std::uint32_t> bond_begin_, bond_other_;
+  std::vector<float> rest_length_, bond_share_;  // m; of the error, what this end moves
+
+  std::vector<std::uint32_t> contact_begin_;
+  VectorField moved_;
+  float force_per_kg_m_ = 0.0f;  // 1/dt^2
+};
+
+}  // namespace tactile_clay::clay
