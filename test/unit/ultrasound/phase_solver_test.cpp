@@ -134,7 +134,7 @@ TEST_F(PhaseSolver, UnequalFociKeepTheirRatios) {
     EXPECT_LE(rmsError(solution, foci), 0.02);
     for (std::size_t k = 0; k < 6; ++k) {
       const double share = intensities[k] * focusPressure(layout, air, foci[k].position) / std::sqrt(6.0);
-      EXPECT_NEAR(solution.target[k], share, 1e-9 * share);
+      EXPECT_NEAR(solution.target[k], share, 1e-5 * share);  // single precision
       // These ask for 70 % of the power of six full foci, so that the array can serve them all.
       EXPECT_NEAR(heardAmplitude(layout, air, solution.drive, foci[k].position), share, 0.05 * share);
     }
