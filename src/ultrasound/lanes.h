@@ -10,7 +10,7 @@
 /// Compiles a function for AVX-512, AVX2 and any x86-64, and takes the best at run time. The results are the
 /// same bits: lanes are of one width on all of them, and no compiler may fuse or reorder sums here.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
+    !defined(__SANITIZE_THREAD__) && !defined(TACTILE_CLAY_ONE_TARGET)
 #define TACTILE_CLAY_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define TACTILE_CLAY_CLONES
@@ -58,11 +58,17 @@ TACTILE_CLAY_INLINE Lanes smaller(Lanes a, Lanes b) {
   return a < b ? a : b;
 }
 
-/// Sum of the lanes, in one order.
+/// Sum of the lanes, in one order: halves onto each other.
 TACTILE_CLAY_INLINE float sum(const Lanes& a) {
-  float half[8];
-  for (std::size_t i = 0; i < 8; ++i) half[i] = a[i] + a[i + 8];
-  return ((half[0] + half[4]) + (half[2] + half[6])) + ((half[1] + half[5]) + (half[3] + half[7]));
+  using Eight = float __attribute__((vector_size(32)));
+  using Four = float __attribute__((vector_size(16)));
+  Eight eight[2];
+  std::memcpy(eight, &a, sizeof a);
+  eight[0] += eight[1];
+  Four four[2];
+  std::memcpy(four, eight, sizeof four);
+  four[0] += four[1];
+  return (four[0][0] + four[0][2]) + (four[0][1] + four[0][3]);
 }
 
 /// 1/sqrt(a) to rounding for a in [1e-30, 1e30]: the exponent halved, then Newton's iteration. Lanes have no

@@ -11,31 +11,36 @@ struct Effects {
   std::size_t width;             // of foci
   LaneArray<ComplexLanes> lane;  // transducer by transducer
 
-  Effects(const Propagator& g, const DriveLanes& q, const FocusField& p)
-      : width(lanesFor(g.foci)), lane(g.width * lane_count * width, ComplexLanes{}) {
-    const Eigen::ArrayXf scale = p.abs().max(1e-20f).inverse();
-    for (std::size_t m = 0; m < g.foci; ++m) {
-      const auto k = static_cast<Eigen::Index>(m);
-      addFocus(g.row(m), q.data(), g.width, p.re(k) * scale(k), p.im(k) * scale(k), m);
-    }
-  }
-
- private:
-  void addFocus(const ComplexLanes* row, const ComplexLanes* q, std::size_t lanes, float re, float im,
-                std::size_t m) {
-    for (std::size_t i = 0; i < lanes; ++i) {
-      const Lanes a = row[i].re * q[i].re - row[i].im * q[i].im;
-      const Lanes b = row[i].re * q[i].im + row[i].im * q[i].re;
-      const Lanes along = re * a + im * b;
-      const Lanes across = re * b - im * a;
-      for (std::size_t n = 0; n < lane_count; ++n) {
-        ComplexLanes& effect = lane[(i * lane_count + n) * width + m / lane_count];
-        effect.re[m % lane_count] = along[n];
-        effect.im[m % lane_count] = across[n];
-      }
-    }
-  }
+  Effects(const Propagator& g, const DriveLanes& q, const FocusField& p);
 };
+
+TACTILE_CLAY_CLONES void addFocus(const ComplexLanes* row, const DriveLanes& q, float re, float im,
+                                  std::size_t m, Effects& effects) {
+  float along[lane_count];
+  float across[lane_count];
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    const Lanes a = row[i].re * q[i].re - row[i].im * q[i].im;
+    const Lanes b = row[i].re * q[i].im + row[i].im * q[i].re;
+    const Lanes radial = re * a + im * b;
+    const Lanes tangential = re * b - im * a;
+    std::memcpy(along, &radial, sizeof along);
+    std::memcpy(across, &tangential, sizeof across);
+    for (std::size_t n = 0; n < lane_count; ++n) {
+      ComplexLanes& effect = effects.lane[(i * lane_count + n) * effects.width + m / lane_count];
+      effect.re[m % lane_count] = along[n];
+      effect.im[m % lane_count] = across[n];
+    }
+  }
+}
+
+Effects::Effects(const Propagator& g, const DriveLanes& q, const FocusField& p)
+    : width(lanesFor(g.foci)), lane(g.width * lane_count * width, ComplexLanes{}) {
+  const Eigen::ArrayXf scale = p.abs().max(1e-20f).inverse();
+  for (std::size_t m = 0; m < g.foci; ++m) {
+    const auto k = static_cast<Eigen::Index>(m);
+    addFocus(g.row(m), q, p.re(k) * scale(k), p.im(k) * scale(k), m, *this);
+  }
+}
 
 /// A level that a transducer may take, and the turn to it.
 struct Candidates {
@@ -60,13 +65,13 @@ TACTILE_CLAY_CLONES void chooseLevels(const Effects& effects, const Candidates& 
       const Lanes up = effect[f].re * high_cosine - effect[f].im * high_sine;
       gain += (up - down) * (2.0f * error[f] + up + down);
     }
-    const bool higher = sum(gain) < 0.0f;
-    const float cosine = higher ? high_cosine : low_cosine;
-    const float sine = higher ? high_sine : low_sine;
+    const float higher = sum(gain) < 0.0f ? 1.0f : 0.0f;  // no branch: it would be a coin to guess
+    const float cosine = low_cosine + higher * (high_cosine - low_cosine);
+    const float sine = low_sine + higher * (high_sine - low_sine);
     for (std::size_t f = 0; f < effects.width; ++f) {
       error[f] += effect[f].re * cosine - effect[f].im * sine;
     }
-    level[i][lane] = higher ? high.level[i][lane] : low.level[i][lane];
+    level[i][lane] = low.level[i][lane] + higher * (high.level[i][lane] - low.level[i][lane]);
   }
 }
 

@@ -16,10 +16,11 @@ namespace {
 
 constexpr float tiny = 1e-20f;            // keeps divisions by an amplitude finite
 constexpr double least_intensity = 1e-3;  // weaker foci are lost between the others
-constexpr double turn = 2.0 * M_PI;       // rad
-constexpr int gram_passes = 10;
-constexpr int newton_steps = 4;
-constexpr float newton_tolerance = 1e-4f;  // of an amplitude: below it single precision gains nothing
+constexpr auto two_pi = static_cast<float>(2.0 * M_PI);
+constexpr auto over_turn = static_cast<float>(0.5 / M_PI);
+constexpr int gram_passes = 30;
+constexpr int newton_steps = 12;
+constexpr float newton_tolerance = 5e-4f;  // of an amplitude: below it single precision gains nothing
 constexpr int limited_rounds = 3;
 
 const std::map<std::string, PhaseMethod>& methods() {
@@ -59,9 +60,11 @@ void check(const ArrayLayout& layout, const std::vector<FocalPoint>& points,
   }
   if (before != nullptr &&
       (before->phase.size() != layout.size() || before->amplitude.size() != layout.size() ||
-       !std::all_of(before->phase.begin(), before->phase.end(), [](float x) { return std::isfinite(x); }))) {
+       !std::all_of(before->phase.begin(), before->phase.end(),
+                    [](float x) { return std::abs(x) < 1e4f; }))) {
     throw std::invalid_argument("phase solver: the drive before has " + std::to_string(before->phase.size()) +
-                                " phases, expected " + std::to_string(layout.size()) + ", all finite");
+                                " phases, expected " + std::to_string(layout.size()) +
+                                ", each within 10000 rad");
   }
 }
 
@@ -132,7 +135,9 @@ class Solver {
   /// From the phases that this drive has at the foci.
   void start(const DriveLanes& q) {
     propagate(g_, q, p_);
-    warm_ = true;
+    const Eigen::Array<bool, Eigen::Dynamic, 1> silent = p_.abs() <= tiny;
+    warm_ = !silent.all();
+    p_.re = silent.select(1.0f, p_.re);
   }
 
   /// \param power weights that give equal foci in G^H w: target squared
@@ -222,30 +227,41 @@ class Solver {
     return over_energy / p_.abs().max(tiny);
   }
 
+  static float spread(const Eigen::ArrayXf& amplitude) {
+    return (amplitude / std::max(amplitude.mean(), tiny) - 1.0f).square().mean();
+  }
+
   static float worst(const Eigen::ArrayXf& amplitude) {
     return (amplitude / std::max(amplitude.mean(), tiny) - 1.0f).abs().maxCoeff();
   }
 
-  /// Newton steps of the free phases; a step that makes the worst focus worse is taken back.
+  /// Newton steps of the free phases, damped further (Levenberg-Marquardt) until the error falls.
   void correct(const LaneArray<Lanes>& free) {
     LaneArray<Lanes> j(g_.foci * g_.width);
     DriveLanes trial;
     FocusField reached(g_.foci);
     propagate(g_, q_, p_);
+    double damping = 1e-5;  // foci that no drive can tell apart must not turn it wildly
+    Eigen::MatrixXd products;
+    bool moved = true;
     for (int step = 0; step < newton_steps; ++step) {
       const Eigen::ArrayXf amplitude = p_.abs();
       if (worst(amplitude) < newton_tolerance) return;
-      phaseJacobian(g_, q_, p_, free, j);
-      Eigen::MatrixXd products = rowProducts(j, g_.width);
-      // Foci that no drive can tell apart must not turn it wildly.
-      products.diagonal().array() += 1e-5 * products.diagonal().mean() + 1e-30;
+      if (moved) {
+        phaseJacobian(g_, q_, p_, free, j);
+        products = rowProducts(j, g_.width);
+      }
+      Eigen::MatrixXd damped = products;
+      damped.diagonal().array() += damping * products.diagonal().mean() + 1e-30;
       const Eigen::VectorXf lambda =
-          products.llt().solve((amplitude.mean() - amplitude).matrix().cast<double>()).cast<float>();
+          damped.llt().solve((amplitude.mean() - amplitude).matrix().cast<double>()).cast<float>();
       if (!lambda.allFinite()) return;
       trial = q_;
       turnBy(j.data(), lambda.data(), g_.foci, trial);
       propagate(g_, trial, reached);
-      if (!(worst(reached.abs()) < worst(amplitude))) return;
+      moved = spread(reached.abs()) < spread(amplitude);
+      damping *= moved ? 0.1 : 10.0;
+      if (!moved) continue;
       q_.swap(trial);
       std::swap(p_, reached);
     }
@@ -259,12 +275,12 @@ class Solver {
   bool warm_ = false;
 };
 
-/// The drive of a solution in lanes, and back.
+/// A drive in lanes.
 DriveLanes driveLanes(const Drive& drive, std::size_t width) {
   LaneArray<Lanes> turns(width, Lanes{});
   LaneArray<Lanes> amplitude(width, Lanes{});
   for (std::size_t n = 0; n < drive.phase.size(); ++n) {
-    turns[n / lane_count][n % lane_count] = static_cast<float>(std::remainder(drive.phase[n] / turn, 1.0));
+    turns[n / lane_count][n % lane_count] = drive.phase[n] * over_turn;
     amplitude[n / lane_count][n % lane_count] = drive.amplitude[n];
   }
   DriveLanes q(width);
@@ -279,46 +295,68 @@ DriveLanes driveLanes(const Drive& drive, std::size_t width) {
 PhaseLimit phaseLimit(const Drive& before, double most, std::size_t width) {
   PhaseLimit limit{LaneArray<Lanes>(width, Lanes{}), LaneArray<Lanes>(width, Lanes{} + 1.0f)};
   for (std::size_t n = 0; n < before.phase.size(); ++n) {
-    limit.before[n / lane_count][n % lane_count] =
-        static_cast<float>(std::remainder(before.phase[n] / turn, 1.0));
+    limit.before[n / lane_count][n % lane_count] = before.phase[n] * over_turn;
     if (before.amplitude[n] > 0.0f) {
-      limit.change[n / lane_count][n % lane_count] = static_cast<float>(std::min(most / turn, 1.0));
+      limit.change[n / lane_count][n % lane_count] =
+          static_cast<float>(std::min(most, 2.0 * M_PI)) * over_turn;
     }
   }
   return limit;
 }
 
-void scale(DriveLanes& q, float factor) {
+TACTILE_CLAY_INLINE Lanes amplitudeOf(const ComplexLanes& a) {
+  const Lanes squared = a.re * a.re + a.im * a.im;
+  return squared * inverseRoot(larger(squared, Lanes{} + 1e-30f));
+}
+
+/// Lowers the drive to what the weakest focus needs.
+void lower(const FocusField& p, DriveLanes& q) {
+  const float factor = std::min(1.0f / std::max(p.abs().minCoeff(), tiny), 1.0f);
   for (ComplexLanes& a : q) {
     a.re *= factor;
     a.im *= factor;
   }
 }
 
-/// Lowers the drive to what the weakest focus needs.
-void lower(const FocusField& p, DriveLanes& q) {
-  scale(q, std::min(1.0f / std::max(p.abs().minCoeff(), tiny), 1.0f));
-}
-
 /// Amplitudes to the levels of the device: a common one up, so that no focus falls below its target; others
 /// to the nearest.
-void roundAmplitudes(int levels, bool up, Drive& drive) {
+TACTILE_CLAY_CLONES void roundAmplitudes(int levels, bool up, DriveLanes& q) {
   const auto steps = static_cast<float>(levels);
-  for (float& a : drive.amplitude) {
-    a = std::min(up ? std::ceil(a * steps - 1e-4f) : std::nearbyint(a * steps), steps) / steps;
+  for (ComplexLanes& a : q) {
+    const Lanes amplitude = amplitudeOf(a);
+    const Lanes at = amplitude * steps + (up ? 0.5f - 1e-4f : 0.0f);
+    const Lanes rounded = smaller(nearest(at), Lanes{} + steps) / steps;
+    const Lanes factor = rounded / larger(amplitude, Lanes{} + 1e-10f);
+    a.re *= factor;
+    a.im *= factor;
   }
 }
 
-void writeDrive(const DriveLanes& q, Drive& drive) {
-  for (std::size_t i = 0, n = 0; n < drive.phase.size(); ++i) {
+/// Turns each drive to its level.
+TACTILE_CLAY_CLONES void setPhases(const LaneArray<Lanes>& level, int levels, DriveLanes& q) {
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    const Lanes amplitude = amplitudeOf(q[i]);
+    unitCircle(level[i] * (1.0f / static_cast<float>(levels)), q[i].re, q[i].im);
+    q[i].re *= amplitude;
+    q[i].im *= amplitude;
+  }
+}
+
+/// \param level where phases were rounded, else null
+Drive driveOf(const DriveLanes& q, std::size_t transducers, const LaneArray<Lanes>* level, int levels) {
+  Drive drive{std::vector<float>(transducers), std::vector<float>(transducers)};
+  for (std::size_t i = 0, n = 0; n < transducers; ++i) {
     const Lanes turns = turnsOf(q[i].re, q[i].im);
-    const Lanes squared = q[i].re * q[i].re + q[i].im * q[i].im;
-    const Lanes amplitude = squared * inverseRoot(larger(squared, Lanes{} + 1e-30f));
-    for (std::size_t lane = 0; lane < lane_count && n < drive.phase.size(); ++lane, ++n) {
-      drive.phase[n] = static_cast<float>(turn) * (turns[lane] < 0.0f ? turns[lane] + 1.0f : turns[lane]);
-      drive.amplitude[n] = std::min(amplitude[lane], 1.0f);
+    const Lanes amplitude = smaller(amplitudeOf(q[i]), Lanes{} + 1.0f);
+    const Lanes positive = turns < 0.0f ? turns + 1.0f : turns;
+    const Lanes phase =
+        level == nullptr ? two_pi * positive : (*level)[i] * two_pi / static_cast<float>(levels);
+    for (std::size_t lane = 0; lane < lane_count && n < transducers; ++lane, ++n) {
+      drive.phase[n] = phase[lane];
+      drive.amplitude[n] = amplitude[lane];
     }
   }
+  return drive;
 }
 
 }  // namespace
@@ -382,33 +420,23 @@ PhaseSolution solvePhases(const ArrayLayout& layout, const Acoustics& acoustics,
     limit = phaseLimit(*before, options.max_phase_change, g.width);
     solver.limit(limit, last);
   }
-  Drive& drive = solution.drive;
+  DriveLanes& q = solver.q();
   const bool own_amplitudes = !options.phase_only && options.amplitude_levels > 0;
   if (own_amplitudes) {
-    lower(solver.p(), solver.q());
-    writeDrive(solver.q(), drive);
-    roundAmplitudes(options.amplitude_levels, false, drive);
-    solver.q() = driveLanes(drive, g.width);
+    lower(solver.p(), q);
+    roundAmplitudes(options.amplitude_levels, false, q);
   }
   LaneArray<Lanes> level;
   if (options.phase_levels > 0) {
-    level = roundPhases(g, solver.q(), options.phase_levels, limited ? &limit : nullptr);
-    writeDrive(solver.q(), drive);
-    for (std::size_t n = 0; n < layout.size(); ++n) {
-      drive.phase[n] =
-          static_cast<float>(turn * level[n / lane_count][n % lane_count] / options.phase_levels);
-    }
-    solver.q() = driveLanes(drive, g.width);
+    level = roundPhases(g, q, options.phase_levels, limited ? &limit : nullptr);
+    setPhases(level, options.phase_levels, q);
   }
-  if (!own_amplitudes) lower(solver.p(), solver.q());
-  const std::vector<float> phases = drive.phase;
-  writeDrive(solver.q(), drive);
-  if (options.phase_levels > 0) drive.phase = phases;
-  if (options.phase_only && options.amplitude_levels > 0) {
-    roundAmplitudes(options.amplitude_levels, true, drive);
+  if (!own_amplitudes) {
+    lower(solver.p(), q);
+    if (options.amplitude_levels > 0) roundAmplitudes(options.amplitude_levels, true, q);
   }
-  FocusField reached(g.foci);
-  propagate(g, driveLanes(drive, g.width), reached);
+  solution.drive = driveOf(q, layout.size(), level.empty() ? nullptr : &level, options.phase_levels);
+  const FocusField& reached = solver.p();
   const Eigen::ArrayXf share = reached.abs();
   for (std::size_t m = 0; m < active.size(); ++m) {
     solution.reached[active[m]] = share(static_cast<Eigen::Index>(m)) * solution.target[active[m]];
