@@ -139,23 +139,45 @@ void field(benchmark::State& state) {
   const Acoustics air;
   std::mt19937 random(1);
   const Drive drive = solvePhases(layout, air, randomFoci(4, random)).drive;
+  std::uniform_real_distribution<float> place(-0.1f, 0.1f);
   std::vector<Eigen::Vector3f> points;
-  for (int i = 0; i < state.range(0); ++i) points.emplace_back(1e-5f * static_cast<float>(i), 0.01f, 0.2f);
+  for (int i = 0; i < state.range(0); ++i)
+    points.emplace_back(place(random), place(random), 0.2f + place(random));
   for (auto _ : state) benchmark::DoNotOptimize(pressuresAt(layout, air, drive, points));
   state.SetItemsProcessed(state.iterations() * state.range(0));
 }
-BENCHMARK(field)->Arg(16)->Arg(1700)->Arg(4096)->Unit(benchmark::kMicrosecond)->UseRealTime();
+BENCHMARK(field)->Arg(16)->Arg(1700)->Arg(4096)->Arg(1000000)->Unit(benchmark::kMillisecond)->UseRealTime();
 
-/// Argument: max_points.
-void render(benchmark::State& state) {
+/// A palm of 200 samples that moves by 1 mm a frame. Argument: max_points. Counters: median time of
+/// clustering and intensities, and of these with the phases on 32 levels, us.
+void frame(benchmark::State& state) {
+  const ArrayLayout layout = arrayLayout("usx");
+  const Acoustics air;
   FocalPointConfig config;
   config.max_points = static_cast<std::size_t>(state.range(0));
   FocalPointRenderer renderer(config);
-  int frame = 0;
-  for (auto _ : state)
-    benchmark::DoNotOptimize(renderer.render(palm(0.001f * static_cast<float>(frame++ % 50))));
+  renderer.setArray(ArrayReach(layout, air));
+  PhaseSolverOptions options;
+  options.phase_levels = 32;
+  std::vector<FocalPoint> points;
+  std::vector<std::vector<contact::PressureSample>> palms;
+  for (int i = 0; i < 50; ++i) palms.push_back(palm(0.001f * static_cast<float>(i < 25 ? i : 50 - i)));
+  renderer.render(palms[0]);
+  std::size_t next = 0;
+  Times rendering;
+  Times whole;
+  for (auto _ : state) {
+    const auto& samples = palms[next++ % palms.size()];
+    whole.measure([&] {
+      rendering.measure([&] { points = renderer.render(samples); });
+      benchmark::DoNotOptimize(solvePhases(layout, air, points, options));
+    });
+  }
+  state.counters["foci"] = static_cast<double>(points.size());
+  state.counters["rendering_us"] = 1e6 * rendering.median();
+  state.counters["with_phases_us"] = 1e6 * whole.median();
 }
-BENCHMARK(render)->Arg(1)->Arg(8)->Arg(16)->Unit(benchmark::kMicrosecond);
+BENCHMARK(frame)->ArgName("foci")->Arg(1)->Arg(8)->Arg(16)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace tactile_clay::ultrasound
