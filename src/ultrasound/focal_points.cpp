@@ -160,6 +160,8 @@ double compress(double share, double knee) {
 void FocalPointConfig::validate() const {
   if (max_points < 1) throw std::invalid_argument("focal points: max_points is 0, expected at least 1");
   requireRange("min_separation", min_separation, 0.0, true);
+  if (path_points < 1) throw std::invalid_argument("focal points: path_points is 0, expected at least 1");
+  requireRange("path_spacing", path_spacing, 0.0, false);
   requireRange("sigma", sigma, 0.0, false);
   requireRange("full_scale_pressure", full_scale_pressure, 0.0, false);
   if (!(compression_knee >= 0.0 && compression_knee <= 1.0)) {
@@ -189,6 +191,12 @@ void FocalPointRenderer::reset() {
 std::vector<FocalPoint> FocalPointRenderer::render(const std::vector<PressureSample>& samples) {
   report_ = {};
   const Field field = gather(samples, config_, report_.ignored_samples);
+  if (config_.modulation == Modulation::spatiotemporal) {
+    std::vector<FocalPoint> points = path(field.position, field.weight, field.pressure);
+    finish(samples, points);
+    previous_.clear();
+    return points;
+  }
   const Clustering clustering = cluster(field, config_, previous_);
 
   std::vector<double> force(clustering.center.size(), 0.0);
@@ -209,11 +217,33 @@ std::vector<FocalPoint> FocalPointRenderer::render(const std::vector<PressureSam
                                         b.position.end());
   });
   assignIds(points);
+  finish(samples, points);
+  previous_ = points;
+  return points;
+}
+
+std::vector<FocalPoint> FocalPointRenderer::path(const std::vector<Eigen::Vector3d>& position,
+                                                 const std::vector<double>& weight,
+                                                 const std::vector<double>& pressure) const {
+  const std::vector<PathPoint> places =
+      samplePath(position, weight, pressure, config_.path_spacing, config_.path_points);
+  std::vector<Eigen::Vector3d> at;
+  for (const PathPoint& place : places) at.push_back(place.position);
+  std::vector<FocalPoint> points;
+  for (const std::size_t k : tour(at)) {
+    FocalPoint point;
+    point.id = static_cast<std::uint32_t>(points.size());
+    point.position = places[k].position;
+    point.pressure = places[k].pressure;
+    points.push_back(point);
+  }
+  return points;
+}
+
+void FocalPointRenderer::finish(const std::vector<PressureSample>& samples, std::vector<FocalPoint>& points) {
   setIntensities(points);
   report_.error = reconstructionError(samples, points, config_.sigma);
   report_.weighted_error = reconstructionError(samples, points, config_.sigma, true);
-  previous_ = points;
-  return points;
 }
 
 void FocalPointRenderer::setArray(const ArrayReach& array) {

@@ -8,6 +8,7 @@
 #include "contact/pressure_field.h"
 #include "ultrasound/array_reach.h"
 #include "ultrasound/focal_point.h"
+#include "ultrasound/modulation.h"
 
 namespace tactile_clay::ultrasound {
 
@@ -28,7 +29,10 @@ struct FocalPointConfig {
   double compression_knee = 0.5;  // share of that up to which pressures stay in proportion, 0 to 1
   double minimum_pressure = 1.0;  // Pa; samples below it are not rendered
   double minimum_force = 0.001;   // N; contacts that press less in sum get no point
-  double follow_distance = 0.02;  // m; how far a point may move in a frame and keep its id
+  Modulation modulation = Modulation::amplitude;  // stm: a path over the contact instead of clusters
+  std::size_t path_points = 32;                   // most points of that path, at least 1
+  double path_spacing = 0.006;                    // m, least distance of two of them
+  double follow_distance = 0.02;                  // m; how far a point may move in a frame and keep its id
 
   /// \throws std::invalid_argument naming the parameter, its value and its range
   void validate() const;
@@ -59,6 +63,9 @@ double compress(double share, double knee);
 /// As many points as there is room for on the contact, `min_separation` apart, up to `max_points`: a small
 /// contact gets one, no contact none. Points that k-means brings closer than that are merged, the closest
 /// pair first.
+///
+/// With spatiotemporal modulation the points are places of a closed path over the whole contact, in the order
+/// in which one focus visits them (samplePath, tour), and their ids count from 0.
 ///
 /// Ids: clustering starts from the points of the frame before as well as from new seeds, and keeps to the
 /// former while its objective (Eq. 8) is within 5 % of the latter's. Then old and new points are paired,
@@ -96,8 +103,11 @@ class FocalPointRenderer {
   void reset();
 
  private:
+  std::vector<FocalPoint> path(const std::vector<Eigen::Vector3d>& position,
+                               const std::vector<double>& weight, const std::vector<double>& pressure) const;
   void assignIds(std::vector<FocalPoint>& points);
   void setIntensities(std::vector<FocalPoint>& points);
+  void finish(const std::vector<contact::PressureSample>& samples, std::vector<FocalPoint>& points);
 
   FocalPointConfig config_;
   RenderReport report_;
