@@ -9,7 +9,8 @@ find_package(catkin REQUIRED COMPONENTS ${TACTILE_CLAY_ROS_COMPONENTS})
 set(CMAKE_INCLUDE_CURRENT_DIR OFF)
 
 add_message_files(DIRECTORY msg FILES
-  ArrayDrive.msg ArrayState.msg ClayStatus.msg FocalPoint.msg FocalPointArray.msg TrackedHand.msg TrackedHands.msg)
+  AcousticReport.msg ArrayDrive.msg ArrayState.msg ClayStatus.msg FocalPoint.msg FocalPointArray.msg
+  RenderingReport.msg TrackedHand.msg TrackedHands.msg)
 generate_messages(DEPENDENCIES std_msgs geometry_msgs)
 
 # Interfaces for plugins of other packages. In the devel space they are copied to where an install puts them, so

@@ -7,12 +7,17 @@
 namespace tactile_clay::nodes {
 
 ArrayModel::ArrayModel(const ros::NodeHandle& private_nh)
-    : layout(ultrasound::arrayLayout(param<std::string>(private_nh, "layout", "usx"))) {
+    : layout(ultrasound::arrayLayouts(param<std::string>(private_nh, "layout", "usx"))) {
   acoustics.temperature = paramIn(private_nh, "temperature", acoustics.temperature, -20.0, 60.0);
   acoustics.reference_pressure =
       paramIn(private_nh, "reference_pressure", acoustics.reference_pressure, 0.01, 100.0);
   acoustics.validate();
   options.iterations = paramIn(private_nh, "solver_iterations", options.iterations, 1, 1000);
+  options.method = ultrasound::phaseMethod(param<std::string>(private_nh, "phase_method", "newton"));
+  options.phase_only = param(private_nh, "phase_only", options.phase_only);
+  options.phase_levels = paramIn(private_nh, "phase_levels", options.phase_levels, 0, 65536);
+  options.amplitude_levels = paramIn(private_nh, "amplitude_levels", options.amplitude_levels, 0, 65536);
+  options.max_phase_change = paramIn(private_nh, "max_phase_change", options.max_phase_change, 0.0, 3.2);
   const Eigen::Isometry3d array = poseParam(private_nh, "array_pose", "0 0 -0.15 0 0 0");
   head_point = array.inverse() * pointParam(private_nh, "head_point", "-0.4 0 0.45");
 }

@@ -209,4 +209,18 @@ std::vector<ultrasound::FocalPoint> toCore(const std::vector<FocalPoint>& points
   return out;
 }
 
+RenderingReport toMessage(const ultrasound::RenderReport& report, double compression_knee) {
+  RenderingReport out;
+  out.gain = static_cast<float>(report.gain);
+  out.compression_knee = static_cast<float>(compression_knee);
+  out.compressed_points = static_cast<std::uint32_t>(report.compressed_points);
+  out.saturated_points = static_cast<std::uint32_t>(report.saturated_points);
+  out.ignored_samples = static_cast<std::uint32_t>(report.ignored_samples);
+  out.wanted.assign(report.wanted.begin(), report.wanted.end());
+  out.granted.assign(report.granted.begin(), report.granted.end());
+  out.error = static_cast<float>(report.error);
+  out.weighted_error = static_cast<float>(report.weighted_error);
+  return out;
+}
+
 }  // namespace tactile_clay::nodes

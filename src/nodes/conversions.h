@@ -2,6 +2,7 @@
 
 #include <sensor_msgs/PointCloud2.h>
 #include <tactile_clay/FocalPointArray.h>
+#include <tactile_clay/RenderingReport.h>
 #include <tactile_clay/TrackedHands.h>
 
 #include <vector>
@@ -12,6 +13,7 @@
 #include "hand/tracked_hand.h"
 #include "scene/scene.h"
 #include "ultrasound/focal_point.h"
+#include "ultrasound/focal_points.h"
 
 namespace tactile_clay::nodes {
 
@@ -55,5 +57,7 @@ std::vector<contact::PressureSample> pressureSamples(const sensor_msgs::PointClo
 
 std::vector<FocalPoint> toMessage(const std::vector<ultrasound::FocalPoint>& points);
 std::vector<ultrasound::FocalPoint> toCore(const std::vector<FocalPoint>& points);
+
+RenderingReport toMessage(const ultrasound::RenderReport& report, double compression_knee);
 
 }  // namespace tactile_clay::nodes

@@ -1,18 +1,18 @@
 #include "nodes/focal_point_renderer.h"
 
 #include <tactile_clay/FocalPointArray.h>
+#include <tactile_clay/RenderingReport.h>
 
 #include <limits>
 #include <stdexcept>
 
+#include "nodes/array_model.h"
 #include "nodes/conversions.h"
 #include "nodes/params.h"
 #include "nodes/topics.h"
 
 namespace tactile_clay::nodes {
 namespace {
-
-constexpr std::uint8_t amplitude_modulation = 0;
 
 ultrasound::FocalPointConfig config(const ros::NodeHandle& nh) {
   ultrasound::FocalPointConfig config;
@@ -26,6 +26,11 @@ ultrasound::FocalPointConfig config(const ros::NodeHandle& nh) {
   config.minimum_pressure = paramIn(nh, "minimum_pressure", config.minimum_pressure, 0.0, any);
   config.minimum_force = paramIn(nh, "minimum_force", config.minimum_force, 0.0, any);
   config.follow_distance = paramIn(nh, "follow_distance", config.follow_distance, 0.0, any);
+  config.compression_knee = paramIn(nh, "compression_knee", config.compression_knee, 0.0, 1.0);
+  config.modulation = ultrasound::modulation(param<std::string>(nh, "modulation", "am"));
+  config.path_points =
+      static_cast<std::size_t>(paramIn(nh, "path_points", static_cast<int>(config.path_points), 1, 256));
+  config.path_spacing = paramIn(nh, "path_spacing", config.path_spacing, 0.0, any);
   const auto fit = param<std::string>(nh, "intensity_fit", "least_squares");
   if (fit != "least_squares" && fit != "paper")
     throw std::runtime_error("parameter " + nh.resolveName("intensity_fit") +
@@ -39,30 +44,54 @@ ultrasound::FocalPointConfig config(const ros::NodeHandle& nh) {
 FocalPointRenderer::FocalPointRenderer(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : renderer_(config(private_nh)),
       modulation_frequency_(
-          static_cast<float>(paramIn(private_nh, "modulation_frequency", 200.0, 1.0, 1000.0))),
+          static_cast<float>(paramIn(private_nh, "modulation_frequency", 0.0, 0.0, 1000.0))),
       health_(nh, private_nh, "focal points", [this](auto& status) { diagnose(status); }) {
+  const ArrayModel array(private_nh);
+  renderer_.setArray(ultrasound::ArrayReach(array.layout, array.acoustics));
   const unsigned queue = param(private_nh, "lockstep", false) ? 0 : 1;
   subscriber_ = nh.subscribe(topic::hands_pressure, queue, &FocalPointRenderer::receive, this,
                              ros::TransportHints().tcpNoDelay());
   publisher_ = nh.advertise<FocalPointArray>(topic::focal_points, queue);
+  report_publisher_ = nh.advertise<RenderingReport>(topic::rendering, queue);
+}
+
+double FocalPointRenderer::frequency(const std::vector<ultrasound::FocalPoint>& points) const {
+  if (modulation_frequency_ > 0.0f) return modulation_frequency_;
+  switch (renderer_.config().modulation) {
+    case ultrasound::Modulation::lateral:
+      return 10.0;
+    case ultrasound::Modulation::spatiotemporal:
+      return ultrasound::spatiotemporalFrequency(points);
+    default:
+      return 200.0;
+  }
 }
 
 void FocalPointRenderer::receive(const sensor_msgs::PointCloud2::ConstPtr& pressure) {
   auto message = boost::make_shared<FocalPointArray>();
   message->header = pressure->header;
-  message->modulation = amplitude_modulation;
-  message->modulation_frequency = modulation_frequency_;
+  message->modulation = static_cast<std::uint8_t>(renderer_.config().modulation);
+  message->modulation_frequency = static_cast<float>(frequency({}));
+  auto report = boost::make_shared<RenderingReport>();
   ++frames_;
   try {
-    message->points = toMessage(renderer_.render(pressureSamples(*pressure)));
-    clipped_ += renderer_.report().clipped_points;
-    ignored_ += renderer_.report().ignored_samples;
+    const auto points = renderer_.render(pressureSamples(*pressure));
+    message->points = toMessage(points);
+    message->modulation_frequency = static_cast<float>(frequency(points));
+    *report = toMessage(renderer_.report(), renderer_.config().compression_knee);
+    compressed_ += report->compressed_points;
+    saturated_ += report->saturated_points;
+    ignored_ += report->ignored_samples;
+    error_ = report->error;
+    weighted_error_ = report->weighted_error;
   } catch (const std::exception& error) {
     ++bad_frames_;
     ROS_WARN_THROTTLE(1.0, "focal_point_renderer: pressure left out: %s", error.what());
   }
   points_ = message->points.size();
   publisher_.publish(message);
+  report->header = pressure->header;
+  report_publisher_.publish(report);
 }
 
 void FocalPointRenderer::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
@@ -75,9 +104,12 @@ void FocalPointRenderer::diagnose(diagnostic_updater::DiagnosticStatusWrapper& s
   status.add("frames left out", bad_frames_);
   status.add("samples left out", ignored_);
   status.add("focal points", points_);
-  status.add("points at full scale", clipped_);
+  status.add("points compressed", compressed_);
+  status.add("points that the array cannot give", saturated_);
+  status.add("error of the pressure field", error_);
+  status.add("error, weighted", weighted_error_);
   frames_ = bad_frames_ = 0;
-  clipped_ = ignored_ = 0;
+  compressed_ = saturated_ = ignored_ = 0;
 }
 
 }  // namespace tactile_clay::nodes

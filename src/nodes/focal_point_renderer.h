@@ -9,7 +9,8 @@
 namespace tactile_clay::nodes {
 
 /// Renders `hands/pressure` as focal points (Eq. 8, 9): one `array/focal_points` for each, with no points
-/// where nothing is touched. Amplitude-modulated.
+/// where nothing is touched, and one `array/rendering` that tells how well they stand for it. `~modulation`
+/// is am, lateral or stm.
 class FocalPointRenderer {
  public:
   /// \throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
@@ -17,15 +18,17 @@ class FocalPointRenderer {
 
  private:
   void receive(const sensor_msgs::PointCloud2::ConstPtr& pressure);
+  double frequency(const std::vector<ultrasound::FocalPoint>& points) const;
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   ultrasound::FocalPointRenderer renderer_;
-  float modulation_frequency_;  // Hz
+  float modulation_frequency_;  // Hz; 0: that of the modulation
   unsigned frames_ = 0, bad_frames_ = 0;
-  std::size_t points_ = 0, clipped_ = 0, ignored_ = 0;
+  std::size_t points_ = 0, compressed_ = 0, saturated_ = 0, ignored_ = 0;
+  double error_ = 0.0, weighted_error_ = 0.0;
 
   ros::Subscriber subscriber_;
-  ros::Publisher publisher_;
+  ros::Publisher publisher_, report_publisher_;
   Health health_;
 };
 

@@ -6,8 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <stdexcept>
 #include <string>
+
+#include "ultrasound/piston_wave.h"
 
 namespace tactile_clay::ultrasound {
 namespace {
@@ -24,66 +27,51 @@ void checkDrive(const ArrayLayout& layout, const Drive& drive) {
 struct Source {
   float x, y, z;
   float nx, ny, nz;
-  float re, im;  // P_ref a e^{i phi}
+  float strength, turns;  // P_ref a, Pa m; phi
 };
 
-constexpr std::size_t block_size = 64;  // points that are summed together: fits the first-level cache
+constexpr std::size_t block_size = 4 * lane_count;  // points that are summed together
 
 /// Points as structure of arrays, and their sums.
 struct Block {
   std::array<float, block_size> x, y, z, re, im;
 };
 
-/// cos and sin of 2 pi t for t in [-1/2, 1/2], within 1e-6: Taylor series of half the angle, doubled.
-inline void unitCircle(float t, float& cosine, float& sine) {
-  const float a = t * 3.14159265f;
-  const float b = a * a;
-  const float s =
-      a *
-      (1.0f + b * (-1.0f / 6 + b * (1.0f / 120 + b * (-1.0f / 5040 + b * (1.0f / 362880 - b / 39916800)))));
-  const float c =
-      1.0f +
-      b * (-1.0f / 2 +
-           b * (1.0f / 24 + b * (-1.0f / 720 + b * (1.0f / 40320 + b * (-1.0f / 3628800 + b / 479001600)))));
-  cosine = 1.0f - 2.0f * s * s;
-  sine = 2.0f * s * c;
+Lanes load(const float* from) {
+  Lanes a;
+  std::memcpy(&a, from, sizeof a);
+  return a;
 }
 
-/// e^{-d}, within 1e-5 for d in [0, 8]; more counts as 8.
-inline float decaying(float d) {
-  const float e = -(d < 8.0f ? d : 8.0f) / 16;
-  float y =
-      1.0f + e * (1.0f + e * (1.0f / 2 + e * (1.0f / 6 + e * (1.0f / 24 + e * (1.0f / 120 + e / 720)))));
-  y *= y;
-  y *= y;
-  y *= y;
-  return y * y;
+void store(const Lanes& a, float* to) {
+  std::memcpy(to, &a, sizeof a);
 }
 
-/// Adds one source to a whole block. No branch and no call, so that it is vectorised over the points.
-void addSource(const Source& source, float turns_per_metre, float attenuation, float piston_squared,
-               float radius, Block& block) {
-  constexpr float round_off =
-      12582912.0f;  // 1.5 2^23: adding and taking it away rounds to the nearest integer
-  for (std::size_t i = 0; i < block_size; ++i) {
-    const float dx = block.x[i] - source.x;
-    const float dy = block.y[i] - source.y;
-    const float dz = block.z[i] - source.z;
-    const float r = std::sqrt(dx * dx + dy * dy + dz * dz);
-    const float far = r > radius ? r : radius;
-    const float inverse = 1.0f / far;
-    const float along = dx * source.nx + dy * source.ny + dz * source.nz;
-    const float cosine = along * inverse;
-    const float sine_squared = 1.0f - cosine * cosine;
-    const float directivity = pistonDirectivity(piston_squared * (sine_squared > 0.0f ? sine_squared : 0.0f));
-    const float decay = decaying(attenuation * far);
-    const float turns = r * turns_per_metre;
-    float c;
-    float s;
-    unitCircle(turns - ((turns + round_off) - round_off), c, s);
-    const float gain = along > 0.0f ? directivity * inverse * decay : 0.0f;
-    block.re[i] += gain * (source.re * c - source.im * s);
-    block.im[i] += gain * (source.re * s + source.im * c);
+/// Sums all sources, in their order, at each point of a block.
+TACTILE_CLAY_CLONES void sumSources(const std::vector<Source>& sources, const PistonConstants& air,
+                                    Block& block) {
+  for (std::size_t i = 0; i < block_size; i += lane_count) {
+    const Lanes x = load(&block.x[i]);
+    const Lanes y = load(&block.y[i]);
+    const Lanes z = load(&block.z[i]);
+    Lanes re{};
+    Lanes im{};
+    for (const Source& source : sources) {
+      const Lanes dx = x - source.x;
+      const Lanes dy = y - source.y;
+      const Lanes dz = z - source.z;
+      Lanes amplitude;
+      Lanes turns;
+      Lanes cosine;
+      Lanes sine;
+      pistonWave(air, dx, dy, dz, dx * source.nx + dy * source.ny + dz * source.nz, amplitude, turns);
+      unitCircle(turns + source.turns, cosine, sine);
+      amplitude *= source.strength;
+      re += amplitude * cosine;
+      im += amplitude * sine;
+    }
+    store(re, &block.re[i]);
+    store(im, &block.im[i]);
   }
 }
 
@@ -129,17 +117,13 @@ std::vector<std::complex<float>> pressuresAt(const ArrayLayout& layout, const Ac
   std::vector<Source> sources;
   for (std::size_t n = 0; n < layout.size(); ++n) {
     if (drive.amplitude[n] == 0.0f) continue;
-    const auto q = std::polar<double>(acoustics.reference_pressure * drive.amplitude[n], drive.phase[n]);
     const Eigen::Vector3f x = layout.position[n].cast<float>();
     const Eigen::Vector3f normal = layout.normal[n].cast<float>();
-    sources.push_back({x.x(), x.y(), x.z(), normal.x(), normal.y(), normal.z(), static_cast<float>(q.real()),
-                       static_cast<float>(q.imag())});
+    sources.push_back({x.x(), x.y(), x.z(), normal.x(), normal.y(), normal.z(),
+                       static_cast<float>(acoustics.reference_pressure * drive.amplitude[n]),
+                       static_cast<float>(std::remainder(drive.phase[n] / (2.0 * M_PI), 1.0))});
   }
-  const auto turns_per_metre = static_cast<float>(1.0 / acoustics.wavelength());
-  const auto attenuation = static_cast<float>(acoustics.attenuation);
-  const auto radius = static_cast<float>(acoustics.transducer_radius);
-  const auto piston_squared =
-      static_cast<float>(std::pow(acoustics.wavenumber() * acoustics.transducer_radius, 2));
+  const PistonConstants air(acoustics);
 
   // Each block is one task that sums its sources in order, whichever thread takes it.
   std::vector<std::complex<float>> pressures(points.size());
@@ -156,9 +140,7 @@ std::vector<std::complex<float>> pressuresAt(const ArrayLayout& layout, const Ac
                           block.y[i] = points[first + i].y();
                           block.z[i] = points[first + i].z();
                         }
-                        for (const Source& source : sources) {
-                          addSource(source, turns_per_metre, attenuation, piston_squared, radius, block);
-                        }
+                        sumSources(sources, air, block);
                         for (std::size_t i = 0; i < count; ++i) {
                           if (reachable(points[first + i])) pressures[first + i] = {block.re[i], block.im[i]};
                         }

@@ -1,6 +1,7 @@
 #include "ultrasound/array_layout.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <map>
 #include <sstream>
@@ -115,6 +116,51 @@ ArrayLayout arrayLayout(const std::string& name, const std::string& channel_csv)
   }
   layout.normal.assign(cells.size(), Eigen::Vector3d::UnitZ());
   return layout;
+}
+
+ArrayLayout placed(ArrayLayout layout, const Eigen::Isometry3d& pose) {
+  for (Eigen::Vector3d& position : layout.position) position = pose * position;
+  for (Eigen::Vector3d& normal : layout.normal) normal = pose.linear() * normal;
+  return layout;
+}
+
+ArrayLayout joined(const std::vector<ArrayLayout>& layouts) {
+  ArrayLayout all;
+  for (const ArrayLayout& layout : layouts) {
+    all.name += (all.name.empty() ? "" : "+") + layout.name;
+    all.pitch = std::max(all.pitch, layout.pitch);
+    all.position.insert(all.position.end(), layout.position.begin(), layout.position.end());
+    all.normal.insert(all.normal.end(), layout.normal.begin(), layout.normal.end());
+  }
+  return all;
+}
+
+ArrayLayout arrayLayouts(const std::string& text) {
+  std::vector<ArrayLayout> layouts;
+  std::istringstream parts(text);
+  std::string part;
+  while (std::getline(parts, part, ';')) {
+    std::istringstream words(part);
+    std::string name;
+    words >> name;
+    std::vector<double> numbers;
+    for (double number; words >> number;) numbers.push_back(number);
+    const bool finite =
+        std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
+    if (!words.eof() || !finite || (!numbers.empty() && numbers.size() != 6)) {
+      throw std::invalid_argument("array layout '" + part + "', expected: name [x y z roll pitch yaw]");
+    }
+    ArrayLayout layout = arrayLayout(name);
+    if (!numbers.empty()) {
+      const auto turn = Eigen::AngleAxisd(numbers[5], Eigen::Vector3d::UnitZ()) *
+                        Eigen::AngleAxisd(numbers[4], Eigen::Vector3d::UnitY()) *
+                        Eigen::AngleAxisd(numbers[3], Eigen::Vector3d::UnitX());
+      layout = placed(layout, Eigen::Translation3d(numbers[0], numbers[1], numbers[2]) * turn);
+    }
+    layouts.push_back(layout);
+  }
+  if (layouts.empty()) return arrayLayout(text);
+  return layouts.size() == 1 ? layouts.front() : joined(layouts);
 }
 
 }  // namespace tactile_clay::ultrasound

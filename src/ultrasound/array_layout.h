@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <string>
 #include <vector>
 
@@ -32,5 +32,16 @@ std::vector<std::string> arrayLayoutNames();
 /// \throws std::invalid_argument with one line if the name is unknown (listing the known ones), or if the
 ///   table is not of that form or does not place each channel and each transducer exactly once
 ArrayLayout arrayLayout(const std::string& name, const std::string& channel_csv = "");
+
+/// The same transducers elsewhere: `pose` takes points of the layout to the frame that they are wanted in.
+ArrayLayout placed(ArrayLayout layout, const Eigen::Isometry3d& pose);
+
+/// Several arrays that are driven together, channels one after the other.
+ArrayLayout joined(const std::vector<ArrayLayout>& layouts);
+
+/// One or more arrays as text: `name`, or `name x y z roll pitch yaw; name ...` with the pose of each in the
+/// frame of the array (m, rad; R = Rz(yaw) Ry(pitch) Rx(roll)). \throws std::invalid_argument with one line
+/// that quotes the part that is wrong
+ArrayLayout arrayLayouts(const std::string& text);
 
 }  // namespace tactile_clay::ultrasound

@@ -14,7 +14,8 @@ namespace {
 
 using contact::PressureSample;
 
-constexpr std::size_t restarts = 4;        // of the clustering; more buy little on a hand
+constexpr std::size_t restarts = 4;  // of the first clustering; more buy little on a hand. Then one a frame
+const Eigen::Vector3d reference_point(0.0, 0.0, 0.2);  // m, where a hand is
 constexpr double warm_start_slack = 0.05;  // share of the objective given up for points that stay in place
 
 /// Samples worth rendering, as clustering needs them.
@@ -95,8 +96,8 @@ Clustering separate(const Field& field, Clustering clustering, double min_separa
 
 Clustering cluster(const Field& field, const FocalPointConfig& config,
                    const std::vector<FocalPoint>& previous) {
-  Clustering cold =
-      weightedKMeans(field.position, field.weight, config.max_points, config.min_separation, restarts);
+  Clustering cold = weightedKMeans(field.position, field.weight, config.max_points, config.min_separation,
+                                   previous.empty() ? restarts : 1);
   cold = separate(field, std::move(cold), config.min_separation);
   if (previous.empty() || previous.size() > config.max_points) return cold;
 
@@ -150,11 +151,23 @@ void requireRange(const char* name, double value, double low, bool low_included)
 
 }  // namespace
 
+double compress(double share, double knee) {
+  if (share <= knee) return share;
+  if (knee >= 1.0) return 1.0;
+  return knee + (1.0 - knee) * (1.0 - std::exp(-(share - knee) / (1.0 - knee)));
+}
+
 void FocalPointConfig::validate() const {
   if (max_points < 1) throw std::invalid_argument("focal points: max_points is 0, expected at least 1");
   requireRange("min_separation", min_separation, 0.0, true);
+  if (path_points < 1) throw std::invalid_argument("focal points: path_points is 0, expected at least 1");
+  requireRange("path_spacing", path_spacing, 0.0, false);
   requireRange("sigma", sigma, 0.0, false);
   requireRange("full_scale_pressure", full_scale_pressure, 0.0, false);
+  if (!(compression_knee >= 0.0 && compression_knee <= 1.0)) {
+    throw std::invalid_argument("focal points: compression_knee is " + std::to_string(compression_knee) +
+                                ", expected 0 to 1");
+  }
   requireRange("minimum_pressure", minimum_pressure, 0.0, true);
   requireRange("minimum_force", minimum_force, 0.0, true);
   requireRange("follow_distance", follow_distance, 0.0, true);
@@ -178,6 +191,12 @@ void FocalPointRenderer::reset() {
 std::vector<FocalPoint> FocalPointRenderer::render(const std::vector<PressureSample>& samples) {
   report_ = {};
   const Field field = gather(samples, config_, report_.ignored_samples);
+  if (config_.modulation == Modulation::spatiotemporal) {
+    std::vector<FocalPoint> points = path(field.position, field.weight, field.pressure);
+    finish(samples, points);
+    previous_.clear();
+    return points;
+  }
   const Clustering clustering = cluster(field, config_, previous_);
 
   std::vector<double> force(clustering.center.size(), 0.0);
@@ -190,9 +209,6 @@ std::vector<FocalPoint> FocalPointRenderer::render(const std::vector<PressureSam
     FocalPoint point;
     point.position = onSkin(field, clustering, k, config_.sigma);
     point.pressure = fitPressure(field, clustering, k, point.position, config_);
-    const double share = point.pressure / config_.full_scale_pressure;
-    if (share > 1.0) ++report_.clipped_points;
-    point.intensity = std::sqrt(std::clamp(share, 0.0, 1.0));
     points.push_back(point);
   }
   // By place, so that new ids do not depend on which seed found a point.
@@ -201,8 +217,61 @@ std::vector<FocalPoint> FocalPointRenderer::render(const std::vector<PressureSam
                                         b.position.end());
   });
   assignIds(points);
+  finish(samples, points);
   previous_ = points;
   return points;
+}
+
+std::vector<FocalPoint> FocalPointRenderer::path(const std::vector<Eigen::Vector3d>& position,
+                                                 const std::vector<double>& weight,
+                                                 const std::vector<double>& pressure) const {
+  const std::vector<PathPoint> places =
+      samplePath(position, weight, pressure, config_.path_spacing, config_.path_points);
+  std::vector<Eigen::Vector3d> at;
+  for (const PathPoint& place : places) at.push_back(place.position);
+  std::vector<FocalPoint> points;
+  for (const std::size_t k : tour(at)) {
+    FocalPoint point;
+    point.id = static_cast<std::uint32_t>(points.size());
+    point.position = places[k].position;
+    point.pressure = places[k].pressure;
+    points.push_back(point);
+  }
+  return points;
+}
+
+void FocalPointRenderer::finish(const std::vector<PressureSample>& samples, std::vector<FocalPoint>& points) {
+  setIntensities(points);
+  report_.error = reconstructionError(samples, points, config_.sigma);
+  report_.weighted_error = reconstructionError(samples, points, config_.sigma, true);
+}
+
+void FocalPointRenderer::setArray(const ArrayReach& array) {
+  array_ = array;
+  reference_ = array.amplitude(reference_point);
+  if (!(reference_ > 0.0)) {
+    throw std::invalid_argument("focal points: the array gives nothing 0.2 m above its centre");
+  }
+}
+
+void FocalPointRenderer::setIntensities(std::vector<FocalPoint>& points) {
+  const auto count = static_cast<double>(points.size());
+  if (array_) report_.gain = radiationPressure(array_->acoustics(), reference_) / config_.full_scale_pressure;
+  for (FocalPoint& point : points) {
+    double share = point.pressure / config_.full_scale_pressure;
+    double limit = 0.0;  // Pa on the skin
+    if (array_) {
+      limit = radiationPressure(array_->acoustics(), array_->amplitude(point.position)) / count;
+      share = limit > 0.0 ? report_.gain * point.pressure / limit : std::numeric_limits<double>::infinity();
+    }
+    const bool reachable = !array_ || limit > 0.0;  // not behind the array
+    const double given = reachable ? compress(share, config_.compression_knee) : 0.0;
+    if (share > config_.compression_knee) ++report_.compressed_points;
+    if (share > 1.0) ++report_.saturated_points;
+    point.intensity = std::sqrt(given);
+    report_.wanted.push_back(report_.gain * point.pressure);
+    report_.granted.push_back(given * limit);
+  }
 }
 
 void FocalPointRenderer::assignIds(std::vector<FocalPoint>& points) {

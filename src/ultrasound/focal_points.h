@@ -2,10 +2,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "contact/pressure_field.h"
+#include "ultrasound/array_reach.h"
 #include "ultrasound/focal_point.h"
+#include "ultrasound/modulation.h"
 
 namespace tactile_clay::ultrasound {
 
@@ -20,21 +23,37 @@ struct FocalPointConfig {
   double min_separation = 0.012;  // m; closer points are felt as one and waste power
   double sigma = 0.0086;          // m, of the Gaussian focus: the wavelength (Eq. 9), 8.6 mm at 40 kHz
   IntensityFit fit = IntensityFit::least_squares;
-  bool perceptual_weights = true;        // alpha of Eq. 8; off: 1 everywhere
-  double full_scale_pressure = 60000.0;  // Pa of the clay at which a point reaches intensity 1
-  double minimum_pressure = 1.0;         // Pa; samples below it are not rendered
-  double minimum_force = 0.001;          // N; contacts that press less in sum get no point
-  double follow_distance = 0.02;         // m; how far a point may move in a frame and keep its id
+  bool perceptual_weights = true;  // alpha of Eq. 8; off: 1 everywhere
+  double full_scale_pressure =
+      60000.0;                    // Pa of the clay that ask for all that the array can give (see render)
+  double compression_knee = 0.5;  // share of that up to which pressures stay in proportion, 0 to 1
+  double minimum_pressure = 1.0;  // Pa; samples below it are not rendered
+  double minimum_force = 0.001;   // N; contacts that press less in sum get no point
+  Modulation modulation = Modulation::amplitude;  // stm: a path over the contact instead of clusters
+  std::size_t path_points = 32;                   // most points of that path, at least 1
+  double path_spacing = 0.006;                    // m, least distance of two of them
+  double follow_distance = 0.02;                  // m; how far a point may move in a frame and keep its id
 
   /// \throws std::invalid_argument naming the parameter, its value and its range
   void validate() const;
 };
 
-/// What the last frame left out.
+/// What became of the last frame.
 struct RenderReport {
-  std::size_t ignored_samples = 0;  // non-finite, or of no area or weight
-  std::size_t clipped_points = 0;   // stronger than full scale, rendered at intensity 1
+  std::size_t ignored_samples = 0;    // non-finite, or of no area or weight
+  std::size_t compressed_points = 0;  // above the knee: rendered weaker than in proportion
+  std::size_t saturated_points = 0;   // of those, the ones that ask for more than the array can give
+  double gain = 0.0;            // Pa of radiation pressure on the skin for a Pa of clay; 0 without array
+  std::vector<double> wanted;   // gain x pressure of each point, Pa
+  std::vector<double> granted;  // radiation pressure that its intensity stands for, Pa
+  double error = 0.0;           // reconstructionError of the pressure field
+  double weighted_error = 0.0;  // the same with each sample counted by its perceptual weight
 };
+
+/// Share 0 to 1 of what can be had for a `share` that is asked, not negative: the same up to `knee`, then
+/// k + (1 - k) (1 - exp(-(share - k) / (1 - k))), of continuous slope and always below 1. A knee of 1 cuts
+/// at 1.
+double compress(double share, double knee);
 
 /// Focal points of a contact pressure field: locations by weighted k-means (Eq. 8), pressures by Eq. 9, after
 /// Barreiro et al. with perceptual weights. Sums over samples stand for integrals over the skin, so each
@@ -44,6 +63,9 @@ struct RenderReport {
 /// As many points as there is room for on the contact, `min_separation` apart, up to `max_points`: a small
 /// contact gets one, no contact none. Points that k-means brings closer than that are merged, the closest
 /// pair first.
+///
+/// With spatiotemporal modulation the points are places of a closed path over the whole contact, in the order
+/// in which one focus visits them (samplePath, tour), and their ids count from 0.
 ///
 /// Ids: clustering starts from the points of the frame before as well as from new seeds, and keeps to the
 /// former while its objective (Eq. 8) is within 5 % of the latter's. Then old and new points are paired,
@@ -60,11 +82,19 @@ class FocalPointRenderer {
   void configure(const FocalPointConfig& config);
   const FocalPointConfig& config() const { return config_; }
 
-  /// Focal points of one frame, by rising id. Their intensity is sqrt(p / full_scale_pressure), at most 1:
-  /// the radiation pressure on the skin goes with the square of the acoustic amplitude. A point lies at the
-  /// weighted mean of its samples or, where that is farther than sigma from each of them, at the closest
-  /// sample.
-  /// \param samples of all hands, in the frame of the array
+  /// The array whose limits intensities keep to.
+  void setArray(const ArrayReach& array);
+
+  /// Focal points of one frame, by rising id. A point lies at the weighted mean of its samples or, where that
+  /// is farther than sigma from each of them, at the closest sample.
+  ///
+  /// Pressure of the clay, many kPa, is mapped to radiation pressure on the skin, some 100 Pa, with one gain
+  /// for all places and any number of points M: full_scale_pressure is rendered as what one focus has 0.2 m
+  /// above the centre of the array. What a focus at x can have is R(x)^2 / M, R(x) being the amplitude of the
+  /// whole array there and radiation pressure the square of amplitudes (radiationPressure); so a point asks
+  /// for the share (p / full_scale_pressure) R(0, 0, 0.2)^2 M / R(x)^2 of it, is given compress(share), and
+  /// has intensity sqrt(compress(share)). Nothing is cut without a word: see report(). Without setArray,
+  /// R(x)^2 / M counts as the same everywhere. \param samples of all hands, in the frame of the array
   std::vector<FocalPoint> render(const std::vector<contact::PressureSample>& samples);
 
   const RenderReport& report() const { return report_; }
@@ -73,10 +103,16 @@ class FocalPointRenderer {
   void reset();
 
  private:
+  std::vector<FocalPoint> path(const std::vector<Eigen::Vector3d>& position,
+                               const std::vector<double>& weight, const std::vector<double>& pressure) const;
   void assignIds(std::vector<FocalPoint>& points);
+  void setIntensities(std::vector<FocalPoint>& points);
+  void finish(const std::vector<contact::PressureSample>& samples, std::vector<FocalPoint>& points);
 
   FocalPointConfig config_;
   RenderReport report_;
+  std::optional<ArrayReach> array_;
+  double reference_ = 0.0;  // Pa, amplitude of one focus at the reference point
   std::vector<FocalPoint> previous_;
   std::uint32_t next_id_ = 0;
 };

@@ -1,11 +1,13 @@
 // Recorded bags and other people's nodes depend on the messages as they are: a changed md5 needs a rosbag
 // migration rule.
 #include <gtest/gtest.h>
+#include <tactile_clay/AcousticReport.h>
 #include <tactile_clay/ArrayDrive.h>
 #include <tactile_clay/ArrayState.h>
 #include <tactile_clay/ClayStatus.h>
 #include <tactile_clay/FocalPoint.h>
 #include <tactile_clay/FocalPointArray.h>
+#include <tactile_clay/RenderingReport.h>
 #include <tactile_clay/TrackedHand.h>
 #include <tactile_clay/TrackedHands.h>
 
@@ -30,8 +32,9 @@ std::map<std::string, std::string> checkedIn() {
 TEST(Messages, HaveTheMd5OfTheCheckedInList) {
   using namespace tactile_clay;
   const std::map<std::string, std::string> compiled = {
-      entry<ArrayDrive>(),      entry<ArrayState>(),  entry<ClayStatus>(),  entry<FocalPoint>(),
-      entry<FocalPointArray>(), entry<TrackedHand>(), entry<TrackedHands>()};
+      entry<AcousticReport>(),  entry<ArrayDrive>(),  entry<ArrayState>(),
+      entry<ClayStatus>(),      entry<FocalPoint>(),  entry<FocalPointArray>(),
+      entry<RenderingReport>(), entry<TrackedHand>(), entry<TrackedHands>()};
   EXPECT_EQ(compiled, checkedIn());
 }
 

@@ -111,5 +111,28 @@ TEST(ArrayLayout, OfTheRealSonicSurfaceIsComplete) {
   EXPECT_EQ(places.size(), 256u);
 }
 
+TEST(ArrayLayouts, SeveralArraysStandInTheirPoses) {
+  const ArrayLayout pair = arrayLayouts("usx; autd3 0.2 0 0.3 0 1.5707963267948966 0");
+  const ArrayLayout usx = arrayLayout("usx");
+  const ArrayLayout autd3 = arrayLayout("autd3");
+  ASSERT_EQ(pair.size(), 256u + 249u);
+  EXPECT_EQ(pair.name, "usx+autd3");
+  for (std::size_t n = 0; n < 256; ++n) EXPECT_EQ(pair.position[n], usx.position[n]);
+  for (std::size_t n = 0; n < 249; ++n) {
+    // A quarter turn about y takes x to -z and z to x.
+    const Eigen::Vector3d& x = autd3.position[n];
+    EXPECT_LT((pair.position[256 + n] - Eigen::Vector3d(0.2 + x.z(), x.y(), 0.3 - x.x())).norm(), 1e-12);
+    EXPECT_LT((pair.normal[256 + n] - Eigen::Vector3d::UnitX()).norm(), 1e-12);
+  }
+  EXPECT_EQ(arrayLayouts("usx").position, usx.position);
+}
+
+TEST(ArrayLayouts, RefusesWhatItCannotRead) {
+  for (const char* wrong :
+       {"", "usx 1 2 3", "usx; nothing", "usx 0 0 0 0 0 x", "usx 0 0 0 0 0 0 0", "usx 0 0 nan 0 0 0"}) {
+    EXPECT_THROW(arrayLayouts(wrong), std::invalid_argument) << wrong;
+  }
+}
+
 }  // namespace
 }  // namespace tactile_clay::ultrasound

@@ -8,6 +8,8 @@
 #include <random>
 #include <stdexcept>
 
+#include "ultrasound/phase_solver.h"
+
 namespace tactile_clay::ultrasound {
 namespace {
 
@@ -233,6 +235,7 @@ TEST(FocalPoints, WeightsPullPointsTowardsSensitiveSkin) {
 TEST(FocalPoints, IntensityIsTheRootOfThePressureAndClips) {
   FocalPointConfig config;
   config.full_scale_pressure = 4000.0;
+  config.compression_knee = 1.0;
   FocalPointRenderer renderer(config);
   const auto points =
       renderer.render({sample(0, 0, 1000.0f), sample(0.1f, 0, 4000.0f), sample(0.2f, 0, 9000.0f)});
@@ -243,7 +246,104 @@ TEST(FocalPoints, IntensityIsTheRootOfThePressureAndClips) {
   EXPECT_NEAR(intensity[0], 0.5, 1e-12);
   EXPECT_NEAR(intensity[1], 1.0, 1e-12);
   EXPECT_EQ(intensity[2], 1.0);
-  EXPECT_EQ(renderer.report().clipped_points, 1u);
+  EXPECT_EQ(renderer.report().saturated_points, 1u);
+}
+
+TEST(FocalPoints, CompressionIsSmoothAndNeverReachesAll) {
+  for (const double knee : {0.0, 0.3, 0.5, 0.9}) {
+    for (double share = 0.0; share <= knee; share += 0.1) EXPECT_EQ(compress(share, knee), share);
+    double before = 0.0;
+    for (double share = 0.01; share < 10.0; share += 0.01) {
+      const double given = compress(share, knee);
+      EXPECT_GE(given, before);
+      EXPECT_LE(given, std::min(share, 1.0) + 1e-15);
+      EXPECT_LE(given - before, 0.01 + 1e-12);  // slope at most 1
+      before = given;
+    }
+    const double h = 1e-6;
+    EXPECT_NEAR((compress(knee + h, knee) - knee) / h, 1.0, 1e-4) << "continuous slope at the knee";
+  }
+  EXPECT_EQ(compress(7.0, 1.0), 1.0);
+}
+
+TEST(FocalPoints, KeepOneGainWhereverTheyAreUpToTheLimitsOfTheArray) {
+  // The radiation pressure that a point stands for, intensity^2 R(x)^2 / M, is the same multiple of its clay
+  // pressure in the middle and at the edge, alone and with others, while the array can give it.
+  const ArrayLayout layout = arrayLayout("usx");
+  const Acoustics air;
+  FocalPointConfig config;
+  config.full_scale_pressure = 60000.0;
+  FocalPointRenderer renderer(config);
+  renderer.setArray(ArrayReach(layout, air));
+  const double gain = radiationPressure(air, focusPressure(layout, air, {0, 0, 0.2})) / 60000.0;
+  for (const Samples& samples :
+       {Samples{sample(0, 0, 3000)}, Samples{sample(0.09f, 0.05f, 3000)},
+        Samples{sample(0, 0, 2000), sample(0.09f, 0, 4000), sample(-0.09f, 0, 1000)}}) {
+    const auto points = renderer.render(samples);
+    ASSERT_EQ(points.size(), samples.size());
+    const RenderReport& report = renderer.report();
+    EXPECT_NEAR(report.gain, gain, 1e-4 * gain);
+    EXPECT_EQ(report.compressed_points, 0u);
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      const double amplitude = points[k].intensity * focusPressure(layout, air, points[k].position) /
+                               std::sqrt(static_cast<double>(points.size()));
+      EXPECT_NEAR(radiationPressure(air, amplitude), gain * points[k].pressure,
+                  1e-3 * gain * points[k].pressure);
+      EXPECT_NEAR(report.wanted[k], gain * points[k].pressure, 1e-3 * report.wanted[k]);
+      EXPECT_NEAR(report.granted[k], report.wanted[k], 1e-9);
+    }
+  }
+}
+
+TEST(FocalPoints, ThatTheArrayCannotGiveAreReported) {
+  FocalPointRenderer renderer;
+  renderer.setArray(ArrayReach(arrayLayout("usx"), Acoustics()));
+  // One of them would do with a third of the array; four ask for more than there is.
+  const auto one = renderer.render({sample(0, 0, 20000)});
+  EXPECT_EQ(renderer.report().compressed_points, 0u);
+  EXPECT_NEAR(one[0].intensity, std::sqrt(1.0 / 3.0), 1e-3);
+  const auto four = renderer.render(
+      {sample(0, 0, 20000), sample(0.05f, 0, 20000), sample(-0.05f, 0, 20000), sample(0, 0.05f, 20000)});
+  ASSERT_EQ(four.size(), 4u);
+  EXPECT_EQ(renderer.report().saturated_points, 4u);
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_LT(four[k].intensity, 1.0);
+    EXPECT_GT(four[k].intensity, 0.9);
+    EXPECT_LT(renderer.report().granted[k], 0.8 * renderer.report().wanted[k]);
+    EXPECT_GT(renderer.report().granted[k], 0.0);
+  }
+  const auto behind = renderer.render({{{0, 0, -0.2f}, {0, 0, 1}, 5000.0f, 0.02f, sample_area, 1.0f}});
+  ASSERT_EQ(behind.size(), 1u);
+  EXPECT_EQ(behind[0].intensity, 0.0);
+  EXPECT_EQ(renderer.report().saturated_points, 1u);
+  EXPECT_EQ(renderer.report().granted, std::vector<double>{0.0});
+}
+
+TEST(FocalPoints, ReportTheErrorOfTheField) {
+  FocalPointRenderer renderer;
+  Samples samples = patch(0.0f, 0.0f, 0.02f, 3000.0f, 0.3f) + patch(0.08f, 0.0f, 0.006f, 3000.0f, 1.0f);
+  const auto points = renderer.render(samples);
+  // Written out: each sample sees its closest point.
+  double error = 0.0, total = 0.0, weighted = 0.0, weighted_total = 0.0;
+  for (const auto& s : samples) {
+    const FocalPoint* closest = &points[0];
+    for (const auto& p : points) {
+      if ((p.position - s.position.cast<double>()).norm() <
+          (closest->position - s.position.cast<double>()).norm()) {
+        closest = &p;
+      }
+    }
+    const double e = closest->pressure * gaussian(s, *closest, renderer.config().sigma) - s.pressure;
+    error += e * e;
+    total += static_cast<double>(s.pressure) * s.pressure;
+    weighted += s.weight * e * e;
+    weighted_total += s.weight * static_cast<double>(s.pressure) * s.pressure;
+  }
+  EXPECT_NEAR(renderer.report().error, std::sqrt(error / total), 1e-6);
+  EXPECT_NEAR(renderer.report().weighted_error, std::sqrt(weighted / weighted_total), 1e-6);
+  EXPECT_GT(renderer.report().error, 0.01);
+  renderer.render({});
+  EXPECT_EQ(renderer.report().error, 0.0);
 }
 
 TEST(FocalPoints, OfContactsBelowTheThresholdsAreNone) {

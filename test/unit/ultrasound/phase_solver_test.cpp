@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -134,7 +135,7 @@ TEST_F(PhaseSolver, UnequalFociKeepTheirRatios) {
     EXPECT_LE(rmsError(solution, foci), 0.02);
     for (std::size_t k = 0; k < 6; ++k) {
       const double share = intensities[k] * focusPressure(layout, air, foci[k].position) / std::sqrt(6.0);
-      EXPECT_NEAR(solution.target[k], share, 1e-9 * share);
+      EXPECT_NEAR(solution.target[k], share, 1e-5 * share);  // single precision
       // These ask for 70 % of the power of six full foci, so that the array can serve them all.
       EXPECT_NEAR(heardAmplitude(layout, air, solution.drive, foci[k].position), share, 0.05 * share);
     }
@@ -198,6 +199,187 @@ TEST_F(PhaseSolver, WarmStartKeepsThePhasesNear) {
   EXPECT_LT(change, 0.8);  // 0.2 mm of way is 0.15 rad; more where a transducer is weakly bound
 }
 
+TEST_F(PhaseSolver, EightFociOn32LevelsAreWithinOnePercent) {
+  // Equal and unequal targets, phases rounded to 32 levels, on the array of the table of achievable pressures
+  // (air that takes nothing): 1.0 % of RMS error, at least 1250 Pa on each of eight equal foci.
+  air.attenuation = 0.0;
+  PhaseSolverOptions options;
+  options.phase_levels = 32;
+  std::uniform_real_distribution<double> intensity(0.3, 1.0);
+  for (const bool equal : {true, false}) {
+    double mean = 0.0;
+    double pressure = 0.0;
+    for (int trial = 0; trial < 50; ++trial) {
+      auto foci = randomFoci(8);
+      if (!equal) {
+        for (auto& f : foci) f.intensity = intensity(random);
+      }
+      const PhaseSolution solution = solvePhases(layout, air, foci, options);
+      const double error = rmsError(solution, foci);
+      EXPECT_LE(error, 0.01) << trial;
+      mean += error / 50.0;
+      for (std::size_t k = 0; k < 8; ++k) {
+        const double heard = heardAmplitude(layout, air, solution.drive, foci[k].position);
+        EXPECT_NEAR(solution.reached[k], heard, 1e-3 * heard);
+        pressure += heard / 400.0;
+      }
+    }
+    EXPECT_LE(mean, 0.005);
+    if (equal) {
+      EXPECT_GE(pressure, 1250.0);
+    }
+  }
+}
+
+TEST_F(PhaseSolver, MethodsAreAsAccurateAsTheyClaim) {
+  // Mean error of eight equal foci, 100 passes: figures measured on other libraries bound GS-PAT (2.65 % on
+  // its own foci, twice that allowed here) and damped weighted Gerchberg-Saxton; naive has no bound below 100
+  // %.
+  std::vector<double> error(4, 0.0);
+  PhaseSolverOptions options;
+  options.iterations = 100;
+  for (int trial = 0; trial < 30; ++trial) {
+    const auto foci = randomFoci(8);
+    for (int method = 0; method < 4; ++method) {
+      options.method = static_cast<PhaseMethod>(method);
+      error[static_cast<std::size_t>(method)] +=
+          rmsError(solvePhases(layout, air, foci, options), foci) / 30.0;
+    }
+  }
+  const auto of = [&error](PhaseMethod method) { return error[static_cast<std::size_t>(method)]; };
+  EXPECT_LT(of(PhaseMethod::newton), 0.0005);
+  EXPECT_LT(of(PhaseMethod::weighted_gerchberg_saxton), 0.005);
+  EXPECT_LT(of(PhaseMethod::gs_pat), 0.08);
+  EXPECT_LT(of(PhaseMethod::newton), of(PhaseMethod::weighted_gerchberg_saxton));
+  EXPECT_LT(of(PhaseMethod::weighted_gerchberg_saxton), of(PhaseMethod::gs_pat));
+  EXPECT_LT(of(PhaseMethod::gs_pat), of(PhaseMethod::naive));
+}
+
+TEST_F(PhaseSolver, PhasesAndAmplitudesLieOnTheLevels) {
+  for (const int levels : {2, 3, 16, 32, 256}) {
+    for (const bool phase_only : {true, false}) {
+      PhaseSolverOptions options;
+      options.phase_levels = levels;
+      options.amplitude_levels = levels;
+      options.phase_only = phase_only;
+      auto foci = randomFoci(5);
+      foci[2].intensity = 0.4;
+      const PhaseSolution solution = solvePhases(layout, air, foci, options);
+      for (std::size_t n = 0; n < layout.size(); ++n) {
+        const double step = solution.drive.phase[n] * levels / (2.0 * M_PI);
+        EXPECT_NEAR(step, std::round(step), 1e-4);
+        EXPECT_LT(solution.drive.phase[n], 2.0 * M_PI - 1e-3);
+        const double share = solution.drive.amplitude[n] * static_cast<double>(levels);
+        EXPECT_NEAR(share, std::round(share), 1e-3);
+      }
+      for (std::size_t k = 0; k < foci.size(); ++k) {
+        const double heard = heardAmplitude(layout, air, solution.drive, foci[k].position);
+        EXPECT_NEAR(solution.reached[k], heard, 2e-3 * heard) << levels;
+      }
+    }
+  }
+}
+
+TEST_F(PhaseSolver, RoundingLeavesLessErrorThanTheClosestLevels) {
+  double diffused = 0.0;
+  double closest = 0.0;
+  for (int trial = 0; trial < 20; ++trial) {
+    const auto foci = randomFoci(8);
+    PhaseSolution exact = solvePhases(layout, air, foci);
+    PhaseSolverOptions options;
+    options.phase_levels = 32;
+    diffused += rmsError(solvePhases(layout, air, foci, options), foci);
+    for (float& phase : exact.drive.phase) {
+      phase = static_cast<float>(std::round(phase * 16.0 / M_PI) * M_PI / 16.0);
+    }
+    closest += rmsError(exact, foci);
+  }
+  EXPECT_LT(diffused, 0.3 * closest);
+}
+
+TEST_F(PhaseSolver, PhasesChangeNoMoreThanTheLimit) {
+  for (const int levels : {0, 32}) {
+    PhaseSolverOptions options;
+    options.phase_levels = levels;
+    options.max_phase_change = 0.5;
+    auto foci = randomFoci(6);
+    Drive last = solvePhases(layout, air, foci, options).drive;
+    for (int step = 0; step < 40; ++step) {
+      for (auto& f : foci) f.position += Eigen::Vector3d(3e-4, -2e-4, 1e-4);  // 0.3 rad of way
+      const PhaseSolution now = solvePhases(layout, air, foci, options, &last);
+      for (std::size_t n = 0; n < layout.size(); ++n) {
+        ASSERT_LE(std::abs(std::remainder(now.drive.phase[n] - last.phase[n], 2.0 * M_PI)), 0.5 + 1e-3);
+      }
+      EXPECT_LE(rmsError(now, foci), 0.02) << levels << ", step " << step;
+      last = now.drive;
+    }
+    // A jump may not be followed at once, but it is in the end; without the limit it is.
+    foci = randomFoci(6);
+    bool followed = false;
+    for (int step = 0; step < 20 && !followed; ++step) {
+      const PhaseSolution now = solvePhases(layout, air, foci, options, &last);
+      double change = 0.0;
+      for (std::size_t n = 0; n < layout.size(); ++n) {
+        const double phase = std::remainder(now.drive.phase[n] - last.phase[n], 2.0 * M_PI);
+        change = std::max(change, std::abs(phase));
+      }
+      EXPECT_LE(change, 0.5 + 1e-3);
+      followed = rmsError(now, foci) < 0.01 && now.reached[0] > 0.9 * now.target[0];
+      EXPECT_FALSE(followed && step == 0);
+      last = now.drive;
+    }
+    EXPECT_TRUE(followed);
+  }
+}
+
+TEST_F(PhaseSolver, FromSilenceNoPhaseIsLimited) {
+  PhaseSolverOptions options;
+  options.max_phase_change = 0.01;
+  const auto foci = randomFoci(4);
+  const Drive silent{std::vector<float>(256, 0.0f), std::vector<float>(256, 0.0f)};
+  EXPECT_LE(rmsError(solvePhases(layout, air, foci, options, &silent), foci), 0.001);
+}
+
+TEST_F(PhaseSolver, OwnAmplitudesSpareTransducersThatAreHardlyNeeded) {
+  PhaseSolverOptions options;
+  options.phase_only = false;
+  double waste_own = 0.0;
+  double waste_common = 0.0;
+  for (int trial = 0; trial < 20; ++trial) {
+    const auto foci = randomFoci(8);
+    // Pressure at the foci for the power sent: the squares of both.
+    const auto efficiency = [&](const PhaseSolution& s) {
+      double power = 0.0;
+      double heard = 0.0;
+      for (const float a : s.drive.amplitude) power += a * a;
+      for (const double p : s.reached) heard += p * p;
+      return heard / power;
+    };
+    const PhaseSolution own = solvePhases(layout, air, foci, options);
+    EXPECT_LE(rmsError(own, foci), 0.002);
+    EXPECT_LT(*std::min_element(own.drive.amplitude.begin(), own.drive.amplitude.end()), 0.5f);
+    for (const float a : own.drive.amplitude) EXPECT_LE(a, 1.0f);
+    waste_own += 1.0 / efficiency(own);
+    waste_common += 1.0 / efficiency(solvePhases(layout, air, foci));
+  }
+  EXPECT_LT(waste_own, 0.95 * waste_common);
+}
+
+TEST(PhaseMethod, IsNamed) {
+  EXPECT_EQ(phaseMethod("naive"), PhaseMethod::naive);
+  EXPECT_EQ(phaseMethod("weighted_gerchberg_saxton"), PhaseMethod::weighted_gerchberg_saxton);
+  EXPECT_EQ(phaseMethod("gs_pat"), PhaseMethod::gs_pat);
+  EXPECT_EQ(phaseMethod("newton"), PhaseMethod::newton);
+  try {
+    phaseMethod("magic");
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "unknown phase method 'magic', expected one of: gs_pat, naive, newton, weighted_gerchberg_saxton");
+  }
+}
+
 TEST_F(PhaseSolver, IsDeterministic) {
   const auto foci = randomFoci(8);
   const PhaseSolution a = solvePhases(layout, air, foci);
@@ -214,6 +396,17 @@ TEST_F(PhaseSolver, RefusesBadInput) {
   PhaseSolverOptions options;
   options.iterations = 0;
   EXPECT_THROW(solvePhases(layout, air, {}, options), std::invalid_argument);
+  for (const auto& wrong : {std::make_pair(&PhaseSolverOptions::phase_levels, 1),
+                            std::make_pair(&PhaseSolverOptions::amplitude_levels, -1)}) {
+    PhaseSolverOptions bad;
+    bad.*wrong.first = wrong.second;
+    EXPECT_THROW(solvePhases(layout, air, {}, bad), std::invalid_argument);
+  }
+  PhaseSolverOptions backwards;
+  backwards.max_phase_change = -0.1;
+  EXPECT_THROW(solvePhases(layout, air, {}, backwards), std::invalid_argument);
+  Drive broken{std::vector<float>(256, std::numeric_limits<float>::quiet_NaN()), std::vector<float>(256)};
+  EXPECT_THROW(solvePhases(layout, air, {point(0, 0, 0.2)}, {}, &broken), std::invalid_argument);
   const Drive other{std::vector<float>(249), std::vector<float>(249)};
   EXPECT_THROW(solvePhases(layout, air, {point(0, 0, 0.2)}, {}, &other), std::invalid_argument);
 }

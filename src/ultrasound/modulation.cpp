@@ -1,0 +1,160 @@
+#include "ultrasound/modulation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "ultrasound/weighted_k_means.h"
+
+namespace tactile_clay::ultrasound {
+namespace {
+
+bool same(const std::vector<FocalPoint>& a, const std::vector<FocalPoint>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const FocalPoint& x, const FocalPoint& y) {
+    return x.position == y.position && x.intensity == y.intensity;
+  });
+}
+
+}  // namespace
+
+Modulation modulation(const std::string& name) {
+  if (name == "am") return Modulation::amplitude;
+  if (name == "lateral") return Modulation::lateral;
+  if (name == "stm") return Modulation::spatiotemporal;
+  throw std::invalid_argument("unknown modulation '" + name + "', expected one of: am, lateral, stm");
+}
+
+std::vector<PathPoint> samplePath(const std::vector<Eigen::Vector3d>& position,
+                                  const std::vector<double>& weight, const std::vector<double>& pressure,
+                                  double spacing, std::size_t at_most) {
+  if (position.size() != weight.size() || position.size() != pressure.size()) {
+    throw std::invalid_argument(
+        "path: " + std::to_string(position.size()) + " positions, " + std::to_string(weight.size()) +
+        " weights and " + std::to_string(pressure.size()) + " pressures; expected one of each a sample");
+  }
+  std::vector<PathPoint> path;
+  if (position.empty() || at_most == 0) return path;
+  const auto heaviest = std::max_element(weight.begin(), weight.end()) - weight.begin();
+  for (const Eigen::Vector3d& place :
+       addSeeds(position, weight, {position[static_cast<std::size_t>(heaviest)]}, at_most, spacing)) {
+    double total = 0.0;
+    double mean = 0.0;
+    for (std::size_t i = 0; i < position.size(); ++i) {
+      const double g = std::exp(-2.0 * (position[i] - place).squaredNorm() / (spacing * spacing));
+      total += g;
+      mean += g * pressure[i];
+    }
+    path.push_back({place, mean / total});
+  }
+  return path;
+}
+
+std::vector<std::size_t> tour(const std::vector<Eigen::Vector3d>& points) {
+  const std::size_t n = points.size();
+  std::vector<std::size_t> order(n);
+  for (std::size_t i = 0; i < n; ++i) order[i] = i;
+  const auto way = [&](std::size_t a, std::size_t b) {
+    return (points[order[a % n]] - points[order[b % n]]).norm();
+  };
+  for (std::size_t i = 0; i + 1 < n; ++i) {
+    std::size_t closest = i + 1;
+    for (std::size_t j = i + 2; j < n; ++j) {
+      if (way(i, j) < way(i, closest)) closest = j;
+    }
+    std::swap(order[i + 1], order[closest]);
+  }
+  constexpr double rounding = 1e-12;  // m: equal ways must not be exchanged for ever
+  for (bool shorter = true; shorter;) {
+    shorter = false;
+    for (std::size_t i = 0; i + 2 < n; ++i) {
+      for (std::size_t j = i + 2; j < n; ++j) {
+        // Ways i -> i+1 and j -> j+1 become i -> j and i+1 -> j+1.
+        if (way(i, j) + way(i + 1, j + 1) >= way(i, i + 1) + way(j, j + 1) - rounding) continue;
+        std::reverse(order.begin() + static_cast<std::ptrdiff_t>(i) + 1,
+                     order.begin() + static_cast<std::ptrdiff_t>(j) + 1);
+        shorter = true;
+      }
+    }
+    for (std::size_t i = 1; i < n; ++i) {
+      const double gain = way(i - 1, i) + way(i, i + 1) - way(i - 1, i + 1);
+      for (std::size_t j = 0; j < n; ++j) {
+        if (j + 1 == i || j == i) continue;
+        // Point i goes between j and j+1.
+        if (way(j, i) + way(i, j + 1) - way(j, j + 1) >= gain - rounding) continue;
+        const auto at = [&order](std::size_t k) { return order.begin() + static_cast<std::ptrdiff_t>(k); };
+        if (j < i) {
+          std::rotate(at(j + 1), at(i), at(i + 1));
+        } else {
+          std::rotate(at(i), at(i + 1), at(j + 1));
+        }
+        shorter = true;
+        break;
+      }
+    }
+  }
+  return order;
+}
+
+double tourLength(const std::vector<FocalPoint>& points) {
+  double length = 0.0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    length += (points[k].position - points[(k + 1) % points.size()].position).norm();
+  }
+  return length;
+}
+
+Eigen::Vector3d lateralOffset(double t, double stroke) {
+  const double phase = t - std::floor(t);
+  return {stroke * (2.0 * std::abs(phase - 0.5) - 0.5), 0.0, 0.0};
+}
+
+double envelope(Modulation modulation, double t) {
+  return modulation == Modulation::amplitude ? std::abs(std::sin(M_PI * t)) : 1.0;
+}
+
+std::vector<Instant> period(const std::vector<FocalPoint>& points, Modulation modulation, double stroke) {
+  std::vector<Instant> instants;
+  if (points.empty()) return instants;
+  if (modulation == Modulation::spatiotemporal) {
+    for (const FocalPoint& point : points) instants.push_back({{point}, 1.0});
+    return instants;
+  }
+  for (std::size_t step = 0; step < period_steps; ++step) {
+    const double t = static_cast<double>(step) / static_cast<double>(period_steps);
+    instants.push_back({points, envelope(modulation, t)});
+    if (modulation != Modulation::lateral) continue;
+    for (FocalPoint& point : instants.back().points) point.position += lateralOffset(t, stroke);
+  }
+  return instants;
+}
+
+double spatiotemporalFrequency(const std::vector<FocalPoint>& points, double speed) {
+  return std::clamp(speed / std::max(tourLength(points), 1e-6), 10.0, 200.0);
+}
+
+std::vector<float> tactilePressure(const ArrayLayout& layout, const Acoustics& acoustics,
+                                   const std::vector<Instant>& instants, const PhaseSolverOptions& options,
+                                   const std::vector<Eigen::Vector3f>& at) {
+  std::vector<double> sum(at.size(), 0.0);  // of squared amplitudes
+  for (std::size_t first = 0; first < instants.size();) {
+    double power = 0.0;
+    std::size_t next = first;
+    for (; next < instants.size() && same(instants[next].points, instants[first].points); ++next) {
+      power += instants[next].amplitude * instants[next].amplitude;
+    }
+    const Drive drive = solvePhases(layout, acoustics, instants[first].points, options).drive;
+    const auto field = pressuresAt(layout, acoustics, drive, at);
+    for (std::size_t i = 0; i < at.size(); ++i) sum[i] += power * std::norm(field[i]);
+    first = next;
+  }
+  std::vector<float> average;
+  average.reserve(at.size());
+  for (const double s : sum) {
+    const double amplitude = instants.empty() ? 0.0 : std::sqrt(s / static_cast<double>(instants.size()));
+    average.push_back(static_cast<float>(radiationPressure(acoustics, amplitude)));
+  }
+  return average;
+}
+
+}  // namespace tactile_clay::ultrasound

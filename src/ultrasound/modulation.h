@@ -1,0 +1,82 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "ultrasound/acoustics.h"
+#include "ultrasound/array_layout.h"
+#include "ultrasound/focal_point.h"
+#include "ultrasound/phase_solver.h"
+
+namespace tactile_clay::ultrasound {
+
+/// How focal points are made felt: skin does not feel 40 kHz. Numbers as in FocalPointArray.
+enum class Modulation : std::uint8_t {
+  amplitude = 0,      // all points swell and fade, 200 Hz
+  lateral = 1,        // all points are moved to and fro by some mm, 5-15 Hz: felt as static pressure
+  spatiotemporal = 2  // one point at a time runs round all of them: covers areas
+};
+
+/// `am`, `lateral` or `stm`. \throws std::invalid_argument listing them
+Modulation modulation(const std::string& name);
+
+/// Modulations are made of three functions: `samplePath` says where points are (STM; others take those of
+/// FocalPointRenderer), `tour` and `lateralOffset` in which order places are visited, `envelope` how strong
+/// they are meanwhile. `period` puts them together.
+
+struct PathPoint {
+  Eigen::Vector3d position;  // m
+  double pressure;           // Pa
+};
+
+/// Places that cover a contact, at least `spacing` apart, the heaviest sample first and then always the one
+/// with the largest w d^2 (addSeeds). Their pressure is the Gaussian mean of the samples around them. \param
+/// position of samples, m \param weight of each, such as alpha p A \param pressure Pa \param spacing m \param
+/// at_most number of places
+std::vector<PathPoint> samplePath(const std::vector<Eigen::Vector3d>& position,
+                                  const std::vector<double>& weight, const std::vector<double>& pressure,
+                                  double spacing, std::size_t at_most);
+
+/// Order of a short closed tour through the points, from the first: nearest neighbour, then 2-opt and
+/// Or-opt until neither the exchange of two ways nor another place for one point shortens it. Deterministic.
+std::vector<std::size_t> tour(const std::vector<Eigen::Vector3d>& points);
+
+/// Length of the closed way through the points in this order, m.
+double tourLength(const std::vector<FocalPoint>& points);
+
+/// Where a laterally modulated point is at time t (periods): to and fro along x at constant speed, from
+/// -stroke/2 to stroke/2.
+Eigen::Vector3d lateralOffset(double t, double stroke);
+
+/// Share 0-1 of its amplitude that a point has at time t (periods). AM: radiation pressure, its square, is
+/// (1 - cos 2 pi t) / 2. Others: 1.
+double envelope(Modulation modulation, double t);
+
+/// A part of a period: the points that are there at once, and the share of their amplitude.
+struct Instant {
+  std::vector<FocalPoint> points;
+  double amplitude = 1.0;
+};
+
+constexpr double lateral_stroke = 0.006;  // m
+constexpr std::size_t period_steps =
+    16;  // of AM and lateral modulation: 0.75 mm a step of the latter, under 1 mm
+
+/// One period in instants of the same length.
+std::vector<Instant> period(const std::vector<FocalPoint>& points, Modulation modulation,
+                            double stroke = lateral_stroke);
+
+/// Period of a tour at the speed at which surface waves run along the skin, where STM is felt most: 5-8 m/s.
+/// \return Hz, 10 to 200
+double spatiotemporalFrequency(const std::vector<FocalPoint>& points, double speed = 6.5);
+
+/// Time-averaged radiation pressure (Pa) of the true field over a period, at each of `at`: what is left for
+/// the skin to feel when the 40 kHz are demodulated. Each instant is solved as the array would (solvePhases).
+/// \param at m, frame of the array
+std::vector<float> tactilePressure(const ArrayLayout& layout, const Acoustics& acoustics,
+                                   const std::vector<Instant>& instants, const PhaseSolverOptions& options,
+                                   const std::vector<Eigen::Vector3f>& at);
+
+}  // namespace tactile_clay::ultrasound

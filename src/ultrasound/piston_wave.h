@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cmath>
+
+#include "ultrasound/acoustics.h"
+#include "ultrasound/lanes.h"
+
+namespace tactile_clay::ultrasound {
+
+/// What `pistonWave` needs of the air.
+struct PistonConstants {
+  float turns_per_metre, attenuation, piston_squared, radius, inverse_radius;
+
+  explicit PistonConstants(const Acoustics& air)
+      : turns_per_metre(static_cast<float>(1.0 / air.wavelength())),
+        attenuation(static_cast<float>(air.attenuation)),
+        piston_squared(static_cast<float>(std::pow(air.wavenumber() * air.transducer_radius, 2))),
+        radius(static_cast<float>(air.transducer_radius)),
+        inverse_radius(static_cast<float>(1.0 / air.transducer_radius)) {}
+};
+
+/// The wave of one piston after the way (x, y, z), m, for sixteen ways at once: its amplitude D e^{-alpha r}
+/// / r and its phase k r in turns. The field of acoustic_field.h, in single precision. \param along of the
+/// way along the piston's normal, m; amplitude 0 where it is not positive
+TACTILE_CLAY_INLINE void pistonWave(const PistonConstants& air, Lanes x, Lanes y, Lanes z, Lanes along,
+                                    Lanes& amplitude, Lanes& turns) {
+  const Lanes squared = larger(x * x + y * y + z * z, Lanes{} + 1e-12f);
+  const Lanes one_over = inverseRoot(squared);
+  const Lanes r = squared * one_over;
+  const Lanes inverse = smaller(one_over, Lanes{} + air.inverse_radius);
+  const Lanes cosine = along * inverse;
+  const Lanes u = air.piston_squared * (1.0f - cosine * cosine);
+  // 2 J1(sqrt u) / sqrt u for u in [0, 16], within 1e-6: minimax polynomial (Remez).
+  const Lanes directivity =
+      0.99999957f + u * (-0.12499805f + u * (0.0052068899f + u * (-0.00010811540f +
+                                                                  u * (1.3079104e-6f + u * -8.4793804e-9f))));
+  const Lanes heard = directivity * inverse * decaying(air.attenuation * larger(r, Lanes{} + air.radius));
+  amplitude = along > 0.0f ? heard : Lanes{};
+  turns = r * air.turns_per_metre;
+}
+
+}  // namespace tactile_clay::ultrasound

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "ultrasound/acoustics.h"
+#include "ultrasound/array_layout.h"
+#include "ultrasound/lanes.h"
+
+namespace tactile_clay::ultrasound {
+
+/// The transducers of a layout as structure of arrays. Lanes past the last one have no normal, so that
+/// nothing is heard of them.
+struct TransducerLanes {
+  LaneArray<Lanes> x, y, z, nx, ny, nz;
+
+  explicit TransducerLanes(const ArrayLayout& layout);
+};
+
+/// G of p = G q: a row a focus, its transducers in lanes (propagator scaled as its user likes).
+struct Propagator {
+  std::size_t foci = 0;
+  std::size_t width = 0;      // lanes a row
+  LaneArray<ComplexLanes> g;  // row by row
+
+  Propagator(std::size_t room, std::size_t row_width) : width(row_width), g(room * row_width) {}
+  const ComplexLanes* row(std::size_t m) const { return &g[m * width]; }
+  ComplexLanes* row(std::size_t m) { return &g[m * width]; }
+
+  /// Adds a row: the pressure (Pa) of each transducer at `point` at full drive. Kept only if anything is
+  /// heard. \return sum of the amplitudes of the row
+  float addFocus(const TransducerLanes& transducers, const Acoustics& acoustics,
+                 const Eigen::Vector3d& point);
+  void scaleRow(std::size_t m, float factor);
+};
+
+/// Complex amplitudes at the foci, structure of arrays.
+struct FocusField {
+  Eigen::ArrayXf re, im;
+
+  explicit FocusField(std::size_t foci)
+      : re(Eigen::ArrayXf::Ones(static_cast<Eigen::Index>(foci))),
+        im(Eigen::ArrayXf::Zero(static_cast<Eigen::Index>(foci))) {}
+  Eigen::ArrayXf abs() const { return (re.square() + im.square()).sqrt(); }
+};
+
+using DriveLanes = LaneArray<ComplexLanes>;  // of Propagator::width
+
+/// p = G q.
+void propagate(const Propagator& g, const DriveLanes& q, FocusField& p);
+
+/// q = conj(G)^T p: all transducers in phase at each focus, as strong as its p.
+void backpropagate(const Propagator& g, const FocusField& p, DriveLanes& q);
+
+/// R = G G^H, foci x foci.
+Eigen::MatrixXcf gram(const Propagator& g);
+
+/// Rows of the change of each |p_m| with the phase of each transducer, d|p_m| / d phi_n, where `free` is 1
+/// and 0 where it is 0. \param j of foci x width \param free of width
+void phaseJacobian(const Propagator& g, const DriveLanes& q, const FocusField& p,
+                   const LaneArray<Lanes>& free, LaneArray<Lanes>& j);
+
+/// J J^T. \param j rows of `width` lanes
+Eigen::MatrixXd rowProducts(const LaneArray<Lanes>& j, std::size_t width);
+
+}  // namespace tactile_clay::ultrasound

@@ -1,0 +1,36 @@
+// Compiled twice, in namespaces `ultrasound` and `ultrasound_plain`: see processor_test.cpp.
+#include <random>
+
+#include "ultrasound/phase_solver.h"
+
+std::vector<float> TACTILE_CLAY_RESULTS() {
+  using namespace tactile_clay::ultrasound;
+  const ArrayLayout layout = arrayLayout("autd3");
+  std::mt19937 random(31);
+  std::vector<float> results;
+  for (int trial = 0; trial < 8; ++trial) {
+    std::vector<FocalPoint> foci(static_cast<std::size_t>(3 * trial + 1));
+    const auto uniform = [&random] { return static_cast<double>(random()) / 4294967296.0; };
+    for (FocalPoint& focus : foci) {
+      focus.position = {0.2 * uniform() - 0.1, 0.2 * uniform() - 0.1, 0.1 + 0.1 * uniform()};
+      focus.intensity = uniform();
+    }
+    PhaseSolverOptions options;
+    options.method = static_cast<PhaseMethod>(trial % 4);
+    options.phase_levels = trial % 2 == 0 ? 32 : 0;
+    options.phase_only = trial < 5;
+    const PhaseSolution solution = solvePhases(layout, {}, foci, options);
+    results.insert(results.end(), solution.drive.phase.begin(), solution.drive.phase.end());
+    results.insert(results.end(), solution.drive.amplitude.begin(), solution.drive.amplitude.end());
+    std::vector<Eigen::Vector3f> points;
+    for (int i = 0; i < 100; ++i) {
+      points.push_back(
+          Eigen::Vector3d(0.3 * uniform() - 0.15, 0.3 * uniform() - 0.15, uniform()).cast<float>());
+    }
+    for (const auto& p : pressuresAt(layout, {}, solution.drive, points)) {
+      results.push_back(p.real());
+      results.push_back(p.imag());
+    }
+  }
+  return results;
+}
