@@ -64,7 +64,7 @@ void SonicSurface::open(const std::map<std::string, std::string>& options) {
     throw std::runtime_error("sonic_surface: no port, expected the device file of a serial port");
   path_ = port->second;
   firmware_ = choice(options, self, "firmware", "stock", {"stock", "tactile"}) == "stock" ? Firmware::stock
-                                                                                         : Firmware::tactile;
+                                                                                          : Firmware::tactile;
   boards_ = choice(options, self, "boards", "1", {"1", "2"}) == "2" ? 2 : 1;
   if (boards_ == 2 && firmware_ == Firmware::tactile)
     throw std::runtime_error("sonic_surface: boards is '2', expected 1 with the tactile firmware");
@@ -82,8 +82,7 @@ void SonicSurface::open(const std::map<std::string, std::string>& options) {
     } catch (const std::exception& error) {
       port_.reset();
       const bool busy = std::string(error.what()).find("in use") != std::string::npos;
-      if (!busy || Clock::now() > deadline)
-        throw std::runtime_error(std::string(self) + ": " + error.what());
+      if (!busy || Clock::now() > deadline) throw std::runtime_error(std::string(self) + ": " + error.what());
       std::this_thread::sleep_for(20ms);
     }
   }
@@ -242,7 +241,8 @@ void SonicSurface::play() {
       auto until = now + beat / 2;
       if (modulated) until = std::min(until, next_swap);
       if (other) until = std::min(until, std::max({next_upload, wire_free_, now + 500us}));
-      changed_.wait_until(lock, until, [&] { return !wanted_ || ending_ || (!other && !(playing == wanted_)); });
+      changed_.wait_until(lock, until,
+                          [&] { return !wanted_ || ending_ || (!other && !(playing == wanted_)); });
     }
   }
 }

@@ -50,8 +50,8 @@ class SonicSurface : public ArrayDevice {
   using Clock = std::chrono::steady_clock;
 
   struct Pattern {
-    std::vector<std::uint8_t> bytes;   // to upload, swap included
-    Clock::duration half_period{0};    // of the modulation by swapping; 0: none
+    std::vector<std::uint8_t> bytes;  // to upload, swap included
+    Clock::duration half_period{0};   // of the modulation by swapping; 0: none
     bool operator==(const Pattern& other) const {
       return bytes == other.bytes && half_period == other.half_period;
     }

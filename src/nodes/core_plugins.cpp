@@ -2,7 +2,9 @@
 #include <pluginlib/class_list_macros.hpp>
 
 #include "device/debug_device.h"
+#include "device/sonic_surface.h"
 #include "hand/leap_recording.h"
 
 PLUGINLIB_EXPORT_CLASS(tactile_clay::hand::LeapRecording, tactile_clay::hand::HandSource)
 PLUGINLIB_EXPORT_CLASS(tactile_clay::device::DebugDevice, tactile_clay::device::ArrayDevice)
+PLUGINLIB_EXPORT_CLASS(tactile_clay::device::SonicSurface, tactile_clay::device::ArrayDevice)
