@@ -3,6 +3,7 @@
 import math
 import os
 import signal
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -61,7 +62,8 @@ class SonicSurface(unittest.TestCase):
 
     def expect_silence(self, emulator, since, limit):
         wait_until(emulator.silent_for_good, 10, 'silence of both buffers')
-        last = max([swap.when for swap in emulator.since(0) if swap.sounds], default=since)
+        swaps = emulator.since(0)
+        last = max(after.when for before, after in zip(swaps, swaps[1:]) if before.sounds)  # what sounded ends with the next swap
         print('silent %.0f ms after, expected %.0f' % (1e3 * (last - since), 1e3 * limit))
         self.assertLess(last - since, limit)
         self.assertEqual(emulator.faults(), 0)
@@ -103,7 +105,8 @@ class SonicSurface(unittest.TestCase):
         time.sleep(2.0)
         swaps = emulator.since(start)
         self.assertEqual([a.sounds != b.sounds for a, b in zip(swaps, swaps[1:])], [True] * (len(swaps) - 1))
-        rate = (len(swaps) - 1) / (swaps[-1].when - swaps[0].when) / 2
+        # The median, for a busy machine wakes the driver late now and then.
+        rate = 0.5 / statistics.median(b.when - a.when for a, b in zip(swaps, swaps[1:]))
         print('modulation: %.1f Hz, expected 200' % rate)
         self.assertAlmostEqual(rate, 200.0, delta=10.0)
 
