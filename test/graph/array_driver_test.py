@@ -17,6 +17,9 @@ class ArrayDriver(unittest.TestCase):
     def setUpClass(cls):
         rospy.init_node('array_driver_test')
         cls.states = States()
+        driver = Driver(device='debug', array_pose='0 0 -0.15 0 0 0', head_point='-0.4 0 0.45')
+        driver.__enter__()
+        cls.addClassCleanup(driver.__exit__)
         for service in ('stop', 'reset'):
             rospy.wait_for_service('array_driver/' + service, PATIENCE)
 
@@ -107,7 +110,7 @@ class Rules(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.states = ArrayDriver.states
+        cls.states = States()
 
     def sounds(self, offend, without):
         """Whether a driver goes on to emit, at full strength, after `offend` has changed its stream."""
