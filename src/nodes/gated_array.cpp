@@ -15,8 +15,11 @@ namespace {
 
 const ros::WallDuration watch_period(0.02);
 
-device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh, const GatedArray::Output& output) {
+/// \param real whether somebody may be hurt: a simulated array keeps to no level at the head unless one is
+/// given
+device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh, const GatedArray::Output& output, bool real) {
   device::SafetyGateConfig config;
+  if (!real) config.head_spl_cap = 200.0;
   config.stale_timeout = paramIn(nh, "stale_timeout", config.stale_timeout, 0.001, 10.0);
   config.intensity_cap = paramIn(nh, "intensity_cap", config.intensity_cap, 0.0, 1.0);
   const auto text = [](const Eigen::Vector3d& v) {
@@ -40,7 +43,7 @@ device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh, const GatedArray:
 GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std::string& device,
                        bool watch_in_lockstep, Output output)
     : device_(device),
-      gate_(gateConfig(private_nh, output)),
+      gate_(gateConfig(private_nh, output, watch_in_lockstep)),
       output_(std::move(output)),
       health_(nh, private_nh, "array", [this](auto& status) { diagnose(status); }) {
   lockstep_ = param(private_nh, "lockstep", false);
