@@ -149,8 +149,9 @@ void GatedArray::emit(const device::Emission& emission) {
 
 void GatedArray::close(const std::string& reason) {
   output_.silence(in_force_);
-  if (open_ || frames_ == 1)
+  if (open_ || !told_silence_)
     ROS_WARN_THROTTLE(1.0, "array '%s' is silent: %s", device_.c_str(), reason.c_str());
+  told_silence_ = true;
   open_ = emitting_ = false;
   head_spl_ = 0.0;
   silent_reason_ = reason;

@@ -65,7 +65,7 @@ class GatedArray {
   std::optional<ros::SteadyTime> hands_came_;
   ros::Time hands_stamp_;
   bool hands_tracked_ = false;
-  bool emitting_ = false, open_ = false;
+  bool emitting_ = false, open_ = false, told_silence_ = false;
   std::string silent_reason_ = "no focal points have come";
   unsigned sent_ = 0, rejected_ = 0, late_ = 0, frames_ = 0;
   double latency_ = 0.0, head_spl_ = 0.0;
