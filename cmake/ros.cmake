@@ -16,7 +16,8 @@ generate_messages(DEPENDENCIES std_msgs geometry_msgs)
 # Interfaces for plugins of other packages. In the devel space they are copied to where an install puts them, so
 # that `#include <tactile_clay/hand/hand_source.h>` is right in both.
 set(TACTILE_CLAY_PUBLIC_HEADERS
-  hand/hand_source.h hand/tracked_hand.h device/array_device.h ultrasound/focal_point.h)
+  hand/hand_source.h hand/tracked_hand.h device/array_device.h ultrasound/acoustic_field.h ultrasound/acoustics.h
+  ultrasound/array_layout.h ultrasound/focal_point.h)
 foreach(header ${TACTILE_CLAY_PUBLIC_HEADERS})
   get_filename_component(room ${header} DIRECTORY)
   configure_file(src/${header} ${CATKIN_DEVEL_PREFIX}/include/tactile_clay/${header} COPYONLY)

@@ -1,9 +1,13 @@
 #pragma once
 
+#include <cstddef>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "ultrasound/acoustic_field.h"
+#include "ultrasound/array_layout.h"
 #include "ultrasound/focal_point.h"
 
 namespace tactile_clay::device {
@@ -14,6 +18,13 @@ struct Emission {
   double modulation_frequency = 200.0;         // Hz, amplitude modulation
 };
 
+/// What an open array is and can do.
+struct Capabilities {
+  ultrasound::ArrayLayout layout;  // its transducers; none: the device does not tell
+  std::size_t max_points = 0;      // focal points at a time; 0: any number
+  double max_rate = 0.0;           // updates a second that reach the transducers; 0: any number
+};
+
 /// An ultrasound array behind its own protocol, loaded by pluginlib under this base class. The safety gate
 /// stands in front of every device, so a device may trust positions and intensities to be finite and in
 /// range.
@@ -22,11 +33,20 @@ class ArrayDevice {
   virtual ~ArrayDevice() = default;
 
   /// Opens the array.
-  /// \param options as given at launch, such as `port`
+  /// \param options as given at launch, such as `port`; those of other devices are to be passed over
   /// \throws std::runtime_error with one line: what, where, what was expected
   virtual void open(const std::map<std::string, std::string>& options) = 0;
 
-  /// Sends an emission, newest wins, without waiting for the array.
+  /// Of the open array.
+  virtual Capabilities capabilities() const { return {}; }
+
+  /// The drive that submit() would send while it is not modulated down, in the channels of the layout: from
+  /// it the safety gate computes pressures. Nothing where the array computes its drive itself; the gate then
+  /// models it.
+  virtual std::optional<ultrasound::Drive> drive(const Emission&) const { return std::nullopt; }
+
+  /// Sends an emission, newest wins, without waiting for the array. It has to be renewed: a device goes
+  /// silent by itself when nothing is submitted for some 0.2 s.
   /// \throws std::runtime_error when the array is gone
   virtual void submit(const Emission& emission) = 0;
 

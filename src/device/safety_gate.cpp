@@ -1,13 +1,28 @@
 #include "device/safety_gate.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
+#include <utility>
 
 namespace tactile_clay::device {
 namespace {
 
 constexpr double max_modulation = 1000.0;  // Hz; nothing is felt above
+constexpr double longest_rise = 0.1;       // s; however long ago the last emission was
+
+constexpr std::pair<Rule, const char*> names[] = {{Rule::emergency_stop, "emergency_stop"},
+                                                  {Rule::not_started, "not_started"},
+                                                  {Rule::stale, "stale"},
+                                                  {Rule::hand_lost, "hand_lost"},
+                                                  {Rule::modulation, "modulation"},
+                                                  {Rule::non_finite, "non_finite"},
+                                                  {Rule::workspace, "workspace"},
+                                                  {Rule::intensity, "intensity"},
+                                                  {Rule::slew, "slew"},
+                                                  {Rule::pressure, "pressure"},
+                                                  {Rule::head_level, "head_level"}};
 
 std::string text(double value) {
   char buffer[32];
@@ -19,30 +34,26 @@ std::string name(const ultrasound::FocalPoint& point) {
   return "focal point " + std::to_string(point.id);
 }
 
-/// Empty if all is well with the point.
-std::string objection(const ultrasound::FocalPoint& point, const SafetyGateConfig& config) {
-  for (int axis = 0; axis < 3; ++axis) {
-    const double x = point.position[axis];
-    const std::string coordinate = std::string(1, "xyz"[axis]) + " of " + name(point) + " is " + text(x);
-    if (!std::isfinite(x)) return "non-finite: " + coordinate + ", expected a finite number of m";
-    if (x < config.low[axis] || x > config.high[axis]) {
-      return "outside the workspace: " + coordinate + " m, expected " + text(config.low[axis]) + " to " +
-             text(config.high[axis]) + " m";
-    }
-  }
-  const std::string intensity = "intensity of " + name(point) + " is " + text(point.intensity);
-  if (!std::isfinite(point.intensity)) return "non-finite: " + intensity + ", expected a finite number";
-  if (point.intensity < 0.0 || point.intensity > config.intensity_cap) {
-    return "intensity out of range: " + intensity + ", expected 0 to " + text(config.intensity_cap);
-  }
-  return "";
-}
-
 void require(bool holds, const std::string& what) {
   if (!holds) throw std::invalid_argument("safety gate: " + what);
 }
 
 }  // namespace
+
+std::string nameOf(Rule rule) {
+  for (const auto& [known, name] : names)
+    if (known == rule) return name;
+  return "";
+}
+
+Rule ruleOf(const std::string& name) {
+  std::string list;
+  for (const auto& [rule, known] : names) {
+    if (name == known) return rule;
+    list += (list.empty() ? "" : ", ") + std::string(known);
+  }
+  throw std::invalid_argument("safety gate: unknown rule '" + name + "', expected one of " + list);
+}
 
 void SafetyGateConfig::validate() const {
   require(std::isfinite(stale_timeout) && stale_timeout > 0.0,
@@ -54,44 +65,143 @@ void SafetyGateConfig::validate() const {
   }
   require(intensity_cap >= 0.0 && intensity_cap <= 1.0,
           "intensity_cap is " + text(intensity_cap) + ", expected 0 to 1");
-  require(!head_spl_cap || std::isfinite(*head_spl_cap),
-          "head_spl_cap is " + text(head_spl_cap.value_or(0.0)) + ", expected a finite number of dB");
+  require(std::isfinite(intensity_slew) && intensity_slew > 0.0,
+          "intensity_slew is " + text(intensity_slew) + ", expected a positive number of 1/s");
+  require(std::isfinite(pressure_cap) && pressure_cap > 0.0,
+          "pressure_cap is " + text(pressure_cap) + ", expected a positive number of Pa");
+  require(std::isfinite(head_spl_cap),
+          "head_spl_cap is " + text(head_spl_cap) + ", expected a finite number of dB");
 }
 
 SafetyGate::SafetyGate(const SafetyGateConfig& config) : config_(config) {
   config_.validate();
 }
 
-Verdict SafetyGate::tick(double age_since_last) const {
-  if (stopped_) return {"emergency stop: silent until it is reset"};
-  if (!started_) return {"not started: the device is not open yet"};
-  // Written so that NaN is stale.
-  if (!(age_since_last <= config_.stale_timeout && age_since_last >= -config_.stale_timeout)) {
-    return {"stale: focal points are " + text(age_since_last) + " s old, expected at most " +
-            text(config_.stale_timeout) + " s"};
-  }
-  return {};
+void SafetyGate::stop() {
+  stopped_ = true;
+  intensities_.clear();
 }
 
-Verdict SafetyGate::check(const Emission& emission, double age, std::optional<double> head_spl) const {
-  Verdict verdict = tick(age);
-  if (!verdict.passes() || emission.points.empty()) return verdict;
-  if (!(emission.modulation_frequency >= 0.0 && emission.modulation_frequency <= max_modulation)) {
-    return {"modulation: frequency is " + text(emission.modulation_frequency) + " Hz, expected 0 to " +
-            text(max_modulation) + " Hz"};
-  }
-  for (const ultrasound::FocalPoint& point : emission.points) {
-    verdict.reason = objection(point, config_);
-    if (!verdict.passes()) return verdict;
-  }
-  if (config_.head_spl_cap) {
-    const double cap = *config_.head_spl_cap;
-    if (!head_spl) return {"head level: not known, expected at most " + text(cap) + " dB"};
-    if (!(*head_spl <= cap)) {
-      return {"head level: " + text(*head_spl) + " dB, expected at most " + text(cap) + " dB"};
+Verdict SafetyGate::tick(double age_since_last) const {
+  Verdict verdict;
+  if (applies(Rule::emergency_stop) && stopped_)
+    verdict.reason = "emergency stop: silent until it is reset";
+  else if (applies(Rule::not_started) && !started_)
+    verdict.reason = "not started: the device is not open yet";
+  // Written so that NaN is stale.
+  else if (applies(Rule::stale) &&
+           !(age_since_last <= config_.stale_timeout && age_since_last >= -config_.stale_timeout))
+    verdict.reason = "stale: focal points are " + text(age_since_last) + " s old, expected at most " +
+                     text(config_.stale_timeout) + " s";
+  return verdict;
+}
+
+std::string SafetyGate::objection(const ultrasound::FocalPoint& point) const {
+  for (int axis = 0; axis < 3; ++axis) {
+    const double x = point.position[axis];
+    const std::string coordinate = std::string(1, "xyz"[axis]) + " of " + name(point) + " is " + text(x);
+    if (applies(Rule::non_finite) && !std::isfinite(x))
+      return "non-finite: " + coordinate + ", expected a finite number of m";
+    if (applies(Rule::workspace) && (x < config_.low[axis] || x > config_.high[axis])) {
+      return "outside the workspace: " + coordinate + " m, expected " + text(config_.low[axis]) + " to " +
+             text(config_.high[axis]) + " m";
     }
   }
-  return {};
+  const std::string intensity = "intensity of " + name(point) + " is " + text(point.intensity);
+  if (applies(Rule::non_finite) && !std::isfinite(point.intensity))
+    return "non-finite: " + intensity + ", expected a finite number";
+  if (applies(Rule::intensity) && (point.intensity < 0.0 || point.intensity > config_.intensity_cap))
+    return "intensity out of range: " + intensity + ", expected 0 to " + text(config_.intensity_cap);
+  return "";
+}
+
+std::string SafetyGate::objection(const Emission& emission, const Occasion& occasion) const {
+  if (applies(Rule::hand_lost)) {
+    if (!occasion.hands_tracked) return "hand lost: no hand is tracked, expected one where focal points are";
+    if (!(occasion.hands_age <= config_.stale_timeout))
+      return "hand lost: no word of the hands for " + text(occasion.hands_age) + " s, expected one every " +
+             text(config_.stale_timeout) + " s";
+  }
+  const double frequency = emission.modulation_frequency;
+  if (applies(Rule::modulation) && !(frequency >= 0.0 && frequency <= max_modulation))
+    return "modulation: frequency is " + text(frequency) + " Hz, expected 0 to " + text(max_modulation) +
+           " Hz";
+  for (const ultrasound::FocalPoint& point : emission.points) {
+    const std::string reason = objection(point);
+    if (!reason.empty()) return reason;
+  }
+  return "";
+}
+
+void SafetyGate::limitSlew(Verdict& verdict, double since_last) const {
+  if (!applies(Rule::slew)) return;
+  const double time = since_last > 0.0 ? std::min(since_last, longest_rise) : 0.0;  // NaN: no time
+  for (ultrasound::FocalPoint& point : verdict.emission.points) {
+    const auto before = intensities_.find(point.id);
+    const double most = (before == intensities_.end() ? 0.0 : before->second) + config_.intensity_slew * time;
+    if (point.intensity <= most) continue;
+    point.intensity = most;
+    verdict.lowered = "slew: intensity rises by at most " + text(config_.intensity_slew) + " a second";
+  }
+}
+
+void SafetyGate::limitLoudness(Verdict& verdict, const Meter& meter) const {
+  // A few rounds, for a drive need not be proportional to the intensities; a margin, for it is rounded.
+  constexpr int rounds = 6;
+  constexpr double margin = 0.995;
+  for (int round = 0; round < rounds; ++round) {
+    const Loudness loudness = meter(verdict.emission);
+    verdict.head_spl = loudness.head;
+    verdict.reason.clear();
+    double factor = 1.0;
+    if (applies(Rule::pressure)) {
+      if (!loudness.focus) {
+        verdict.reason = "pressure: not known, expected at most " + text(config_.pressure_cap) + " Pa";
+        return;
+      }
+      if (!(*loudness.focus <= config_.pressure_cap)) {
+        factor = config_.pressure_cap / *loudness.focus;
+        verdict.reason = "pressure: " + text(*loudness.focus) + " Pa at a focal point, expected at most " +
+                         text(config_.pressure_cap) + " Pa";
+      }
+    }
+    if (applies(Rule::head_level)) {
+      if (!loudness.head) {
+        verdict.reason = "head level: not known, expected at most " + text(config_.head_spl_cap) + " dB";
+        return;
+      }
+      if (!(*loudness.head <= config_.head_spl_cap)) {
+        factor = std::min(factor, std::pow(10.0, (config_.head_spl_cap - *loudness.head) / 20.0));
+        verdict.reason = "head level: " + text(*loudness.head) + " dB, expected at most " +
+                         text(config_.head_spl_cap) + " dB";
+      }
+    }
+    if (verdict.passes()) return;
+    if (!(factor > 0.0)) return;  // a meter that gives NaN
+    verdict.lowered = verdict.reason;
+    for (ultrasound::FocalPoint& point : verdict.emission.points) point.intensity *= margin * factor;
+  }
+}
+
+Verdict SafetyGate::check(const Emission& emission, const Occasion& occasion, const Meter& meter) {
+  Verdict verdict = tick(occasion.age);
+  if (verdict.passes() && !emission.points.empty()) {
+    verdict.reason = objection(emission, occasion);
+    if (verdict.passes()) {
+      verdict.emission = emission;
+      limitSlew(verdict, occasion.since_last);
+      limitLoudness(verdict, meter);
+    }
+  }
+  intensities_.clear();
+  if (verdict.passes()) {
+    verdict.emission.modulation_frequency = emission.modulation_frequency;
+    for (const auto& point : verdict.emission.points) intensities_[point.id] = point.intensity;
+  } else {
+    verdict.emission = {};
+    verdict.head_spl.reset();
+  }
+  return verdict;
 }
 
 }  // namespace tactile_clay::device

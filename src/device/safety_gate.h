@@ -1,32 +1,78 @@
 #pragma once
 
+#include <cstdint>
+#include <functional>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "device/array_device.h"
 
 namespace tactile_clay::device {
 
+/// What the gate looks at.
+enum class Rule {
+  emergency_stop,
+  not_started,
+  stale,
+  hand_lost,
+  modulation,
+  non_finite,
+  workspace,
+  intensity,
+  slew,
+  pressure,
+  head_level
+};
+
+/// Name of a rule, such as "hand_lost"; the rule of a name. \throws std::invalid_argument listing the names
+std::string nameOf(Rule rule);
+Rule ruleOf(const std::string& name);
+
 struct SafetyGateConfig {
-  double stale_timeout = 0.1;  // s
-  Eigen::Vector3d low{-0.20, -0.20,
-                      0.05};  // corners of the workspace, m, frame of the array; faces belong to it
-  Eigen::Vector3d high{0.20, 0.20, 0.40};
-  double intensity_cap = 1.0;          // at most 1
-  std::optional<double> head_spl_cap;  // dB re 20 uPa rms at the head; not set: not looked at
+  double stale_timeout = 0.1;               // s, of focal points and of hands
+  Eigen::Vector3d low{-0.20, -0.20, 0.05};  // corners of the workspace, m, frame of the array
+  Eigen::Vector3d high{0.20, 0.20, 0.40};   // its faces belong to it
+  double intensity_cap = 1.0;               // at most 1
+  double intensity_slew = 20.0;             // 1/s, rise of a point's intensity
+  double pressure_cap = 2000.0;             // Pa, peak acoustic pressure at a focal point
+  double head_spl_cap = 110.0;              // dB re 20 uPa rms at the head, unmodulated
+  std::set<Rule> without;                   // rules that are left out; for tests of the others
 
   /// \throws std::invalid_argument naming the parameter, its value and its range
   void validate() const;
 };
 
-/// The gate's answer: silent where `reason` is not empty. Reasons name the rule, the value and its bound.
+/// How loud an emission is.
+struct Loudness {
+  std::optional<double> focus;  // Pa, highest peak pressure at one of its focal points, if known
+  std::optional<double> head;   // dB re 20 uPa rms at the head, if known
+};
+
+/// Computes it, from the drive that the array would be given.
+using Meter = std::function<Loudness(const Emission&)>;
+
+/// When an emission came, and what is known of the hands at that time.
+struct Occasion {
+  double age = 0.0;           // s, of the emission
+  double since_last = 0.0;    // s, since the emission before
+  bool hands_tracked = true;  // the tracker sees a hand
+  double hands_age = 0.0;     // s, since the tracker said anything
+};
+
+/// The gate's answer. Silent where `reason` is not empty; it names the rule, the value and its bound.
 struct Verdict {
   std::string reason;
+  Emission emission;               // what may be emitted: the same points, perhaps weaker
+  std::string lowered;             // why they are weaker, if so
+  std::optional<double> head_spl;  // of `emission`, dB, if known
   bool passes() const { return reason.empty(); }
 };
 
-/// Stands in front of every array device: an emission passes whole or not at all. The gate starts closed. It
-/// holds no clock: ages come in as arguments, so that a lockstep run passes 0 and repeats itself.
+/// Stands in front of every array device. A bad point silences the whole emission; one that is only too loud
+/// is made weaker. The gate starts closed. It holds no clock: times come in as arguments, so that a lockstep
+/// run passes 0 and repeats itself.
 class SafetyGate {
  public:
   /// \throws std::invalid_argument as SafetyGateConfig::validate
@@ -36,21 +82,23 @@ class SafetyGate {
   void start() { started_ = true; }
 
   /// Emergency stop: silent until reset().
-  void stop() { stopped_ = true; }
+  void stop();
 
-  /// Lifts the emergency stop.
+  /// Lifts the emergency stop. Points then start from intensity 0 again.
   void reset() { stopped_ = false; }
 
   bool stopped() const { return stopped_; }
 
-  /// May this emission reach the array? Rules, first come first named: emergency stop, not yet started, stale
-  /// (older than the timeout, or from further than that in the future), modulation frequency outside 0 to
-  /// 1000 Hz, and for every point: position finite and inside the workspace, intensity finite and 0 to the
-  /// cap; sound pressure level at the head known and up to its cap, where there is one. Without points the
-  /// last rules have nothing to object to.
-  /// \param age of the emission, s
-  /// \param head_spl that it causes, dB re 20 uPa rms, if known
-  Verdict check(const Emission& emission, double age, std::optional<double> head_spl = std::nullopt) const;
+  /// What of this emission may reach the array? Rules, first come first named:
+  /// - silent: emergency stop, not yet started, stale (older than the timeout, or from further than that in
+  ///   the future); and, where there are points: hand lost (no hand is tracked, or no word of the hands for
+  ///   longer than the timeout), modulation frequency outside 0 to 1000 Hz, a position or intensity that is
+  ///   not finite, a position outside the workspace, an intensity outside 0 to the cap
+  /// - weaker: a point's intensity rises no faster than the slew, from 0 for a new point; then all
+  /// intensities
+  ///   are lowered together until the loudest focal point and the level at the head keep to their caps.
+  ///   Silent where the meter does not know them, or where that does not come about
+  Verdict check(const Emission& emission, const Occasion& occasion, const Meter& meter);
 
   /// May what the array was last told go on? For a timer of the driver: silent by emergency stop, before the
   /// start and when no emission arrived for longer than the timeout.
@@ -58,9 +106,16 @@ class SafetyGate {
   Verdict tick(double age_since_last) const;
 
  private:
+  bool applies(Rule rule) const { return config_.without.count(rule) == 0; }
+  std::string objection(const Emission& emission, const Occasion& occasion) const;
+  std::string objection(const ultrasound::FocalPoint& point) const;
+  void limitSlew(Verdict& verdict, double since_last) const;
+  void limitLoudness(Verdict& verdict, const Meter& meter) const;
+
   SafetyGateConfig config_;
   bool started_ = false;
   bool stopped_ = false;
+  std::map<std::uint32_t, double> intensities_;  // of the points that passed last, by id
 };
 
 }  // namespace tactile_clay::device

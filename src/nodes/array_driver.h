@@ -12,8 +12,8 @@
 namespace tactile_clay::nodes {
 
 /// Owns one array, a device plugin named by `~device`, behind the safety gate. The plugin is opened with the
-/// texts of
-/// `~port` and of the map `~device_options`. The sound pressure level at the head is that of the model
+/// texts of `~port`, `~temperature` and `~device_options`, a map or one text "key=value key=value ...".
+/// Pressures are those of the drive that the device would send or, where it does not tell, of the model
 /// `~layout`.
 class ArrayDriver {
  public:
@@ -21,6 +21,8 @@ class ArrayDriver {
   ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
  private:
+  std::optional<ultrasound::Drive> driveOf(const device::Emission& emission) const;
+
   std::string name_;
   ArrayModel model_;
   Plugin<device::ArrayDevice> device_;

@@ -1,6 +1,6 @@
 #include "nodes/array_model.h"
 
-#include <stdexcept>
+#include <algorithm>
 
 #include "nodes/params.h"
 
@@ -26,12 +26,15 @@ ultrasound::Drive ArrayModel::solve(const device::Emission& emission) const {
   return ultrasound::solvePhases(layout, acoustics, emission.points, options).drive;
 }
 
-std::optional<double> ArrayModel::headSpl(const device::Emission& emission) const {
-  try {
-    return ultrasound::headSpl(layout, acoustics, solve(emission), head_point);
-  } catch (const std::invalid_argument&) {
-    return std::nullopt;
-  }
+double ArrayModel::headSpl(const ultrasound::Drive& drive) const {
+  return ultrasound::headSpl(layout, acoustics, drive, head_point);
+}
+
+double ArrayModel::focusPressure(const ultrasound::Drive& drive, const device::Emission& emission) const {
+  double highest = 0.0;
+  for (const ultrasound::FocalPoint& point : emission.points)
+    highest = std::max(highest, std::abs(ultrasound::pressureAt(layout, acoustics, drive, point.position)));
+  return highest;
 }
 
 }  // namespace tactile_clay::nodes

@@ -3,7 +3,6 @@
 #include <ros/node_handle.h>
 
 #include <Eigen/Core>
-#include <optional>
 
 #include "device/array_device.h"
 #include "ultrasound/acoustic_field.h"
@@ -21,8 +20,11 @@ struct ArrayModel {
 
   ultrasound::Drive solve(const device::Emission& emission) const;
 
-  /// dB SPL at the head; nothing for an emission that cannot be solved, such as one that is not finite.
-  std::optional<double> headSpl(const device::Emission& emission) const;
+  /// dB SPL of a drive at the head.
+  double headSpl(const ultrasound::Drive& drive) const;
+
+  /// Highest peak pressure of a drive at one of the points, Pa.
+  double focusPressure(const ultrasound::Drive& drive, const device::Emission& emission) const;
 
   ultrasound::ArrayLayout layout;
   ultrasound::Acoustics acoustics;

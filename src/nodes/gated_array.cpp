@@ -15,8 +15,11 @@ namespace {
 
 const ros::WallDuration watch_period(0.02);
 
-device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh) {
+/// \param real whether somebody may be hurt: a simulated array keeps to no level at the head unless one is
+/// given
+device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh, const GatedArray::Output& output, bool real) {
   device::SafetyGateConfig config;
+  if (!real) config.head_spl_cap = 200.0;
   config.stale_timeout = paramIn(nh, "stale_timeout", config.stale_timeout, 0.001, 10.0);
   config.intensity_cap = paramIn(nh, "intensity_cap", config.intensity_cap, 0.0, 1.0);
   const auto text = [](const Eigen::Vector3d& v) {
@@ -24,7 +27,14 @@ device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh) {
   };
   config.low = pointParam(nh, "workspace_low", text(config.low));
   config.high = pointParam(nh, "workspace_high", text(config.high));
-  if (nh.hasParam("head_spl_cap")) config.head_spl_cap = paramIn(nh, "head_spl_cap", 120.0, 0.0, 200.0);
+  config.intensity_slew = paramIn(nh, "intensity_slew", config.intensity_slew, 0.001, 1e6);
+  config.pressure_cap = paramIn(nh, "pressure_cap", config.pressure_cap, 1.0, 1e6);
+  config.head_spl_cap = paramIn(nh, "head_spl_cap", config.head_spl_cap, 0.0, 200.0);
+  if (!output.focus_pressure) config.without.insert(device::Rule::pressure);
+  for (const std::string& rule : param(nh, "gate_without", std::vector<std::string>())) {
+    config.without.insert(device::ruleOf(rule));
+    ROS_WARN("safety gate without its rule %s, as ~gate_without says", rule.c_str());
+  }
   return config;
 }
 
@@ -33,58 +43,92 @@ device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh) {
 GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std::string& device,
                        bool watch_in_lockstep, Output output)
     : device_(device),
-      gate_(gateConfig(private_nh)),
+      gate_(gateConfig(private_nh, output, watch_in_lockstep)),
       output_(std::move(output)),
       health_(nh, private_nh, "array", [this](auto& status) { diagnose(status); }) {
-  const bool lockstep = param(private_nh, "lockstep", false);
+  lockstep_ = param(private_nh, "lockstep", false);
   // Stamps of a recording are of another clock; what is too old is then told by when it arrives.
-  check_stamps_ = param(private_nh, "check_stamps", true) && !lockstep;
-  watch_ = watch_in_lockstep || !lockstep;
+  check_stamps_ = param(private_nh, "check_stamps", true) && !lockstep_;
+  watch_ = watch_in_lockstep || !lockstep_;
   static_transforms_->send(transformMessage(
       frame::world, frame::array, poseParam(private_nh, "array_pose", "0 0 -0.15 0 0 0"), ros::Time::now()));
 
-  const unsigned queue = lockstep ? 0 : 1;
+  const unsigned queue = lockstep_ ? 0 : 1;
   stop_server_ = private_nh.advertiseService("stop", &GatedArray::stop, this);
   reset_server_ = private_nh.advertiseService("reset", &GatedArray::reset, this);
   gate_.start();
   subscriber_ = nh.subscribe(topic::focal_points, queue, &GatedArray::receive, this,
                              ros::TransportHints().tcpNoDelay());
-  state_ = nh.advertise<ArrayState>(topic::array_state, lockstep ? 0 : 10);
+  hands_subscriber_ = nh.subscribe(topic::hands_tracked, queue, &GatedArray::seeHands, this,
+                                   ros::TransportHints().tcpNoDelay());
+  state_ = nh.advertise<ArrayState>(topic::array_state, lockstep_ ? 0 : 10);
   timer_ = nh.createWallTimer(watch_period, [this](const ros::WallTimerEvent&) { watch(); });
 }
 
 GatedArray::~GatedArray() {
   subscriber_.shutdown();
+  hands_subscriber_.shutdown();
   timer_.stop();
   output_.silence(in_force_);
 }
 
+void GatedArray::seeHands(const TrackedHands::ConstPtr& hands) {
+  hands_came_ = ros::SteadyTime::now();
+  hands_stamp_ = hands->header.stamp;
+  hands_tracked_ = !hands->hands.empty();
+}
+
+device::Occasion GatedArray::occasion(ros::Time stamp) {
+  device::Occasion occasion;
+  occasion.age = latency_;
+  const ros::SteadyTime now = ros::SteadyTime::now();
+  if (lockstep_) {
+    // Repeats itself: the clock is that of the stamps, and the hands count once they are no older than the
+    // points.
+    occasion.since_last = (stamp - in_force_.stamp).toSec();
+    occasion.hands_tracked = hands_tracked_ || !hands_came_ || hands_stamp_ < stamp;
+  } else {
+    occasion.since_last = (now - last_came_).toSec();
+    occasion.hands_tracked = hands_tracked_;
+    occasion.hands_age = hands_came_ ? (now - *hands_came_).toSec() : 0.0;
+  }
+  last_came_ = now;
+  return occasion;
+}
+
 void GatedArray::receive(const FocalPointArray::ConstPtr& message) {
   ++frames_;
-  in_force_ = message->header;
   device::Emission emission;
   emission.points = toCore(message->points);
   emission.modulation_frequency = message->modulation_frequency;
   latency_ = check_stamps_ ? (ros::Time::now() - message->header.stamp).toSec() : 0.0;
   latencies_.push_back(latency_);
+  const device::Occasion occasion = this->occasion(message->header.stamp);
+  in_force_ = message->header;
 
-  std::string reason;
-  const device::Verdict in_time = check_stamps_ ? gate_.check({}, latency_) : device::Verdict{};
+  device::Verdict verdict;
+  const bool in_time = gate_.tick(latency_).passes();
   if (message->header.frame_id != frame::array) {
-    reason = "focal points in frame '" + message->header.frame_id + "', expected '" + frame::array + "'";
+    verdict.reason =
+        "focal points in frame '" + message->header.frame_id + "', expected '" + frame::array + "'";
   } else if (message->modulation != 0) {
-    reason = "modulation " + std::to_string(message->modulation) + " of focal points, expected 0 (AM)";
+    verdict.reason =
+        "modulation " + std::to_string(message->modulation) + " of focal points, expected 0 (AM)";
   } else {
-    const auto head_spl = output_.head_spl(emission);
-    head_spl_ = head_spl.value_or(0.0);
-    reason = gate_.check(emission, latency_, head_spl).reason;
+    verdict = gate_.check(emission, occasion, [this](const device::Emission& candidate) {
+      device::Loudness loudness;
+      loudness.head = output_.head_spl(candidate);
+      if (output_.focus_pressure) loudness.focus = output_.focus_pressure(candidate);
+      return loudness;
+    });
   }
-  if (reason.empty()) {
-    emit(emission);
+  head_spl_ = verdict.head_spl.value_or(0.0);
+  lowered_ = verdict.lowered;
+  if (verdict.passes()) {
+    emit(verdict.emission);
   } else {
-    ++(in_time.passes() || gate_.stopped() ? rejected_ : late_);
-    head_spl_ = 0.0;
-    close(reason);
+    ++(in_time || gate_.stopped() ? rejected_ : late_);
+    close(verdict.reason);
   }
   publishState(in_force_.stamp);
 }
@@ -105,9 +149,11 @@ void GatedArray::emit(const device::Emission& emission) {
 
 void GatedArray::close(const std::string& reason) {
   output_.silence(in_force_);
-  if (open_ || frames_ == 1)
+  if (open_ || !told_silence_)
     ROS_WARN_THROTTLE(1.0, "array '%s' is silent: %s", device_.c_str(), reason.c_str());
+  told_silence_ = true;
   open_ = emitting_ = false;
+  head_spl_ = 0.0;
   silent_reason_ = reason;
 }
 
@@ -116,14 +162,12 @@ void GatedArray::watch() {
   const double age = watch_ ? (ros::SteadyTime::now() - last_passed_).toSec() : 0.0;
   const device::Verdict verdict = gate_.tick(age);
   if (verdict.passes()) return;
-  head_spl_ = 0.0;
   close(verdict.reason);
   publishState(in_force_.stamp);
 }
 
 bool GatedArray::stop(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
   gate_.stop();
-  head_spl_ = 0.0;
   close("emergency stop");
   publishState(in_force_.stamp);
   response.success = true;
@@ -164,6 +208,8 @@ void GatedArray::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
     status.summary(Level::ERROR, "emergency stop");
   else if (!open_)
     status.summary(Level::WARN, "silent: " + silent_reason_);
+  else if (emitting_ && !lowered_.empty())
+    status.summary(Level::OK, "emitting, made weaker by " + lowered_);
   else
     status.summary(Level::OK, emitting_ ? "emitting" : "silent: no focal points");
   status.add("device", device_);

@@ -3,6 +3,7 @@
 #include <ros/ros.h>
 #include <std_srvs/Trigger.h>
 #include <tactile_clay/FocalPointArray.h>
+#include <tactile_clay/TrackedHands.h>
 
 #include <functional>
 #include <optional>
@@ -15,14 +16,17 @@
 
 namespace tactile_clay::nodes {
 
-/// What the nodes of a real and of a simulated array share: `array/focal_points` in, the safety gate,
-/// `array/state` out, the services `~stop` and `~reset`, the frame `array`. The array is silent whenever the
-/// gate is closed, and in the end.
+/// What the nodes of a real and of a simulated array share: `array/focal_points` and `hands/tracked` in, the
+/// safety gate, `array/state` out, the services `~stop` and `~reset`, the frame `array`. The array is silent
+/// whenever the gate is closed, and in the end.
 class GatedArray {
  public:
   struct Output {
     /// Sound pressure level that the emission would cause at the head, dB, where it can be known.
     std::function<std::optional<double>(const device::Emission&)> head_spl;
+    /// Highest peak pressure that it would cause at one of its focal points, Pa, where it can be known. Not
+    /// set: the gate does without its rule of pressure.
+    std::function<std::optional<double>(const device::Emission&)> focus_pressure = {};
     /// Emits. \throws std::runtime_error when the array is gone
     std::function<void(const device::Emission&, const std_msgs::Header&)> emit;
     /// Goes silent. The header is that of the frame in force. Must not throw.
@@ -39,6 +43,8 @@ class GatedArray {
 
  private:
   void receive(const FocalPointArray::ConstPtr& message);
+  void seeHands(const TrackedHands::ConstPtr& hands);
+  device::Occasion occasion(ros::Time stamp);
   void emit(const device::Emission& emission);
   void watch();
   void close(const std::string& reason);
@@ -48,20 +54,25 @@ class GatedArray {
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   std::string device_;
-  bool check_stamps_, watch_;
+  bool check_stamps_, watch_, lockstep_;
   device::SafetyGate gate_;
   Output output_;
   std::shared_ptr<StaticTransforms> static_transforms_ = StaticTransforms::shared();
 
   std_msgs::Header in_force_;    // of the last frame
   ros::SteadyTime last_passed_;  // when the last frame passed the gate
-  bool emitting_ = false, open_ = false;
+  ros::SteadyTime last_came_;    // when the last frame came
+  std::optional<ros::SteadyTime> hands_came_;
+  ros::Time hands_stamp_;
+  bool hands_tracked_ = false;
+  bool emitting_ = false, open_ = false, told_silence_ = false;
   std::string silent_reason_ = "no focal points have come";
   unsigned sent_ = 0, rejected_ = 0, late_ = 0, frames_ = 0;
   double latency_ = 0.0, head_spl_ = 0.0;
+  std::string lowered_;            // why the last emission was made weaker
   std::vector<double> latencies_;  // s, since the last diagnostics
 
-  ros::Subscriber subscriber_;
+  ros::Subscriber subscriber_, hands_subscriber_;
   ros::Publisher state_;
   ros::ServiceServer stop_server_, reset_server_;
   ros::WallTimer timer_;

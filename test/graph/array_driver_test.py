@@ -1,85 +1,39 @@
 #!/usr/bin/env python3
 """The safety gate in front of a live array: see array_driver.test."""
 import math
-import threading
 import time
 import unittest
 
 import rospy
-from geometry_msgs.msg import Point
 from std_srvs.srv import Trigger
-from tactile_clay.msg import ArrayState, FocalPoint, FocalPointArray
+from tactile_clay.msg import TrackedHand
 
 import rig_run
-
-PATIENCE = 20.0  # s, for what has no time of its own
-
-
-def focus(x=0.0, y=0.0, z=0.17, intensity=0.5):
-    return FocalPoint(id=1, position=Point(x, y, z), pressure=1000.0, intensity=intensity)
-
-
-class Stream:
-    """Focal points at 60 Hz in a thread of its own, as a renderer sends them."""
-
-    def __init__(self, publisher):
-        self.publisher, self.points, self.frame, self.age = publisher, [focus()], 'array', 0.0
-        self.running, self.last_sent = True, time.monotonic()
-        self.thread = threading.Thread(target=self.run)
-        self.thread.start()
-
-    def run(self):
-        while self.running:
-            message = FocalPointArray(points=self.points, modulation_frequency=200.0)
-            message.header.frame_id = self.frame
-            message.header.stamp = rospy.Time.now() - rospy.Duration(self.age)
-            self.publisher.publish(message)
-            self.last_sent = time.monotonic()
-            time.sleep(1.0 / 60.0)
-
-    def stop(self):
-        self.running = False
-        self.thread.join()
+from array_stream import PATIENCE, Driver, States, Stream, focus
 
 
 class ArrayDriver(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node('array_driver_test')
-        cls.states, cls.came = [], threading.Condition()
-        cls.subscriber = rospy.Subscriber('array/state', ArrayState, cls.receive)
-        cls.publisher = rospy.Publisher('array/focal_points', FocalPointArray, queue_size=1, tcp_nodelay=True)
+        cls.states = States()
+        driver = Driver(device='debug', array_pose='0 0 -0.15 0 0 0', head_point='-0.4 0 0.45')
+        driver.__enter__()
+        cls.addClassCleanup(driver.__exit__)
         for service in ('stop', 'reset'):
             rospy.wait_for_service('array_driver/' + service, PATIENCE)
-        rig_run.wait_until(lambda: cls.publisher.get_num_connections() and cls.subscriber.get_num_connections(), PATIENCE,
-                           'a connected driver')
-
-    @classmethod
-    def receive(cls, state):
-        with cls.came:
-            cls.states.append((time.monotonic(), state))
-            cls.came.notify_all()
 
     def setUp(self):
-        self.stream = Stream(self.publisher)
+        self.stream = Stream()
         self.addCleanup(self.stream.stop)
         self.wait(lambda state: state.emitting)
+
+    def wait(self, condition, since=None):
+        return self.states.wait(condition, since)
 
     def call(self, name):
         answer = rospy.ServiceProxy('array_driver/' + name, Trigger)()
         self.assertTrue(answer.success, answer.message)
-
-    def wait(self, condition, since=None):
-        """The first state from now on (or from `since`) that meets the condition, with the time at which it came."""
-        since = time.monotonic() if since is None else since
-        deadline = time.monotonic() + PATIENCE
-        with self.came:
-            while True:
-                for came, state in self.states:
-                    if came >= since and condition(state):
-                        return came, state
-                if not self.came.wait(deadline - time.monotonic()):
-                    self.fail('no such state; the last one:\n%s' % (self.states[-1:] or 'none'))
 
     def expect_silence(self, reason):
         _, state = self.wait(lambda state: not state.emitting)
@@ -116,8 +70,8 @@ class ArrayDriver(unittest.TestCase):
         self.expect_silence('emergency stop')
         # Half a second of good points changes nothing.
         self.wait(lambda state: time.monotonic() > stopped + 0.5)
-        with self.came:
-            self.assertFalse([state for came, state in self.states if came > stopped + 0.05 and state.emitting])
+        with self.states.came:
+            self.assertFalse([state for came, state in self.states.states if came > stopped + 0.05 and state.emitting])
         self.call('reset')
         self.wait(lambda state: state.emitting)
 
@@ -136,6 +90,75 @@ class ArrayDriver(unittest.TestCase):
                 self.assertGreater(self.expect_silence(reason).frames_rejected, 0)
                 self.stream.points, self.stream.frame = [focus()], 'array'
                 self.wait(lambda state: state.emitting)
+
+    def test_without_a_hand_nothing_is_emitted(self):
+        self.stream.hands = []
+        self.assertGreater(self.expect_silence('hand lost: no hand').frames_rejected, 0)
+        self.stream.hands = [TrackedHand()]
+        self.wait(lambda state: state.emitting)
+        self.stream.hands = None  # as if the tracker had died
+        self.expect_silence('hand lost: no word')
+
+    def test_level_at_the_head_keeps_to_its_cap(self):
+        self.stream.points = [focus(intensity=1.0)]
+        _, state = self.wait(lambda state: state.emitting and state.head_spl > 109.0)
+        self.assertLessEqual(state.head_spl, 110.0)
+
+
+class Rules(unittest.TestCase):
+    """Each rule of the gate, left out alone: what it holds back is emitted."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.states = States()
+
+    def sounds(self, offend, without):
+        """Whether a driver goes on to emit, at full strength, after `offend` has changed its stream."""
+        loud = dict(pressure_cap=1e5, head_spl_cap=200.0)
+        with Driver(device='debug', gate_without=without, **loud):
+            stream = Stream()
+            try:
+                self.states.wait(lambda state: state.emitting)
+                offend(stream)
+                time.sleep(0.4)
+                _, state = self.states.wait(lambda _: True)
+                return state.emitting
+            finally:
+                stream.stop()
+
+    def expect(self, rule, offend):
+        self.assertFalse(self.sounds(offend, []), 'the whole gate')
+        self.assertTrue(self.sounds(offend, [rule]), 'the gate without ' + rule)
+
+    def test_stale(self):
+        self.expect('stale', lambda stream: setattr(stream, 'age', 0.5))
+
+    def test_hand_lost(self):
+        self.expect('hand_lost', lambda stream: setattr(stream, 'hands', []))
+
+    def test_workspace(self):
+        self.expect('workspace', lambda stream: setattr(stream, 'points', [focus(y=0.3)]))
+
+    def test_emergency_stop(self):
+        self.expect('emergency_stop', lambda _: rospy.ServiceProxy('array_driver/stop', Trigger)())
+
+    def test_head_level(self):
+        def level(without):
+            with Driver(device='debug', gate_without=without):
+                stream = Stream()
+                try:
+                    stream.points = [focus(intensity=1.0)]
+                    time.sleep(1.0)
+                    return self.states.wait(lambda state: state.emitting)[1].head_spl
+                finally:
+                    stream.stop()
+        self.assertLessEqual(level(['pressure']), 110.0)
+        self.assertGreater(level(['pressure', 'head_level']), 115.0)
+
+    def test_unknown_rule(self):
+        with Driver(device='debug', gate_without=['everything']) as driver:
+            self.assertEqual(driver.process.wait(20), 1)
+        self.assertIn("unknown rule 'everything'", driver.words())
 
 
 if __name__ == '__main__':

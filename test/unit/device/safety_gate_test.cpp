@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <stdexcept>
+
+#include "ultrasound/acoustic_field.h"
+#include "ultrasound/phase_solver.h"
 
 namespace tactile_clay::device {
 namespace {
@@ -24,41 +28,70 @@ Emission emission(const ultrasound::FocalPoint& p) {
   return {{p}, 200.0};
 }
 
-class StartedGate : public ::testing::Test {
- protected:
-  SafetyGate gate;
-  void SetUp() override { gate.start(); }
+Occasion now(double since_last = 1.0) {
+  Occasion occasion;
+  occasion.since_last = since_last;
+  return occasion;
+}
 
-  std::string reason(const ultrasound::FocalPoint& p) { return gate.check(emission(p), 0.0).reason; }
-};
+/// A meter whose array gives 3000 Pa and 120 dB at intensity 1, in proportion to the loudest intensity.
+Loudness loudness(const Emission& e) {
+  double strongest = 0.0;
+  for (const auto& p : e.points) strongest = std::max(strongest, p.intensity);
+  return {3000.0 * strongest, 120.0 + 20.0 * std::log10(std::max(strongest, 1e-9))};
+}
+
+/// A meter for the rules that have nothing to do with loudness.
+Loudness quiet(const Emission&) {
+  return {0.0, 0.0};
+}
 
 bool begins(const std::string& text, const std::string& start) {
   return text.compare(0, start.size(), start) == 0;
 }
 
+class StartedGate : public ::testing::Test {
+ protected:
+  SafetyGate gate;
+  void SetUp() override { gate.start(); }
+
+  std::string reason(const ultrasound::FocalPoint& p) { return gate.check(emission(p), now(), quiet).reason; }
+};
+
 TEST(SafetyGate, IsClosedUntilItIsStarted) {
   SafetyGate gate;
-  EXPECT_TRUE(begins(gate.check(emission(point(0, 0, 0.2)), 0.0).reason, "not started"));
+  EXPECT_TRUE(begins(gate.check(emission(point(0, 0, 0.2)), now(), quiet).reason, "not started"));
   EXPECT_TRUE(begins(gate.tick(0.0).reason, "not started"));
   gate.start();
-  EXPECT_TRUE(gate.check(emission(point(0, 0, 0.2)), 0.0).passes());
+  EXPECT_TRUE(gate.check(emission(point(0, 0, 0.2)), now(), quiet).passes());
   EXPECT_TRUE(gate.tick(0.0).passes());
 }
 
 TEST_F(StartedGate, PassesAGoodEmission) {
-  EXPECT_EQ(reason(point(0.1, -0.1, 0.2)), "");
-  EXPECT_TRUE(gate.check({}, 0.0).passes());
+  const Verdict verdict = gate.check(emission(point(0.1, -0.1, 0.2)), now(), quiet);
+  EXPECT_EQ(verdict.reason, "");
+  EXPECT_EQ(verdict.lowered, "");
+  ASSERT_EQ(verdict.emission.points.size(), 1u);
+  EXPECT_EQ(verdict.emission.points[0].intensity, 0.5);
+  EXPECT_EQ(verdict.emission.modulation_frequency, 200.0);
+  EXPECT_TRUE(gate.check({}, now(), quiet).passes());
 }
 
 TEST_F(StartedGate, SilencesAStaleEmission) {
-  const Emission good = emission(point(0, 0, 0.2));
-  EXPECT_TRUE(gate.check(good, 0.1).passes());
-  EXPECT_EQ(gate.check(good, 0.1001).reason, "stale: focal points are 0.1001 s old, expected at most 0.1 s");
-  EXPECT_TRUE(gate.check(good, -0.1).passes());
-  EXPECT_FALSE(gate.check(good, -0.1001).passes()) << "a stamp in the future is no fresher";
-  EXPECT_FALSE(gate.check(good, nan).passes());
-  EXPECT_FALSE(gate.check(good, inf).passes());
-  EXPECT_FALSE(gate.check({}, 0.2).passes());
+  const auto passes = [&](double age) {
+    Occasion occasion = now();
+    occasion.age = age;
+    return gate.check(emission(point(0, 0, 0.2)), occasion, quiet).reason;
+  };
+  EXPECT_EQ(passes(0.1), "");
+  EXPECT_EQ(passes(0.1001), "stale: focal points are 0.1001 s old, expected at most 0.1 s");
+  EXPECT_EQ(passes(-0.1), "");
+  EXPECT_NE(passes(-0.1001), "") << "a stamp in the future is no fresher";
+  EXPECT_NE(passes(nan), "");
+  EXPECT_NE(passes(inf), "");
+  Occasion old = now();
+  old.age = 0.2;
+  EXPECT_FALSE(gate.check({}, old, quiet).passes());
 }
 
 TEST_F(StartedGate, TimerSilencesWhenNothingArrives) {
@@ -67,6 +100,21 @@ TEST_F(StartedGate, TimerSilencesWhenNothingArrives) {
   EXPECT_FALSE(gate.tick(nan).passes());
   gate.stop();
   EXPECT_TRUE(begins(gate.tick(0.0).reason, "emergency stop"));
+}
+
+TEST_F(StartedGate, SilencesWhatNoHandCanFeel) {
+  Occasion occasion = now();
+  occasion.hands_age = 0.1;
+  EXPECT_TRUE(gate.check(emission(point(0, 0, 0.2)), occasion, quiet).passes());
+  occasion.hands_age = 0.11;
+  EXPECT_EQ(gate.check(emission(point(0, 0, 0.2)), occasion, quiet).reason,
+            "hand lost: no word of the hands for 0.11 s, expected one every 0.1 s");
+  occasion.hands_age = nan;
+  EXPECT_FALSE(gate.check(emission(point(0, 0, 0.2)), occasion, quiet).passes());
+  occasion.hands_age = 0.0;
+  occasion.hands_tracked = false;
+  EXPECT_TRUE(begins(gate.check(emission(point(0, 0, 0.2)), occasion, quiet).reason, "hand lost"));
+  EXPECT_TRUE(gate.check({}, occasion, quiet).passes()) << "silence needs no hand";
 }
 
 TEST_F(StartedGate, SilencesNonFinitePositions) {
@@ -109,59 +157,129 @@ TEST(SafetyGate, KeepsToALowerIntensityCap) {
   config.intensity_cap = 0.6;
   SafetyGate gate(config);
   gate.start();
-  EXPECT_TRUE(gate.check(emission(point(0, 0, 0.2, 0.6)), 0.0).passes());
-  EXPECT_FALSE(gate.check(emission(point(0, 0, 0.2, 0.61)), 0.0).passes());
+  EXPECT_TRUE(gate.check(emission(point(0, 0, 0.2, 0.6)), now(), quiet).passes());
+  EXPECT_FALSE(gate.check(emission(point(0, 0, 0.2, 0.61)), now(), quiet).passes());
 }
 
 TEST_F(StartedGate, SilencesTheWholeEmissionForOneUnsafePoint) {
   Emission two = emission(point(0, 0, 0.2, 0.5, 1));
   two.points.push_back(point(0, 0, 0.9, 0.5, 2));
-  EXPECT_NE(gate.check(two, 0.0).reason.find("focal point 2"), std::string::npos);
+  const Verdict verdict = gate.check(two, now(), quiet);
+  EXPECT_NE(verdict.reason.find("focal point 2"), std::string::npos);
+  EXPECT_TRUE(verdict.emission.points.empty());
 }
 
 TEST_F(StartedGate, SilencesAnImpossibleModulation) {
   Emission e = emission(point(0, 0, 0.2));
   for (const double good : {0.0, 200.0, 1000.0}) {
     e.modulation_frequency = good;
-    EXPECT_TRUE(gate.check(e, 0.0).passes()) << good;
+    EXPECT_TRUE(gate.check(e, now(), quiet).passes()) << good;
   }
   for (const double bad : {-1.0, 1000.1, nan, inf}) {
     e.modulation_frequency = bad;
-    EXPECT_TRUE(begins(gate.check(e, 0.0).reason, "modulation")) << bad;
+    EXPECT_TRUE(begins(gate.check(e, now(), quiet).reason, "modulation")) << bad;
   }
 }
 
-TEST(SafetyGate, KeepsToTheLevelAtTheHead) {
+TEST_F(StartedGate, LetsIntensityRiseNoFasterThanTheSlew) {
+  const auto passed = [&](double intensity, double since_last, std::uint32_t id = 7) {
+    const Verdict verdict = gate.check(emission(point(0, 0, 0.2, intensity, id)), now(since_last), quiet);
+    EXPECT_TRUE(verdict.passes());
+    return verdict.emission.points.at(0).intensity;
+  };
+  EXPECT_DOUBLE_EQ(passed(1.0, 0.01), 0.2) << "20 a second, from 0 for a new point";
+  EXPECT_DOUBLE_EQ(passed(1.0, 0.01), 0.4);
+  EXPECT_DOUBLE_EQ(passed(0.1, 0.01), 0.1) << "it may fall at once";
+  EXPECT_DOUBLE_EQ(passed(1.0, 0.01), 0.3);
+  EXPECT_DOUBLE_EQ(passed(1.0, 0.01, 8), 0.2) << "another point starts from 0";
+  EXPECT_DOUBLE_EQ(passed(1.0, -5.0, 8), 0.2) << "time that runs backwards gives no rise";
+  EXPECT_DOUBLE_EQ(passed(1.0, nan, 8), 0.2);
+  EXPECT_DOUBLE_EQ(passed(1.0, 5.0, 8), 1.0);
+  gate.stop();
+  gate.reset();
+  EXPECT_DOUBLE_EQ(passed(1.0, 0.01, 8), 0.2) << "after a stop it starts from 0";
+}
+
+TEST_F(StartedGate, LowersWhatIsTooLoud) {
+  // 3000 Pa and 120 dB at intensity 1; caps 2000 Pa and 110 dB, which is 0.316 of 120 dB.
+  const Verdict verdict = gate.check(emission(point(0, 0, 0.2, 1.0)), now(), loudness);
+  EXPECT_EQ(verdict.reason, "");
+  EXPECT_TRUE(begins(verdict.lowered, "head level")) << verdict.lowered;
+  EXPECT_LE(*loudness(verdict.emission).head, 110.0);
+  EXPECT_NEAR(verdict.emission.points[0].intensity, 0.316, 0.004);
+  EXPECT_DOUBLE_EQ(*verdict.head_spl, *loudness(verdict.emission).head);
+
   SafetyGateConfig config;
-  config.head_spl_cap = 110.0;
-  SafetyGate gate(config);
-  gate.start();
+  config.head_spl_cap = 200.0;
+  SafetyGate pressure_only(config);
+  pressure_only.start();
+  Emission two = emission(point(0, 0, 0.2, 1.0, 1));
+  two.points.push_back(point(0.05, 0, 0.2, 0.5, 2));
+  const Verdict capped = pressure_only.check(two, now(), loudness);
+  EXPECT_TRUE(begins(capped.lowered, "pressure: 3000 Pa")) << capped.lowered;
+  EXPECT_LE(*loudness(capped.emission).focus, 2000.0);
+  EXPECT_NEAR(capped.emission.points[0].intensity, 2.0 / 3.0, 0.01);
+  EXPECT_DOUBLE_EQ(capped.emission.points[1].intensity, 0.5 * capped.emission.points[0].intensity)
+      << "all are lowered together";
+}
+
+TEST_F(StartedGate, SilencesWhatCannotBeMeasuredOrLowered) {
   const Emission good = emission(point(0, 0, 0.2));
-  EXPECT_TRUE(gate.check(good, 0.0, 110.0).passes());
-  EXPECT_EQ(gate.check(good, 0.0, 110.5).reason, "head level: 110.5 dB, expected at most 110 dB");
-  EXPECT_FALSE(gate.check(good, 0.0, nan).passes());
-  EXPECT_EQ(gate.check(good, 0.0).reason, "head level: not known, expected at most 110 dB");
-  EXPECT_TRUE(gate.check({}, 0.0).passes()) << "silence is heard nowhere";
+  const auto reason = [&](const Loudness& loudness) {
+    return gate.check(good, now(), [&](const Emission&) { return loudness; }).reason;
+  };
+  EXPECT_EQ(reason({1.0, std::nullopt}), "head level: not known, expected at most 110 dB");
+  EXPECT_EQ(reason({std::nullopt, 1.0}), "pressure: not known, expected at most 2000 Pa");
+  EXPECT_EQ(reason({1.0, 111.0}), "head level: 111 dB, expected at most 110 dB") << "however weak";
+  EXPECT_EQ(reason({2001.0, 1.0}), "pressure: 2001 Pa at a focal point, expected at most 2000 Pa");
+  EXPECT_TRUE(begins(reason({nan, 1.0}), "pressure"));
+  EXPECT_TRUE(begins(reason({1.0, nan}), "head level"));
+  EXPECT_EQ(reason({2000.0, 110.0}), "");
+}
+
+/// The rules for loudness with the field of a real drive, measured again by another formula: 20 log10 of the
+/// rms over 20 uPa.
+TEST_F(StartedGate, KeepsARealArrayBelowItsCaps) {
+  const auto layout = ultrasound::arrayLayout("usx");
+  const ultrasound::Acoustics air;
+  const Eigen::Vector3d head(-0.4, 0, 0.6);
+  const auto meter = [&](const Emission& e) {
+    const auto drive = ultrasound::solvePhases(layout, air, e.points).drive;
+    double focus = 0.0;
+    for (const auto& p : e.points)
+      focus = std::max(focus, std::abs(ultrasound::pressureAt(layout, air, drive, p.position)));
+    return Loudness{focus, ultrasound::headSpl(layout, air, drive, head)};
+  };
+  const Emission loud = emission(point(-0.02, 0, 0.15, 1.0));
+  EXPECT_GT(*meter(loud).focus, 4000.0);
+  EXPECT_GT(*meter(loud).head, 110.0);
+  const Verdict verdict = gate.check(loud, now(), meter);
+  ASSERT_EQ(verdict.reason, "");
+  const auto drive = ultrasound::solvePhases(layout, air, verdict.emission.points).drive;
+  const double amplitude = std::abs(ultrasound::pressureAt(layout, air, drive, head));
+  EXPECT_LE(20.0 * std::log10(amplitude / std::sqrt(2.0) / 20e-6), 110.0);
+  EXPECT_GT(20.0 * std::log10(amplitude / std::sqrt(2.0) / 20e-6), 109.5);
+  EXPECT_LE(std::abs(ultrasound::pressureAt(layout, air, drive, loud.points[0].position)), 2000.0);
 }
 
 TEST_F(StartedGate, EmergencyStopHoldsUntilReset) {
   const Emission good = emission(point(0, 0, 0.2));
   gate.stop();
   EXPECT_TRUE(gate.stopped());
-  EXPECT_TRUE(begins(gate.check(good, 0.0).reason, "emergency stop"));
+  EXPECT_TRUE(begins(gate.check(good, now(), quiet).reason, "emergency stop"));
   gate.start();
-  EXPECT_FALSE(gate.check(good, 0.0).passes()) << "starting does not lift it";
-  EXPECT_FALSE(gate.check({}, 0.0).passes());
+  EXPECT_FALSE(gate.check(good, now(), quiet).passes()) << "starting does not lift it";
+  EXPECT_FALSE(gate.check({}, now(), quiet).passes());
   gate.reset();
   EXPECT_FALSE(gate.stopped());
-  EXPECT_TRUE(gate.check(good, 0.0).passes());
+  EXPECT_TRUE(gate.check(good, now(), quiet).passes());
 }
 
 TEST(SafetyGate, ResetDoesNotStartIt) {
   SafetyGate gate;
   gate.stop();
   gate.reset();
-  EXPECT_TRUE(begins(gate.check(emission(point(0, 0, 0.2)), 0.0).reason, "not started"));
+  EXPECT_TRUE(begins(gate.check(emission(point(0, 0, 0.2)), now(), quiet).reason, "not started"));
 }
 
 TEST(SafetyGate, RefusesBadSettingsByName) {
@@ -181,7 +299,100 @@ TEST(SafetyGate, RefusesBadSettingsByName) {
             std::string::npos);
   EXPECT_NE(message([](auto& c) { c.high.z() = nan; }).find("workspace in z"), std::string::npos);
   EXPECT_NE(message([](auto& c) { c.intensity_cap = 1.1; }).find("intensity_cap is 1.1"), std::string::npos);
+  EXPECT_NE(message([](auto& c) { c.intensity_slew = 0.0; }).find("intensity_slew"), std::string::npos);
+  EXPECT_NE(message([](auto& c) { c.pressure_cap = nan; }).find("pressure_cap"), std::string::npos);
   EXPECT_NE(message([](auto& c) { c.head_spl_cap = nan; }).find("head_spl_cap"), std::string::npos);
+}
+
+/// Each rule against an emission that only it objects to.
+struct Offence {
+  Rule rule;
+  std::function<Verdict(SafetyGate&)> commit;  // given a started gate
+};
+
+Verdict atOnce(SafetyGate& gate, const Emission& e, const Occasion& occasion = now()) {
+  return gate.check(e, occasion, quiet);
+}
+
+const std::vector<Offence>& offences() {
+  static const std::vector<Offence> all = {
+      {Rule::emergency_stop,
+       [](SafetyGate& gate) {
+         gate.stop();
+         return atOnce(gate, emission(point(0, 0, 0.2)));
+       }},
+      {Rule::stale,
+       [](SafetyGate& gate) {
+         Occasion occasion = now();
+         occasion.age = 0.15;
+         return atOnce(gate, emission(point(0, 0, 0.2)), occasion);
+       }},
+      {Rule::hand_lost,
+       [](SafetyGate& gate) {
+         Occasion occasion = now();
+         occasion.hands_tracked = false;
+         return atOnce(gate, emission(point(0, 0, 0.2)), occasion);
+       }},
+      {Rule::modulation,
+       [](SafetyGate& gate) {
+         Emission e = emission(point(0, 0, 0.2));
+         e.modulation_frequency = 2000.0;
+         return atOnce(gate, e);
+       }},
+      {Rule::non_finite, [](SafetyGate& gate) { return atOnce(gate, emission(point(nan, 0, 0.2))); }},
+      {Rule::workspace, [](SafetyGate& gate) { return atOnce(gate, emission(point(0, 0, 0.5))); }},
+      {Rule::intensity, [](SafetyGate& gate) { return atOnce(gate, emission(point(0, 0, 0.2, 1.2))); }},
+      {Rule::slew, [](SafetyGate& gate) { return atOnce(gate, emission(point(0, 0, 0.2, 0.9)), now(0.01)); }},
+      {Rule::pressure,
+       [](SafetyGate& gate) {
+         return gate.check(emission(point(0, 0, 0.2)), now(), [](const Emission&) {
+           return Loudness{5000.0, 0.0};
+         });
+       }},
+      {Rule::head_level,
+       [](SafetyGate& gate) {
+         return gate.check(emission(point(0, 0, 0.2)), now(), [](const Emission&) {
+           return Loudness{0.0, 130.0};
+         });
+       }},
+  };
+  return all;
+}
+
+/// Sounds, and as strong as asked for.
+bool soundsFully(const Verdict& verdict) {
+  return verdict.passes() && !verdict.emission.points.empty() && verdict.lowered.empty();
+}
+
+TEST(SafetyGate, EachRuleIsTheOnlyOneThatHoldsItsOffenceBack) {
+  for (const Offence& offence : offences()) {
+    SCOPED_TRACE(nameOf(offence.rule));
+    const auto soundsWithout = [&](const std::set<Rule>& without) {
+      SafetyGateConfig config;
+      config.without = without;
+      SafetyGate gate(config);
+      gate.start();
+      return soundsFully(offence.commit(gate));
+    };
+    EXPECT_FALSE(soundsWithout({})) << "the whole gate";
+    EXPECT_TRUE(soundsWithout({offence.rule})) << "the gate without this rule";
+    std::set<Rule> others;
+    for (const Offence& other : offences())
+      if (other.rule != offence.rule) others.insert(other.rule);
+    EXPECT_FALSE(soundsWithout(others)) << "the gate with this rule only";
+  }
+}
+
+TEST(SafetyGate, RulesHaveNames) {
+  for (const Offence& offence : offences()) EXPECT_EQ(ruleOf(nameOf(offence.rule)), offence.rule);
+  EXPECT_EQ(nameOf(Rule::head_level), "head_level");
+  try {
+    ruleOf("head");
+    FAIL();
+  } catch (const std::invalid_argument& e) {
+    EXPECT_NE(std::string(e.what()).find("unknown rule 'head', expected one of emergency_stop"),
+              std::string::npos);
+  }
 }
 
 }  // namespace

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cmath>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace tactile_clay::device {
+
+/// Options of devices are texts. These read one, or give `fallback` where it is not set or empty.
+
+/// \throws std::runtime_error naming the option, its value and what was expected
+inline std::string choice(const std::map<std::string, std::string>& options, const std::string& device,
+                          const std::string& key, const std::string& fallback,
+                          const std::vector<std::string>& allowed) {
+  const auto given = options.find(key);
+  const std::string value = given == options.end() || given->second.empty() ? fallback : given->second;
+  std::string list;
+  for (const std::string& one : allowed) {
+    if (value == one) return value;
+    list += (list.empty() ? "" : ", ") + one;
+  }
+  throw std::runtime_error(device + ": " + key + " is '" + value + "', expected one of " + list);
+}
+
+/// Numbers, separated by spaces. \throws std::runtime_error as choice
+inline std::vector<double> numbers(const std::map<std::string, std::string>& options,
+                                   const std::string& device, const std::string& key,
+                                   const std::vector<double>& fallback, double low, double high) {
+  const auto given = options.find(key);
+  if (given == options.end() || given->second.empty()) return fallback;
+  std::istringstream text(given->second);
+  std::vector<double> values;
+  double value = 0.0;
+  bool good = true;
+  while (text >> value) {
+    good = good && value >= low && value <= high;
+    values.push_back(value);
+  }
+  if (!good || !text.eof() || values.size() != fallback.size()) {
+    std::ostringstream line;
+    line << device << ": " << key << " is '" << given->second << "', expected " << fallback.size()
+         << (fallback.size() == 1 ? " number from " : " numbers from ") << low << " to " << high;
+    throw std::runtime_error(line.str());
+  }
+  return values;
+}
+
+/// One number. \throws std::runtime_error as choice
+inline double number(const std::map<std::string, std::string>& options, const std::string& device,
+                     const std::string& key, double fallback, double low, double high) {
+  return numbers(options, device, key, {fallback}, low, high).front();
+}
+
+}  // namespace tactile_clay::device

@@ -1,0 +1,108 @@
+#include "device/silence_guard.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+
+namespace tactile_clay::device {
+namespace {
+
+constexpr int longest_write = 1000;  // ms; a port that takes nothing is gone
+
+// From here to guardProcess: only what is safe after fork() in a program of several threads.
+
+void writeAll(int port, const std::uint8_t* bytes, std::size_t count) {
+  // What the driver has left in the port would delay the silence; the silence starts a frame of its own.
+  ::tcflush(port, TCOFLUSH);
+  while (count > 0) {
+    const ssize_t taken = ::write(port, bytes, count);
+    if (taken > 0) {
+      bytes += taken;
+      count -= static_cast<std::size_t>(taken);
+    } else if (taken < 0 && errno == EINTR) {
+      continue;
+    } else if (taken == 0 || errno == EAGAIN) {
+      pollfd state{port, POLLOUT, 0};
+      if (::poll(&state, 1, longest_write) <= 0 || (state.revents & (POLLHUP | POLLERR)) != 0) return;
+    } else {
+      return;
+    }
+  }
+}
+
+[[noreturn]] void guardProcess(int port, int pipe, const std::uint8_t* silence, std::size_t size,
+                               int patience, int most_descriptors) {
+  ::setsid();
+  for (const int ignored : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGQUIT}) ::signal(ignored, SIG_IGN);
+  ::prctl(PR_SET_NAME, "silence_guard");
+  for (int other = 3; other < most_descriptors; ++other)
+    if (other != port && other != pipe) ::close(other);
+  for (int standard = 0; standard < 3; ++standard)
+    if (standard != port && standard != pipe) ::close(standard);
+  bool silenced = false;
+  while (true) {
+    pollfd state{pipe, POLLIN, 0};
+    const int ready = ::poll(&state, 1, silenced ? -1 : patience);
+    if (ready < 0) continue;
+    if (ready == 0) {  // the driver hangs
+      writeAll(port, silence, size);
+      silenced = true;
+      continue;
+    }
+    std::uint8_t signs[64];
+    const ssize_t count = ::read(pipe, signs, sizeof signs);
+    if (count > 0) {
+      silenced = false;
+    } else if (count == 0) {  // the driver is dead
+      writeAll(port, silence, size);
+      ::_exit(0);
+    }
+  }
+}
+
+}  // namespace
+
+SilenceGuard::SilenceGuard(int port, const std::vector<std::uint8_t>& silence,
+                           std::chrono::milliseconds patience) {
+  int ends[2];
+  // A socket pair, for writing to it can be told not to raise SIGPIPE.
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
+    throw std::runtime_error(std::string("silence guard: no pipe: ") + std::strerror(errno));
+  rlimit limit{};
+  ::getrlimit(RLIMIT_NOFILE, &limit);
+  const int most = static_cast<int>(limit.rlim_cur < 65536 ? limit.rlim_cur : 65536);
+  process_ = ::fork();
+  if (process_ == 0)
+    guardProcess(port, ends[1], silence.data(), silence.size(), static_cast<int>(patience.count()), most);
+  const int error = errno;
+  ::close(ends[1]);
+  pipe_ = ends[0];
+  if (process_ < 0) {
+    ::close(pipe_);
+    throw std::runtime_error(std::string("silence guard: no process: ") + std::strerror(error));
+  }
+}
+
+SilenceGuard::~SilenceGuard() {
+  ::close(pipe_);
+  while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
+  }
+}
+
+bool SilenceGuard::alive() noexcept {
+  const std::uint8_t sign = 1;
+  return ::send(pipe_, &sign, 1, MSG_NOSIGNAL | MSG_DONTWAIT) == 1 || errno == EAGAIN;
+}
+
+}  // namespace tactile_clay::device

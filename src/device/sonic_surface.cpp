@@ -1,0 +1,250 @@
+#include "device/sonic_surface.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "device/options.h"
+#include "ultrasound/phase_solver.h"
+
+namespace tactile_clay::device {
+namespace {
+
+using namespace std::chrono_literals;
+using sonic_surface::Firmware;
+
+constexpr char self[] = "sonic_surface";
+constexpr auto beat = 50ms;             // between signs of life
+constexpr auto hung = 500ms;            // without one, the guard silences the boards
+constexpr auto retry = 250ms;           // between tries to open a lost port
+constexpr auto port_patience = 200ms;   // for a port that takes no bytes
+constexpr auto open_patience = 1000ms;  // for the guard of a driver that has just died
+
+ultrasound::ArrayLayout layoutOf(std::size_t boards, const Eigen::Isometry3d& second) {
+  std::string csv = "channel,column,row\n";
+  const auto order = sonic_surface::channelOrder();
+  for (std::size_t n = 0; n < order.size(); ++n)
+    csv += std::to_string(n) + "," + std::to_string(order[n].first) + "," + std::to_string(order[n].second) +
+           "\n";
+  ultrasound::ArrayLayout layout = ultrasound::arrayLayout("sonic_surface", csv);
+  for (std::size_t n = 0; boards == 2 && n < order.size(); ++n) {
+    layout.position.push_back(second * layout.position[n]);
+    layout.normal.push_back(second.linear() * layout.normal[n]);
+  }
+  return layout;
+}
+
+Eigen::Isometry3d pose(const std::vector<double>& n) {
+  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
+  result.translation() << n[0], n[1], n[2];
+  result.linear() =
+      (Eigen::AngleAxisd(n[5], Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(n[4], Eigen::Vector3d::UnitY()) *
+       Eigen::AngleAxisd(n[3], Eigen::Vector3d::UnitX()))
+          .toRotationMatrix();
+  return result;
+}
+
+}  // namespace
+
+SonicSurface::~SonicSurface() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ending_ = true;
+    changed_.notify_all();
+  }
+  if (thread_.joinable()) thread_.join();
+  guard_.reset();  // before the port, on which it writes its last silence
+}
+
+void SonicSurface::open(const std::map<std::string, std::string>& options) {
+  if (thread_.joinable()) throw std::runtime_error("sonic_surface: opened a second time");
+  const auto port = options.find("port");
+  if (port == options.end() || port->second.empty())
+    throw std::runtime_error("sonic_surface: no port, expected the device file of a serial port");
+  path_ = port->second;
+  firmware_ = choice(options, self, "firmware", "stock", {"stock", "tactile"}) == "stock" ? Firmware::stock
+                                                                                          : Firmware::tactile;
+  boards_ = choice(options, self, "boards", "1", {"1", "2"}) == "2" ? 2 : 1;
+  if (boards_ == 2 && firmware_ == Firmware::tactile)
+    throw std::runtime_error("sonic_surface: boards is '2', expected 1 with the tactile firmware");
+  guarded_ = choice(options, self, "guard", "true", {"true", "false"}) == "true";
+  hold_ = std::chrono::duration_cast<Clock::duration>(
+      std::chrono::duration<double>(number(options, self, "hold", 0.2, 0.02, 10.0)));
+  acoustics_.temperature = number(options, self, "temperature", acoustics_.temperature, -20.0, 60.0);
+  layout_ =
+      layoutOf(boards_, pose(numbers(options, self, "second_board", {0.168, 0, 0, 0, 0, 0}, -10.0, 10.0)));
+
+  const auto deadline = Clock::now() + open_patience;
+  while (!port_) {
+    try {
+      connect();
+    } catch (const std::exception& error) {
+      port_.reset();
+      const bool busy = std::string(error.what()).find("in use") != std::string::npos;
+      if (!busy || Clock::now() > deadline) throw std::runtime_error(std::string(self) + ": " + error.what());
+      std::this_thread::sleep_for(20ms);
+    }
+  }
+  fault_.clear();
+  thread_ = std::thread([this] { run(); });
+}
+
+Capabilities SonicSurface::capabilities() const {
+  // Bytes of a frame; 2 boards are selected by one byte each.
+  const std::size_t bytes = boards_ == 1 ? 258 : 517;
+  return {layout_, 0, 1.0 / sonic_surface::secondsOnWire(bytes)};
+}
+
+ultrasound::Drive SonicSurface::solve(const Emission& emission) const {
+  return ultrasound::solvePhases(layout_, acoustics_, emission.points).drive;
+}
+
+std::optional<ultrasound::Drive> SonicSurface::drive(const Emission& emission) const {
+  return sonic_surface::emitted(solve(emission), firmware_);
+}
+
+void SonicSurface::submit(const Emission& emission) {
+  std::optional<Pattern> pattern;
+  if (!emission.points.empty()) {
+    pattern.emplace();
+    pattern->bytes = sonic_surface::frame(solve(emission), firmware_);
+    if (firmware_ == Firmware::tactile)
+      pattern->bytes.insert(pattern->bytes.begin(), sonic_surface::modulation(emission.modulation_frequency));
+    else if (emission.modulation_frequency > 0.0)
+      pattern->half_period = std::chrono::duration_cast<Clock::duration>(
+          std::chrono::duration<double>(0.5 / emission.modulation_frequency));
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!fault_.empty()) throw std::runtime_error(fault_);
+  wanted_ = std::move(pattern);
+  renewed_ = Clock::now();
+  changed_.notify_all();
+}
+
+void SonicSurface::stop() noexcept {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  wanted_.reset();
+  changed_.notify_all();
+}
+
+std::string SonicSurface::fault() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return fault_;
+}
+
+void SonicSurface::connect() {
+  port_ = std::make_unique<SerialPort>(path_, sonic_surface::baud);
+  if (guarded_)
+    guard_ = std::make_unique<SilenceGuard>(port_->descriptor(), sonic_surface::silence(boards_), hung);
+  wire_free_ = Clock::now();
+  silence();  // whatever the boards played before
+}
+
+void SonicSurface::run() {
+  while (true) {
+    try {
+      play();
+      return;
+    } catch (const std::exception& error) {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      fault_ = std::string(self) + ": " + error.what() + "; silent until it is back";
+      wanted_.reset();
+    }
+    guard_.reset();
+    port_.reset();
+    while (!port_) {
+      {
+        std::unique_lock<std::mutex> lock(mutex_);
+        if (changed_.wait_for(lock, retry, [this] { return ending_; })) return;
+      }
+      try {
+        connect();
+      } catch (const std::exception&) {  // still away, as fault() says
+        guard_.reset();
+        port_.reset();
+      }
+    }
+    const std::lock_guard<std::mutex> lock(mutex_);
+    fault_.clear();
+  }
+}
+
+void SonicSurface::write(const std::vector<std::uint8_t>& bytes) {
+  port_->write(bytes, port_patience);
+  wire_free_ = std::max(wire_free_, Clock::now()) +
+               std::chrono::duration_cast<Clock::duration>(
+                   std::chrono::duration<double>(sonic_surface::secondsOnWire(bytes.size())));
+}
+
+void SonicSurface::silence() {
+  write(sonic_surface::silence(boards_));
+  sounding_ = false;
+}
+
+void SonicSurface::play() {
+  std::optional<Pattern> playing;  // none: the boards are silent
+  bool heard = false;              // it plays, and not the silent buffer behind it
+  Clock::time_point next_swap, next_upload, last_beat = Clock::now(), checked;
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (true) {
+    const auto now = Clock::now();
+    if (now - checked > beat / 2) {
+      checked = now;
+      port_->check();
+      if (guard_ && !guard_->alive()) throw std::runtime_error("the guard process is gone");
+      // The guard may have silenced boards that this thread believes to play.
+      if (now - last_beat > hung / 2) sounding_ = true, playing.reset();
+      last_beat = now;
+    }
+    if (ending_ || (wanted_ && now - renewed_ > hold_)) wanted_.reset();
+
+    if (!wanted_) {
+      if (sounding_) {
+        lock.unlock();
+        silence();
+        lock.lock();
+        playing.reset();
+      } else if (ending_) {
+        return;
+      } else {
+        changed_.wait_for(lock, beat, [this] { return wanted_ || ending_; });
+      }
+      continue;
+    }
+
+    const bool modulated = playing && playing->half_period.count() > 0;
+    const bool other = !(playing == wanted_);
+    if (other && now >= next_upload && now >= wire_free_ && !(modulated && heard) && port_->waiting() == 0) {
+      const Pattern pattern = *wanted_;
+      lock.unlock();
+      // Modulation needs silence behind the pattern: that is so after silence and between modulated patterns.
+      if (pattern.half_period.count() > 0 && !modulated && sounding_) silence();
+      sounding_ = true;
+      const auto start = std::max(Clock::now(), wire_free_);
+      write(pattern.bytes);
+      playing = pattern;
+      heard = true;
+      next_swap = wire_free_ + pattern.half_period;
+      next_upload = wire_free_;
+      while (pattern.half_period.count() > 0 && next_upload < wire_free_ + (wire_free_ - start))
+        next_upload += 2 * pattern.half_period;
+      lock.lock();
+    } else if (modulated && now >= next_swap) {
+      lock.unlock();
+      port_->write({sonic_surface::swap_byte}, port_patience);
+      lock.lock();
+      heard = !heard;
+      next_swap = std::max(next_swap, now - playing->half_period) + playing->half_period;
+    } else {
+      // An emission that is newer than the next time to act only renews, or waits for it.
+      auto until = now + beat / 2;
+      if (modulated) until = std::min(until, next_swap);
+      if (other) until = std::min(until, std::max({next_upload, wire_free_, now + 500us}));
+      changed_.wait_until(lock, until,
+                          [&] { return !wanted_ || ending_ || (!other && !(playing == wanted_)); });
+    }
+  }
+}
+
+}  // namespace tactile_clay::device

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "device/array_device.h"
+#include "device/serial_port.h"
+#include "device/silence_guard.h"
+#include "device/sonic_surface_protocol.h"
+
+namespace tactile_clay::device {
+
+/// The SonicSurface open array: one or two boards of 16 x 16 transducers on a serial port.
+///
+/// The newest emission wins: a thread of its own writes frames no faster than the wire takes them (89 a
+/// second, 44 with two boards) and never queues one behind another. Where the stock firmware is to modulate,
+/// one buffer of the boards is silent, and they are swapped every half period; a new frame is uploaded while
+/// the silent one plays, and then modulated for at least as long as the upload took.
+///
+/// Silent when told so, at the end, when no emission renews the last one for `hold`, and, by a guard process,
+/// when this process dies or hangs. Silence is two frames with all channels off. A port that goes away is
+/// opened again as soon as it is back.
+///
+/// Options:
+/// - `port` (required), such as /dev/serial/by-id/...
+/// - `firmware`: `stock` (default) or `tactile`
+/// - `boards`: 1 (default) or 2 (stock firmware)
+/// - `second_board`: pose "x y z roll pitch yaw" of the second board in the frame of the first (m, rad);
+///   default beside it, at x = 0.168
+/// - `temperature` of the air, degrees C, default 20
+/// - `hold`: s, default 0.2
+/// - `guard`: `true` (default) or `false`, for tests
+class SonicSurface : public ArrayDevice {
+ public:
+  SonicSurface() = default;
+  ~SonicSurface() override;
+
+  void open(const std::map<std::string, std::string>& options) override;
+  Capabilities capabilities() const override;
+  std::optional<ultrasound::Drive> drive(const Emission& emission) const override;
+  void submit(const Emission& emission) override;
+  void stop() noexcept override;
+  std::string fault() const override;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  struct Pattern {
+    std::vector<std::uint8_t> bytes;  // to upload, swap included
+    Clock::duration half_period{0};   // of the modulation by swapping; 0: none
+    bool operator==(const Pattern& other) const {
+      return bytes == other.bytes && half_period == other.half_period;
+    }
+  };
+
+  void connect();
+  void run();
+  void play();
+  void write(const std::vector<std::uint8_t>& bytes);
+  void silence();
+  ultrasound::Drive solve(const Emission& emission) const;
+
+  // Set by open().
+  std::string path_;
+  sonic_surface::Firmware firmware_ = sonic_surface::Firmware::stock;
+  std::size_t boards_ = 1;
+  Clock::duration hold_{0};
+  bool guarded_ = true;
+  ultrasound::ArrayLayout layout_;
+  ultrasound::Acoustics acoustics_;
+
+  // Of the thread.
+  std::unique_ptr<SerialPort> port_;
+  std::unique_ptr<SilenceGuard> guard_;
+  Clock::time_point wire_free_;  // when the last frame has left the wire
+  bool sounding_ = false;        // something else than silence may be in a buffer
+
+  mutable std::mutex mutex_;  // of what follows
+  std::condition_variable changed_;
+  std::optional<Pattern> wanted_;  // none: silence
+  Clock::time_point renewed_;
+  std::string fault_ = "not open";
+  bool ending_ = false;
+
+  std::thread thread_;
+};
+
+}  // namespace tactile_clay::device

@@ -1,0 +1,121 @@
+#include "device/ultraleap.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "device/options.h"
+
+namespace tactile_clay::device {
+namespace {
+
+namespace sdk = ::Ultraleap::Haptics;
+
+/// \throws std::runtime_error with one line where the SDK did not do it
+template <class Result>
+void require(const Result& result, const std::string& what, const std::string& expected) {
+  if (!result)
+    throw std::runtime_error("ultraleap: " + what + ": " + result.error().message() + "; expected " +
+                             expected);
+}
+
+}  // namespace
+
+Ultraleap::~Ultraleap() {
+  if (emitter_) (void)emitter_->stop();
+}
+
+void Ultraleap::open(const std::map<std::string, std::string>& options) {
+  const auto wanted = static_cast<std::size_t>(number(options, "ultraleap", "max_points", 8, 1, 64));
+  hold_ = std::chrono::duration<double>(number(options, "ultraleap", "hold", 0.2, 0.02, 10.0));
+  library_ = std::make_unique<sdk::Library>();
+  require(library_->connect(), "the haptics service cannot be reached", "a running service");
+  const auto array = library_->findDevice(sdk::DeviceFeatures::StreamingHaptics);
+  require(array, "no array", "one that streams, connected");
+  emitter_ = std::make_unique<sdk::StreamingEmitter>(*library_);
+  require(emitter_->addDevice(array.value()), "the array cannot be used", "one that no other program uses");
+  // How many points it can do is its own matter: the most that it grants, up to the wanted number.
+  std::size_t count = wanted;
+  while (count > 1 && !emitter_->setControlPointCount(count, sdk::AdjustRate::All)) --count;
+  require(emitter_->setControlPointCount(count, sdk::AdjustRate::All), "no control points", "at least 1");
+  const auto granted = emitter_->getControlPointCount();
+  require(granted, "number of control points", "a number");
+  max_points_ = std::min(count, static_cast<std::size_t>(granted.value()));
+  start_ = renewed_ = sdk::LocalTimeClock::now();
+  require(emitter_->setEmissionCallback(&Ultraleap::fill, this), "no callback", "one");
+  require(emitter_->start(), "the array does not start", "a start");
+  require(emitter_->pause(), "the array does not pause", "a pause");
+}
+
+Capabilities Ultraleap::capabilities() const {
+  Capabilities capabilities;
+  capabilities.max_points = max_points_;
+  return capabilities;
+}
+
+void Ultraleap::submit(const Emission& emission) {
+  if (!emitter_) throw std::runtime_error("ultraleap: emission before it was opened");
+  if (emission.points.size() > max_points_)
+    throw std::runtime_error("ultraleap: " + std::to_string(emission.points.size()) +
+                             " focal points, expected at most " + std::to_string(max_points_));
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    emission_ = emission;
+    renewed_ = sdk::LocalTimeClock::now();
+  }
+  if (emission.points.empty()) {
+    stop();
+  } else if (!playing_) {
+    require(emitter_->resume(), "the array does not go on", "an array");
+    playing_ = true;
+  }
+}
+
+void Ultraleap::stop() noexcept {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    emission_.points.clear();
+  }
+  playing_ = false;
+  try {
+    if (emitter_) (void)emitter_->pause();
+  } catch (...) {
+    // The callback is silent by now.
+  }
+}
+
+std::string Ultraleap::fault() const {
+  return emitter_ ? "" : "not open";
+}
+
+void Ultraleap::fill(const sdk::StreamingEmitter&, sdk::OutputInterval& interval, const sdk::LocalTimePoint&,
+                     void* self) {
+  static_cast<Ultraleap*>(self)->fill(interval);
+}
+
+void Ultraleap::fill(sdk::OutputInterval& interval) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (auto& sample : interval) {
+    const sdk::LocalTimePoint& at = sample;
+    const bool held = at - renewed_ > hold_;
+    const double time = std::chrono::duration<double>(at - start_).count();
+    const double frequency = emission_.modulation_frequency;
+    const double envelope = frequency > 0.0 ? 0.5 - 0.5 * std::cos(2.0 * M_PI * frequency * time) : 1.0;
+    for (std::size_t i = 0; i < max_points_; ++i) {
+      auto&& control_point = sample.controlPoint(i);
+      if (held || i >= emission_.points.size()) {
+        control_point.setIntensity(0.0f);
+        continue;
+      }
+      const ultrasound::FocalPoint& point = emission_.points[i];
+      const Eigen::Vector3f position = point.position.cast<float>();
+      sdk::Vector3 where;
+      where.x = position.x();
+      where.y = position.y();
+      where.z = position.z();
+      control_point.setPosition(where);
+      control_point.setIntensity(static_cast<float>(point.intensity * envelope));
+    }
+  }
+}
+
+}  // namespace tactile_clay::device

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <ultraleap/haptics/streaming.hpp>
+
+#include <chrono>
+#include <memory>
+#include <mutex>
+
+#include "device/array_device.h"
+
+namespace tactile_clay::device {
+
+/// Arrays of Ultraleap through the vendor's Haptics SDK 3, which computes the phases: the device takes focal
+/// points. Compiled only where CMake finds the SDK.
+///
+/// Amplitude modulation is the raised cosine (1 - cos(2 pi f t)) / 2 in the SDK's own sample times. The SDK
+/// asks for samples in a thread of its own; they are silent when no emission was submitted for `hold`.
+///
+/// Options: `max_points` to ask the array for (default 8; it may grant fewer), `hold` in s (default 0.2).
+class Ultraleap : public ArrayDevice {
+ public:
+  ~Ultraleap() override;
+
+  void open(const std::map<std::string, std::string>& options) override;
+  Capabilities capabilities() const override;
+  void submit(const Emission& emission) override;
+  void stop() noexcept override;
+  std::string fault() const override;
+
+ private:
+  static void fill(const ::Ultraleap::Haptics::StreamingEmitter& emitter,
+                   ::Ultraleap::Haptics::OutputInterval& interval,
+                   const ::Ultraleap::Haptics::LocalTimePoint& deadline, void* self);
+  void fill(::Ultraleap::Haptics::OutputInterval& interval);
+
+  std::unique_ptr<::Ultraleap::Haptics::Library> library_;
+  std::size_t max_points_ = 0;  // that the array granted
+  std::chrono::duration<double> hold_{0.0};
+  bool playing_ = false;
+
+  mutable std::mutex mutex_;  // of what follows
+  Emission emission_;
+  ::Ultraleap::Haptics::LocalTimePoint start_, renewed_;
+
+  std::unique_ptr<::Ultraleap::Haptics::StreamingEmitter> emitter_;  // goes first: it calls fill()
+};
+
+}  // namespace tactile_clay::device

@@ -1,0 +1,85 @@
+#!/usr/bin/env python3
+"""From kneading hands to the field of the boards: see kneading_field.test."""
+import math
+import os
+import statistics
+import sys
+import time
+import unittest
+
+import rosbag
+
+import rig_run
+from rig_run import wait_until
+
+sys.path.insert(0, os.path.join(rig_run.PACKAGE, 'test', 'emulator'))
+import acoustic_field  # noqa: E402  pylint: disable=wrong-import-position
+import sonic_surface  # noqa: E402  pylint: disable=wrong-import-position
+
+UPLOAD = 258 * 10 / 230400.0  # s, of a frame on the wire
+TOLERANCE = 0.002             # m, from a focal point to its peak
+
+
+def patterns(emulator):
+    """(time at which it was uploaded, sources) of each pattern that played."""
+    found, last = [], None
+    for swap in emulator.since(0):
+        front = swap.fronts[0]
+        if not swap.sounds or front == last:
+            continue
+        last = front
+        sources = [(x, y, 2.0 * math.pi * value / 32) for (x, y), value in zip(sonic_surface.places(), front)
+                   if value != sonic_surface.OFF]
+        found.append((swap.when - UPLOAD, sources))
+    return found
+
+
+def distance_of_peak(sources, point):
+    start = (point.position.x, point.position.y, point.position.z)
+    return math.dist(acoustic_field.peak(sources, start)[0], start)
+
+
+class KneadingField(unittest.TestCase):
+    def knead(self, every=1, **arguments):
+        """Distance (m) from each focal point to the peak of the field, in its plane, of every n-th pattern that played."""
+        with rig_run.Graph() as graph, sonic_surface.Emulator(os.path.join(graph.folder, 'port')) as emulator:
+            recording = graph.record(['/array/focal_points'])
+            clock = time.time() - time.monotonic()
+            # Where the boards may be no louder at the head than 110 dB, a dozen of their channels is all that plays.
+            rig = graph.rig(dict(rig_run.LOCKSTEP, hands='bag', file=rig_run.bag('knead'), device='sonic_surface', quality='fast',
+                                 port=emulator.link, head_spl_cap='200', **arguments))
+            self.assertEqual(rig.wait(120), 0, graph.words())
+            graph.recorded(recording)
+            with rosbag.Bag(recording[1]) as bag:
+                frames = [(t.to_sec() - clock, message.points)
+                          for _, message, t in bag.read_messages(topics=['/array/focal_points'])]
+            wait_until(emulator.silent_for_good, 5, 'silence in the end')
+        self.assertEqual(emulator.faults(), 0)
+        played = patterns(emulator)
+        self.assertGreater(len(played), 20, 'patterns')
+        distances = []
+        for when, sources in played[::every]:
+            # A frame that came in the 100 ms before, newest first; the recorder may have heard of it a little later.
+            best = None
+            for points in reversed([points for came, points in frames if when - 0.1 <= came <= when + 0.02 and points]):
+                found = [distance_of_peak(sources, point) for point in points]
+                best = min(best or found, found, key=max)
+                if max(best) < TOLERANCE:
+                    break
+            self.assertIsNotNone(best, 'a pattern that nobody asked for')
+            distances += best
+        within = sum(distance < TOLERANCE for distance in distances) / len(distances)
+        print('%d patterns, %d focal points, distance of the peak: median %.2f mm, longest %.2f mm, %.0f %% within 2 mm' %
+              (len(played[::every]), len(distances), 1e3 * statistics.median(distances), 1e3 * max(distances), 100 * within))
+        return distances
+
+    def test_peaks_lie_at_the_focal_points(self):
+        self.assertLess(max(self.knead(max_points='1')), TOLERANCE)
+
+    def test_peaks_of_eight_focal_points(self):
+        """Foci 12 to 20 mm apart, each some 14 mm wide, overlap: what they add up to has its peaks elsewhere, but not far."""
+        self.assertLess(statistics.median(self.knead(every=12)), TOLERANCE)
+
+
+if __name__ == '__main__':
+    rig_run.main('kneading_field')

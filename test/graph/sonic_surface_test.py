@@ -1,0 +1,290 @@
+#!/usr/bin/env python3
+"""The SonicSurface device on a pseudo-terminal: see sonic_surface.test."""
+import math
+import os
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import rospy
+
+import rig_run
+from array_stream import PROGRAM, Driver, States, Stream, focus
+from rig_run import wait_until
+
+sys.path.insert(0, os.path.join(rig_run.PACKAGE, 'test', 'emulator'))
+import sonic_surface  # noqa: E402  pylint: disable=wrong-import-position
+from sonic_surface import OFF, STOCK, TACTILE, Emulator
+
+FRAME = 258 * 10 / 230400.0  # s, of a frame on the wire
+LOUD = dict(pressure_cap=1e6, head_spl_cap=200.0)  # caps that nothing reaches: every channel plays
+SLACK = 0.25  # s, that a busy machine may take longer
+
+
+def phases(x, y, z, levels=32):
+    """Phase level of each channel that focuses there, not rounded: sound must set off earlier where it has farther to go."""
+    wavelength = 331.3 * math.sqrt(1 + 20.0 / 273.15) / 40000.0
+    return [-math.dist((x, y, z), (cx, cy, 0.0)) / wavelength * levels % levels for cx, cy in sonic_surface.places()]
+
+
+class SonicSurface(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('sonic_surface_test')
+        cls.folder = tempfile.mkdtemp(prefix='sonic_surface_')
+        cls.stream, cls.states = Stream(), States()
+        cls.addClassCleanup(cls.stream.stop)
+
+    def setUp(self):
+        self.stream.reset()
+
+    def rig(self, boards=1, firmware=STOCK, options='', sounding=True, **parameters):
+        """An emulator and a driver that plays on it; both end with the test."""
+        emulator = Emulator(os.path.join(self.folder, self._testMethodName), boards, firmware)
+        self.enterContext(emulator)
+        driver = self.drive(emulator, 'boards=%d firmware=%s %s' % (boards, firmware, options), **parameters)
+        if sounding:
+            wait_until(emulator.sounds, 20, 'a sound; the driver says\n' + driver.words())
+        return emulator, driver
+
+    def drive(self, emulator, options='', **parameters):
+        driver = Driver(device='sonic_surface', port=emulator.link, device_options=options, **dict(LOUD, **parameters))
+        return self.enterContext(driver)
+
+    def enterContext(self, manager):  # of unittest since Python 3.11
+        entered = manager.__enter__()
+        self.addCleanup(manager.__exit__, None, None, None)
+        return entered
+
+    def expect_silence(self, emulator, since, limit):
+        wait_until(emulator.silent_for_good, 10, 'silence of both buffers')
+        swaps = emulator.since(0)
+        last = max(after.when for before, after in zip(swaps, swaps[1:]) if before.sounds)  # what sounded ends with the next swap
+        print('silent %.0f ms after, expected %.0f' % (1e3 * (last - since), 1e3 * limit))
+        self.assertLess(last - since, limit)
+        self.assertEqual(emulator.faults(), 0)
+        # It stays so.
+        count = len(emulator.since(since))
+        time.sleep(0.3)
+        self.assertTrue(emulator.silent_for_good())
+        self.assertFalse(any(swap.sounds for swap in emulator.since(since)[count:]))
+
+    def expect_phases(self, front, board, expected, levels=32, step=1):
+        for channel, (value, level) in enumerate(zip(front[board], expected)):
+            nearest = round(level) % levels
+            tie = abs(level % 1 - 0.5) < 0.01
+            self.assertTrue(value == step * nearest or tie and value != OFF,
+                            'channel %d: %d, expected %.3f' % (channel, value, step * level))
+
+    # What is played.
+
+    def test_stock_bytes(self):
+        """A frame is FE, 256 phases of the wiring, FD; before it both buffers are silenced, and nothing else is sent but swaps."""
+        self.stream.points = [focus(0.02, -0.01, 0.16, intensity=1.0)]
+        emulator, _ = self.rig()
+        wait_until(lambda: len(emulator.since(0)) > 200, 20, '200 swaps')
+        received = bytes(emulator.received)
+        silence = b'\xfe' + bytes([32] * 256) + b'\xfd'
+        self.assertEqual(received[:516], silence + silence)
+        full = [s for s in emulator.since(0) if s.sounds and OFF not in s.fronts[0]]
+        self.expect_phases(full[-1].fronts, 0, phases(0.02, -0.01, 0.16))
+        frame = b'\xfe' + bytes(full[-1].fronts[0]) + b'\xfd'
+        self.assertIn(frame, received)
+        self.assertEqual(set(received.split(frame)[-1]) - {0xFD}, set())
+        self.assertEqual(emulator.faults(), 0)
+
+    def test_stock_modulation(self):
+        """Swaps with a silent buffer, 400 a second for 200 Hz, half of the time silent."""
+        emulator, _ = self.rig()
+        time.sleep(0.3)
+        start = time.monotonic()
+        time.sleep(2.0)
+        swaps = emulator.since(start)
+        self.assertEqual([a.sounds != b.sounds for a, b in zip(swaps, swaps[1:])], [True] * (len(swaps) - 1))
+        # The median, for a busy machine wakes the driver late now and then.
+        rate = 0.5 / statistics.median(b.when - a.when for a, b in zip(swaps, swaps[1:]))
+        print('modulation: %.1f Hz, expected 200' % rate)
+        self.assertAlmostEqual(rate, 200.0, delta=10.0)
+
+    def test_intensity_switches_off_channels(self):
+        """Half of the amplitude: half of the channels."""
+        self.stream.points = [focus(intensity=0.5)]
+        emulator, _ = self.rig()
+        time.sleep(0.5)
+        on = sum(value != OFF for value in [s for s in emulator.since(0) if s.sounds][-1].fronts[0])
+        self.assertAlmostEqual(on, 128, delta=2)
+
+    def test_two_boards(self):
+        """Each board gets the phases of its own place, and both swap at once."""
+        self.stream.points = [focus(0.1, 0.0, 0.2, intensity=1.0)]
+        emulator, _ = self.rig(boards=2)
+        time.sleep(0.5)
+        full = [s for s in emulator.since(0) if s.sounds and all(OFF not in front for front in s.fronts)]
+        self.expect_phases(full[-1].fronts, 0, phases(0.1, 0.0, 0.2))
+        self.expect_phases(full[-1].fronts, 1, phases(0.1 - 0.168, 0.0, 0.2))
+        self.assertEqual(emulator.faults(), 0)
+
+    def test_tactile_firmware(self):
+        """16 phases, modulation by the board at 1250/6 Hz, no byte that this firmware does not know."""
+        self.stream.points = [focus(0.0, 0.03, 0.18, intensity=1.0)]
+        emulator, _ = self.rig(firmware=TACTILE)
+        time.sleep(0.5)
+        self.assertAlmostEqual(emulator.boards[0].modulation(), 1250.0 / 6)
+        full = [s for s in emulator.since(0) if s.sounds and OFF not in s.fronts[0]]
+        self.expect_phases(full[-1].fronts, 0, phases(0.0, 0.03, 0.18, 16), 16, 2)
+        self.assertEqual(emulator.faults(), 0)
+
+    def newest_wins(self, most, **rig):
+        self.stream.modulation_frequency = rig.pop('frequency')
+        moving = iter(range(10**9))
+        points = [[focus(1e-3 * step, 0.0, 0.17)] for step in range(-40, 41)]
+        emulator, _ = self.rig(**rig)
+        start = time.monotonic()
+        before = len(emulator.received)
+        while time.monotonic() < start + 2.0:
+            self.stream.points = points[next(moving) % len(points)]
+            time.sleep(0.005)
+        frames = (len(emulator.received) - before) / 258 / rig.get('boards', 1) / 2.0
+        print('%.1f frames a second, at most %.1f; longest queue %.1f ms' % (frames, most, 1e3 * emulator.lag))
+        self.assertLessEqual(frames, most * 1.02)
+        self.assertGreater(frames, 10)
+        # Silence is two frames; no more than that ever stands before the wire.
+        self.assertLess(emulator.lag, 2.2 * rig.get('boards', 1) * FRAME)
+        # And the last thing asked for is what plays in the end.
+        self.stream.points = [focus(0.05, 0.05, 0.2, intensity=1.0)]
+        time.sleep(0.5)
+        full = [s for s in emulator.since(0) if s.sounds][-1]
+        board = 0
+        self.expect_phases(full.fronts, board, phases(0.05, 0.05, 0.2))
+
+    def test_newest_wins_unmodulated(self):
+        self.newest_wins(89.3, frequency=0.0)
+
+    def test_newest_wins_modulated(self):
+        self.newest_wins(89.3, frequency=200.0)
+
+    def test_newest_wins_two_boards(self):
+        self.newest_wins(44.7, frequency=200.0, boards=2)
+
+    # How it becomes silent.
+
+    def test_points_that_end(self):
+        emulator, _ = self.rig()
+        self.stream.points = []
+        self.expect_silence(emulator, time.monotonic(), 0.1 + SLACK)
+
+    def test_stream_that_ends(self):
+        """Stale after 100 ms; the gate's rule, and the device's own hold behind it."""
+        for options, without, limit in (('', [], 0.1), ('', ['stale', 'hand_lost'], 0.2), ('hold=10', [], 0.1)):
+            with self.subTest(options=options, without=without):
+                emulator, driver = self.rig(options=options, gate_without=without)
+                self.stream.stop()
+                self.expect_silence(emulator, self.stream.last_sent, limit + SLACK)
+                driver.__exit__()
+                emulator.__exit__()
+                self.renew_stream()
+
+    def renew_stream(self):
+        type(self).stream = self.stream = Stream()
+
+    def test_stream_that_ends_without_rules_sounds_on(self):
+        emulator, _ = self.rig(options='hold=10', gate_without=['stale', 'hand_lost'])
+        self.stream.stop()
+        self.addCleanup(self.renew_stream)
+        time.sleep(1.0)
+        self.assertTrue(any(swap.sounds for swap in emulator.since(time.monotonic() - 0.3)))
+
+    def test_ends(self):
+        for name in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            with self.subTest(name):
+                emulator, driver = self.rig()
+                since = time.monotonic()
+                driver.process.send_signal(name)
+                self.expect_silence(emulator, since, 0.5 + SLACK)
+                self.assertEqual(driver.process.wait(5), 0)
+                emulator.__exit__()
+
+    def test_killed(self):
+        """kill -9 of the driver and of its process group: the guard process silences the boards."""
+        for kill in (os.kill, os.killpg):
+            with self.subTest(kill.__name__):
+                self.stream.modulation_frequency = 0.0  # sounds without a pause
+                emulator, driver = self.rig()
+                since = time.monotonic()
+                kill(driver.process.pid, signal.SIGKILL)
+                self.expect_silence(emulator, since, 2 * FRAME + SLACK)
+                emulator.__exit__()
+
+    def test_killed_without_guard_sounds_on(self):
+        emulator, driver = self.rig(options='guard=false')
+        self.stream.modulation_frequency = 0.0
+        time.sleep(0.3)
+        driver.process.kill()
+        driver.process.wait()
+        time.sleep(0.5)
+        self.assertTrue(emulator.sounds(), 'closing the port alone silences nothing')
+
+    def test_hangs(self):
+        """A driver that is stopped: the guard silences the boards; when it goes on, so does the sound."""
+        self.stream.modulation_frequency = 0.0  # sounds without a pause
+        emulator, driver = self.rig()
+        since = time.monotonic()
+        driver.process.send_signal(signal.SIGSTOP)
+        self.expect_silence(emulator, since, 0.5 + 2 * FRAME + SLACK)
+        driver.process.send_signal(signal.SIGCONT)
+        wait_until(emulator.sounds, 10, 'a sound')
+
+    def test_unplugged_and_plugged_in(self):
+        emulator, driver = self.rig()
+        since = time.monotonic()
+        emulator.unplug()
+        _, state = self.states.wait(lambda state: not state.emitting, since)
+        _, state = self.states.wait(lambda state: 'gone' in state.silent_reason, since)
+        self.assertIn(emulator.link, state.silent_reason)
+        time.sleep(1.5)
+        emulator.power_cycle()
+        again = time.monotonic()
+        emulator.received.clear()
+        emulator.plug()
+        self.states.wait(lambda state: state.emitting, again)
+        wait_until(emulator.sounds, 10, 'a sound after plugging in')
+        silence = b'\xfe' + bytes([32] * 256) + b'\xfd'
+        self.assertEqual(bytes(emulator.received[:516]), silence + silence)
+        self.assertEqual(emulator.faults(), 0)
+        told = [line for line in driver.lines if emulator.link in line]
+        self.assertEqual(len(told), 1, ''.join(driver.lines))
+        self.assertIn('is gone', told[0])
+
+    # Wrong use.
+
+    def refused(self, expected, **parameters):
+        with Driver(device='sonic_surface', **parameters) as driver:
+            self.assertEqual(driver.process.wait(20), 1)
+        lines = [line for line in driver.lines if line.strip()]
+        self.assertEqual(len(lines), 1, driver.words())
+        for words in expected:
+            self.assertIn(words, lines[0])
+
+    def test_wrong_options(self):
+        self.refused(['no port', 'serial port'], port='')
+        self.refused(['/dev/null', 'no terminal'], port='/dev/null')
+        self.refused(['/nowhere', 'cannot be opened'], port='/nowhere')
+        self.refused(['boards', "'3'", '1, 2'], port='/nowhere', device_options='boards=3')
+        self.refused(['tactile', 'boards'], port='/nowhere', device_options='boards=2 firmware=tactile')
+        self.refused(['hold', "'-1'"], port='/nowhere', device_options='hold=-1')
+
+    def test_port_in_use(self):
+        emulator, _ = self.rig()
+        done = subprocess.run([PROGRAM, '__name:=second', '_device:=sonic_surface', '_port:=' + emulator.link], timeout=20,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False, errors='replace')
+        self.assertEqual(done.returncode, 1)
+        self.assertIn('in use', done.stdout)
+        self.assertTrue(emulator.sounds() or emulator.since(time.monotonic() - 0.3), 'the first one goes on')
+
+
+if __name__ == '__main__':
+    rig_run.main('sonic_surface')

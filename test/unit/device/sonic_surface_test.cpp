@@ -1,0 +1,234 @@
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "device/sonic_surface.h"
+#include "device/sonic_surface_protocol.h"
+
+namespace tactile_clay::device {
+namespace {
+
+using sonic_surface::Firmware;
+
+ultrasound::Drive uniform(std::size_t size, float phase, float amplitude) {
+  return {std::vector<float>(size, phase), std::vector<float>(size, amplitude)};
+}
+
+std::size_t countOff(const std::vector<std::uint8_t>& frame) {
+  return static_cast<std::size_t>(std::count(frame.begin(), frame.end(), 32));
+}
+
+TEST(SonicSurfaceProtocol, FrameOfOneBoard) {
+  ultrasound::Drive drive = uniform(256, 0.0f, 1.0f);
+  for (std::size_t n = 0; n < 256; ++n) drive.phase[n] = static_cast<float>(n % 32 * 2.0 * M_PI / 32);
+  drive.amplitude[5] = 0.0f;
+  const auto bytes = sonic_surface::frame(drive, Firmware::stock);
+  ASSERT_EQ(bytes.size(), 258u);
+  EXPECT_EQ(bytes.front(), 0xFE);
+  EXPECT_EQ(bytes.back(), 0xFD);
+  for (std::size_t n = 0; n < 256; ++n) EXPECT_EQ(bytes[n + 1], n == 5 ? 32 : n % 32) << n;
+}
+
+TEST(SonicSurfaceProtocol, FrameOfTwoBoards) {
+  ultrasound::Drive drive = uniform(512, 0.0f, 1.0f);
+  for (std::size_t n = 256; n < 512; ++n) drive.phase[n] = static_cast<float>(M_PI);
+  const auto bytes = sonic_surface::frame(drive, Firmware::stock);
+  ASSERT_EQ(bytes.size(), 517u);
+  EXPECT_EQ((std::vector<int>{bytes[0], bytes[1], bytes[258], bytes[259], bytes[516]}),
+            (std::vector<int>{0xC0, 0xFE, 0xC1, 0xFE, 0xFD}));
+  for (std::size_t n = 0; n < 256; ++n) {
+    EXPECT_EQ(bytes[n + 2], 0);
+    EXPECT_EQ(bytes[n + 260], 16);
+  }
+  EXPECT_THROW(sonic_surface::frame(drive, Firmware::tactile), std::invalid_argument);
+  EXPECT_THROW(sonic_surface::frame(uniform(200, 0, 1), Firmware::stock), std::invalid_argument);
+}
+
+TEST(SonicSurfaceProtocol, RoundsPhasesToTheNearestLevel) {
+  for (const auto firmware : {Firmware::stock, Firmware::tactile}) {
+    const int levels = firmware == Firmware::stock ? 32 : 16;
+    for (const double turns : {-3.26, -1e-6, 0.0, 0.24, 0.499, 0.99, 0.9999, 7.1}) {
+      ultrasound::Drive drive = uniform(256, static_cast<float>(turns * 2.0 * M_PI), 1.0f);
+      const int value = sonic_surface::frame(drive, firmware)[1];
+      const double error = std::remainder(value / 32.0 - turns, 1.0);
+      EXPECT_LE(std::abs(error), 0.5 / levels + 1e-5) << turns;
+      EXPECT_LT(value, 32);
+      EXPECT_EQ(value % (32 / levels), 0) << "the tactile firmware leaves out the lowest bit";
+      EXPECT_NEAR(
+          std::remainder(sonic_surface::emitted(drive, firmware).phase[0] / (2 * M_PI) - value / 32.0, 1.0),
+          0.0, 1e-6);
+    }
+  }
+}
+
+TEST(SonicSurfaceProtocol, SwitchesOffChannelsEvenlyForLessAmplitude) {
+  const auto order = sonic_surface::channelOrder();
+  for (const float amplitude : {0.0f, 0.1f, 0.25f, 0.5f, 0.8f, 1.0f}) {
+    const ultrasound::Drive drive = uniform(256, 0.0f, amplitude);
+    const auto bytes = sonic_surface::frame(drive, Firmware::stock);
+    EXPECT_NEAR(static_cast<double>(256 - countOff(bytes)), 256.0 * amplitude, 1.0);
+    // Each quarter of the board has its share of them.
+    double on[4] = {};
+    const auto emitted = sonic_surface::emitted(drive, Firmware::stock);
+    for (std::size_t n = 0; n < 256; ++n) {
+      EXPECT_EQ(emitted.amplitude[n], bytes[n + 1] == 32 ? 0.0f : 1.0f);
+      on[2 * (order[n].first / 8) + order[n].second / 8] += emitted.amplitude[n];
+    }
+    for (const double quarter : on) EXPECT_NEAR(quarter, 64.0 * amplitude, 3.0) << amplitude;
+  }
+}
+
+TEST(SonicSurfaceProtocol, SilenceIsTwoFramesOfNothing) {
+  const auto bytes = sonic_surface::silence(1);
+  ASSERT_EQ(bytes.size(), 516u);
+  EXPECT_EQ(countOff(bytes), 512u);
+  EXPECT_EQ(bytes[258], 0xFE);
+  EXPECT_EQ(countOff(sonic_surface::silence(2)), 1024u);
+}
+
+TEST(SonicSurfaceProtocol, ModulationByte) {
+  EXPECT_EQ(sonic_surface::modulation(200.0), 0xA5);  // 1250/6 = 208 Hz
+  EXPECT_EQ(sonic_surface::modulation(1250.0), 0xA0);
+  EXPECT_EQ(sonic_surface::modulation(40.0), 0xA0 | 30);
+  for (const double bad : {0.0, 20.0, 2000.0, std::nan("")})
+    EXPECT_THROW(sonic_surface::modulation(bad), std::invalid_argument) << bad;
+}
+
+TEST(SonicSurfaceProtocol, ChannelsAreAPermutationOfTheGrid) {
+  std::set<std::pair<int, int>> cells;
+  for (const auto& cell : sonic_surface::channelOrder()) cells.insert(cell);
+  EXPECT_EQ(cells.size(), 256u);
+  EXPECT_EQ(*cells.begin(), std::make_pair(0, 0));
+  EXPECT_EQ(*cells.rbegin(), std::make_pair(15, 15));
+}
+
+TEST(SonicSurfaceProtocol, ChannelsAreThoseOfTheTable) {
+  const char* given = std::getenv("TACTILE_CLAY_DATA");
+  std::ifstream file(std::string(given ? given : TACTILE_CLAY_CHECKOUT "/../shared/data") +
+                     "/arrays/sonic_surface_channels.csv");
+  if (!file) GTEST_SKIP() << "no arrays/sonic_surface_channels.csv in TACTILE_CLAY_DATA";
+  const auto order = sonic_surface::channelOrder();
+  std::string line;
+  std::getline(file, line);
+  std::size_t lines = 0;
+  for (; std::getline(file, line); ++lines) {
+    std::size_t channel = 0;
+    std::pair<int, int> cell;
+    ASSERT_EQ(std::sscanf(line.c_str(), "%zu,%d,%d", &channel, &cell.first, &cell.second), 3) << line;
+    EXPECT_EQ(order.at(channel), cell) << "channel " << channel;
+  }
+  EXPECT_EQ(lines, 256u);
+}
+
+/// A pseudo-terminal whose other end is read by the test.
+class SonicSurfaceOnATerminal : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    master = ::posix_openpt(O_RDWR | O_NOCTTY);
+    ASSERT_GE(master, 0);
+    ASSERT_EQ(::grantpt(master), 0);
+    ASSERT_EQ(::unlockpt(master), 0);
+    options["port"] = ::ptsname(master);
+  }
+  void TearDown() override { ::close(master); }
+
+  std::vector<std::uint8_t> read(std::size_t count) {
+    std::vector<std::uint8_t> bytes;
+    while (bytes.size() < count) {
+      pollfd state{master, POLLIN, 0};
+      if (::poll(&state, 1, 2000) <= 0) break;
+      std::uint8_t buffer[256];
+      const ssize_t got = ::read(master, buffer, std::min(sizeof buffer, count - bytes.size()));
+      if (got <= 0) break;
+      bytes.insert(bytes.end(), buffer, buffer + got);
+    }
+    return bytes;
+  }
+
+  Emission focus() const {
+    Emission emission;
+    emission.points.resize(1);
+    emission.points[0].position = {0.01, 0.02, 0.15};
+    emission.points[0].intensity = 1.0;
+    return emission;
+  }
+
+  int master = -1;
+  std::map<std::string, std::string> options;
+};
+
+TEST_F(SonicSurfaceOnATerminal, SendsWhatItSaysThatItSends) {
+  const auto silence = sonic_surface::silence(1);
+  {
+    SonicSurface device;
+    device.open(options);
+    EXPECT_EQ(read(516), silence) << "first of all it silences both buffers";
+    ASSERT_EQ(device.capabilities().layout.size(), 256u);
+    EXPECT_NEAR(device.capabilities().max_rate, 89.3, 0.1);
+    device.submit(focus());
+    const auto bytes = read(258);
+    EXPECT_EQ(bytes, sonic_surface::frame(*device.drive(focus()), Firmware::stock));
+    EXPECT_EQ(read(3), (std::vector<std::uint8_t>{0xFD, 0xFD, 0xFD})) << "modulation";
+    EXPECT_EQ(device.fault(), "");
+  }
+  // The driver's silence, or the guard's own where the guard dropped what was left; the last bytes tell.
+  std::vector<std::uint8_t> rest = read(4096);
+  ASSERT_GE(rest.size(), 516u);
+  EXPECT_EQ(std::vector<std::uint8_t>(rest.end() - 516, rest.end()), silence);
+}
+
+TEST_F(SonicSurfaceOnATerminal, GoesSilentWhenNotRenewed) {
+  options["hold"] = "0.05";
+  options["guard"] = "false";
+  SonicSurface device;
+  device.open(options);
+  read(516);
+  Emission steady = focus();
+  steady.modulation_frequency = 0.0;
+  device.submit(steady);
+  EXPECT_NE(countOff(read(258)), 256u);
+  EXPECT_EQ(read(516), sonic_surface::silence(1));
+}
+
+TEST_F(SonicSurfaceOnATerminal, ChangeFromSteadyToModulatedPutsSilenceBehindThePattern) {
+  options["guard"] = "false";
+  SonicSurface device;
+  device.open(options);
+  read(516);
+  Emission emission = focus();
+  emission.modulation_frequency = 0.0;
+  device.submit(emission);
+  read(258);
+  emission.modulation_frequency = 200.0;
+  device.submit(emission);
+  EXPECT_EQ(read(516), sonic_surface::silence(1));
+  EXPECT_EQ(countOff(read(258)), 0u);
+}
+
+TEST_F(SonicSurfaceOnATerminal, TellsWhenThePortIsGone) {
+  SonicSurface device;
+  device.open(options);
+  read(516);
+  ::close(master);
+  for (int wait = 0; wait < 200 && device.fault().empty(); ++wait) ::usleep(10000);
+  EXPECT_NE(device.fault().find("is gone"), std::string::npos) << device.fault();
+  EXPECT_NE(device.fault().find(options["port"]), std::string::npos) << device.fault();
+  EXPECT_THROW(device.submit(focus()), std::runtime_error);
+  device.stop();
+}
+
+TEST_F(SonicSurfaceOnATerminal, HasOneOwner) {
+  SonicSurface device, second;
+  device.open(options);
+  EXPECT_THROW(second.open(options), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace tactile_clay::device

@@ -1,0 +1,144 @@
+#include "device/ultraleap.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace tactile_clay::device {
+namespace {
+
+using namespace std::chrono_literals;
+namespace sdk = ::Ultraleap::Haptics;
+
+class UltraleapTest : public ::testing::Test {
+ protected:
+  void SetUp() override { sdk::standIn() = {}; }
+
+  static Emission emission(std::size_t points, double frequency = 200.0) {
+    Emission result;
+    result.modulation_frequency = frequency;
+    result.points.resize(points);
+    for (std::size_t i = 0; i < points; ++i) {
+      result.points[i].position = {0.01 * static_cast<double>(i), -0.02, 0.17};
+      result.points[i].intensity = 0.8;
+    }
+    return result;
+  }
+
+  static sdk::OutputInterval stream(std::chrono::milliseconds after = 0ms) {
+    return sdk::standIn().stream(sdk::LocalTimeClock::now() + after, 25us, 400);  // 10 ms
+  }
+
+  static std::string refusal(const std::map<std::string, std::string>& options = {}) {
+    Ultraleap device;
+    try {
+      device.open(options);
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "opened";
+  }
+
+  Ultraleap device;
+};
+
+TEST_F(UltraleapTest, IsSilentUntilSomethingIsSubmitted) {
+  EXPECT_EQ(device.fault(), "not open");
+  EXPECT_THROW(device.submit(emission(1)), std::runtime_error);
+  device.open({});
+  EXPECT_EQ(device.fault(), "");
+  EXPECT_TRUE(sdk::standIn().started);
+  EXPECT_TRUE(stream().empty());
+}
+
+TEST_F(UltraleapTest, AsksTheArrayHowManyPointsItCanDo) {
+  device.open({});
+  EXPECT_EQ(device.capabilities().max_points, 4u);
+  EXPECT_THROW(device.submit(emission(5)), std::runtime_error);
+  sdk::standIn() = {};
+  Ultraleap one;
+  one.open({{"max_points", "1"}});
+  EXPECT_EQ(one.capabilities().max_points, 1u);
+}
+
+TEST_F(UltraleapTest, StreamsModulatedPoints) {
+  device.open({});
+  device.submit(emission(2));
+  const auto samples = stream();
+  ASSERT_EQ(samples.size(), 400u);
+  double low = 1.0, high = 0.0, mean = 0.0;
+  int peaks = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const auto& points = samples[i].points_;
+    ASSERT_EQ(points.size(), 4u);
+    EXPECT_NEAR(points[1].position_.x, 0.01, 1e-6);
+    EXPECT_NEAR(points[1].position_.y, -0.02, 1e-6);
+    EXPECT_NEAR(points[1].position_.z, 0.17, 1e-6);
+    EXPECT_EQ(points[0].intensity_, points[1].intensity_);
+    EXPECT_EQ(points[2].intensity_, 0.0f) << "points that are not used are silent";
+    const double intensity = points[0].intensity_;
+    low = std::min(low, intensity);
+    high = std::max(high, intensity);
+    mean += intensity / static_cast<double>(samples.size());
+    if (i > 0 && i + 1 < samples.size() && intensity >= samples[i - 1].points_[0].intensity_ &&
+        intensity > samples[i + 1].points_[0].intensity_)
+      ++peaks;
+  }
+  EXPECT_NEAR(low, 0.0, 1e-3);
+  EXPECT_NEAR(high, 0.8, 1e-3);
+  EXPECT_NEAR(mean, 0.4, 1e-2);
+  EXPECT_EQ(peaks, 2) << "200 Hz over 10 ms";
+}
+
+TEST_F(UltraleapTest, UnmodulatedPointsAreSteady) {
+  device.open({});
+  device.submit(emission(1, 0.0));
+  for (const auto& sample : stream()) EXPECT_FLOAT_EQ(sample.points_[0].intensity_, 0.8f);
+}
+
+TEST_F(UltraleapTest, IsSilentWhenToldSoAndGoesOn) {
+  device.open({});
+  device.submit(emission(1, 0.0));
+  ASSERT_FALSE(stream().empty());
+  device.stop();
+  EXPECT_TRUE(stream().empty()) << "paused";
+  device.submit(emission(1, 0.0));
+  EXPECT_FLOAT_EQ(stream().front().points_[0].intensity_, 0.8f);
+  device.submit({});
+  EXPECT_TRUE(stream().empty()) << "no points are silence";
+}
+
+TEST_F(UltraleapTest, IsSilentWhenNotRenewed) {
+  device.open({{"hold", "0.1"}});
+  device.submit(emission(1, 0.0));
+  EXPECT_FLOAT_EQ(stream(50ms).front().points_[0].intensity_, 0.8f);
+  for (const auto& sample : stream(101ms))
+    for (const auto& point : sample.points_) EXPECT_EQ(point.intensity_, 0.0f);
+}
+
+TEST_F(UltraleapTest, StopsTheArrayInTheEnd) {
+  {
+    Ultraleap other;
+    other.open({});
+    other.submit(emission(1));
+    EXPECT_TRUE(sdk::standIn().started);
+  }
+  EXPECT_FALSE(sdk::standIn().started);
+}
+
+TEST_F(UltraleapTest, TellsWhatIsMissing) {
+  sdk::standIn().service = false;
+  EXPECT_EQ(refusal(),
+            "ultraleap: the haptics service cannot be reached: no service; expected a running service");
+  sdk::standIn().service = true;
+  sdk::standIn().connected = false;
+  EXPECT_EQ(refusal(), "ultraleap: no array: no device; expected one that streams, connected");
+  sdk::standIn().connected = true;
+  sdk::standIn().most_points = 0;
+  EXPECT_NE(refusal().find("no control points: too many"), std::string::npos);
+  EXPECT_NE(refusal({{"hold", "soon"}}).find("hold is 'soon'"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tactile_clay::device
