@@ -3,6 +3,8 @@
 
 #include "device/debug_device.h"
 #include "hand/leap_recording.h"
+#include "hand/leap_websocket.h"
 
 PLUGINLIB_EXPORT_CLASS(tactile_clay::hand::LeapRecording, tactile_clay::hand::HandSource)
+PLUGINLIB_EXPORT_CLASS(tactile_clay::hand::LeapWebsocket, tactile_clay::hand::HandSource)
 PLUGINLIB_EXPORT_CLASS(tactile_clay::device::DebugDevice, tactile_clay::device::ArrayDevice)

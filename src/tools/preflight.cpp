@@ -17,6 +17,7 @@
 
 #include "device/array_device.h"
 #include "hand/hand_source.h"
+#include "hand/leap_websocket.h"
 #include "nodes/plugin.h"
 #include "nodes/share.h"
 #include "scene/scene.h"
@@ -32,7 +33,7 @@ Arguments parse(int argc, char** argv) {
       {"scene", "kindergarten"}, {"quality", "balanced"},
       {"hands", "bag"},          {"file", clay::nodes::packageFolder() + "/test/bags/knead.bag"},
       {"device", "simulated"},   {"hand_model", "kinematic"},
-      {"tracker_pose", ""}};
+      {"tracker_pose", ""},      {"url", ""}};
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     const std::size_t at = argument.find(":=");
@@ -46,6 +47,7 @@ void checkHands(const Arguments& arguments) {
   const std::string& file = arguments.at("file");
   clay::nodes::Plugin<clay::hand::HandSource> source("tactile_clay::hand::HandSource", "source of hands",
                                                      arguments.at("hands"));
+  if (arguments.at("hands") == "leap_websocket") clay::hand::parseWebsocketUrl(arguments.at("url"));
   const bool needs_file = arguments.at("hands") == "bag" || arguments.at("hands") == "leap_recording";
   if (!needs_file) return;
   if (!std::ifstream(file)) throw std::runtime_error("file '" + file + "' of hands cannot be read");

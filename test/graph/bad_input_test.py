@@ -116,6 +116,10 @@ class BadInput(unittest.TestCase):
     def test_unknown_source_of_hands(self):
         self.expect_one_line(['hands:=telepathy'], 'telepathy', 'leap_recording')
 
+    def test_url_that_is_none(self):
+        self.expect_one_line(['hands:=leap_websocket', 'url:=http://localhost:6437'], 'http://localhost:6437',
+                             'expected ws://HOST[:PORT][/PATH]')
+
     def test_unknown_argument(self):
         self.expect_one_line(['secne:=press'], 'secne', 'scene')
 
