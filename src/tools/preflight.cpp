@@ -91,6 +91,7 @@ std::string checkAll(const Arguments& arguments) {
     clay::nodes::Plugin<clay::device::ArrayDevice>("tactile_clay::device::ArrayDevice", "device",
                                                    arguments.at("device"), "simulated");
   check(arguments, "rate", 0.01, 100.0);
+  check(arguments, "prediction", 0.0, 0.02);
   check(arguments, "duration", 0.0, 1e9);
   check(arguments, "substeps", 0, 1000);
   check(arguments, "iterations", 0, 1000);
