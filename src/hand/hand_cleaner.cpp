@@ -10,6 +10,9 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
+// Of a radius, at the end of a fade. On a finger thinner than that, the skins of its two sides are both in
+// reach of one particle of clay, and push it about.
+constexpr double thinnest = 0.5;
 constexpr double velocity_cutoff = 10.0;  // Hz, of the motion that predicts
 
 double seconds(std::chrono::nanoseconds time) {
@@ -29,7 +32,7 @@ double palmDistance(const TrackedHand& a, const TrackedHand& b) {
 
 TrackedHand faded(TrackedHand hand, double presence) {
   hand.confidence *= presence;
-  for (JointPose& joint : hand.joints) joint.radius *= presence;
+  for (JointPose& joint : hand.joints) joint.radius *= thinnest + (1.0 - thinnest) * presence;
   return hand;
 }
 
@@ -48,6 +51,8 @@ HandCleaner::HandCleaner(const CleanConfig& config) : config_(config) {
   require(config.hold >= 0.0 && config.hold <= 0.05, "hold", config.hold, "0 to 0.05 s");
   require(config.gone > config.hold && config.gone <= 0.15, "gone", config.gone,
           "a time after hold, to 0.15 s");
+  require(config.same_hand_time >= config.gone && config.same_hand_time <= 0.15, "same_hand_time",
+          config.same_hand_time, "gone to 0.15 s");
   require(config.prediction >= 0.0 && config.prediction <= 0.02, "prediction", config.prediction,
           "0 to 0.02 s");
 }
@@ -71,16 +76,13 @@ void HandCleaner::clean(TrackedFrame& frame) {
       see(track, *seen[side], frame.stamp);
     else
       miss(track, frame.stamp);
-    if (track) hands.push_back(faded(track->released, track->presence));
+    if (track && track->presence > 0.0) hands.push_back(faded(track->released, track->presence));
   }
   frame.hands = std::move(hands);
 }
 
 void HandCleaner::see(std::optional<Track>& track, const TrackedHand& hand, std::chrono::nanoseconds stamp) {
-  if (track && seconds(stamp - track->stamp) >= config_.gone) {
-    track.reset();
-    ++counts_.losses;
-  }
+  forget(track, stamp);
   if (track) {
     const double step = palmDistance(hand, track->seen);
     const double speed = step / seconds(stamp - track->stamp);
@@ -165,13 +167,17 @@ void HandCleaner::goOn(Track& track, const TrackedHand& hand, std::chrono::nanos
 }
 
 void HandCleaner::miss(std::optional<Track>& track, std::chrono::nanoseconds stamp) {
+  forget(track, stamp);
   if (!track) return;
-  ++counts_.dropouts;
+  if (track->presence > 0.0) ++counts_.dropouts;
   const double age = seconds(stamp - track->stamp);
   const double left = (config_.gone - age) / (config_.gone - config_.hold);
-  track->presence = std::min(track->presence, left);
+  track->presence = std::max(0.0, std::min(track->presence, left));
   track->updated = stamp;
-  if (track->presence > 0.0) return;
+}
+
+void HandCleaner::forget(std::optional<Track>& track, std::chrono::nanoseconds stamp) {
+  if (!track || seconds(stamp - track->stamp) < config_.same_hand_time) return;
   track.reset();
   ++counts_.losses;
 }

@@ -13,8 +13,9 @@ namespace tactile_clay::hand {
 struct CleanConfig {
   OneEuroConfig position{2.0, 100.0, 1.0};    // beta per m
   OneEuroConfig orientation{2.0, 10.0, 1.0};  // beta per rad
-  double hold = 0.04;                         // s, that a hand which is not seen stays as it was
-  double gone = 0.1;                          // s after it was last seen, it has faded out
+  double hold = 0.03;                         // s, that a hand which is not seen stays as it was
+  double gone = 0.08;                         // s after it was last seen, it has faded out
+  double same_hand_time = 0.1;                // s after it was last seen, it is still the same hand
   double same_hand_distance = 0.05;           // m, of the palm, within which another id is the same hand
   double blend = 0.1;                         // s, over which the step of a changed id is taken
   double artefact_speed = 1.5;                // m/s, of the palm, with a confidence below
@@ -36,9 +37,11 @@ struct CleanCounts {
 /// Turns what a tracker says into hands that the clay can feel. State is kept by side, not by id:
 ///
 /// - poses pass a One-Euro filter, which starts anew when a hand returns;
-/// - a hand that is not seen is held for `hold`, and fades out until `gone`: its radii shrink to zero about
-///   its bones, so that skin and touch withdraw from the clay, and its confidence falls with them;
-/// - another id, of a hand seen less than `gone` ago and closer than `same_hand_distance` to where it was, is
+/// - a hand that is not seen is held for `hold`, and fades out until `gone`: it grows thin about its bones,
+/// to half
+///   its radii, so that skin and touch withdraw from the clay, and its confidence falls to zero;
+/// - another id, of a hand seen less than `same_hand_time` ago and closer than `same_hand_distance` to where
+/// it was, is
 ///   the same hand, and a step that this makes is blended over `blend`; farther away, it is another hand;
 /// - an id that changes sides in its place takes its hand along;
 /// - a fast step of an unsure hand is an artefact, and left out as if the hand was not seen.
@@ -52,7 +55,9 @@ class HandCleaner {
   void clean(TrackedFrame& frame);
 
   /// True while hands are there, seen or not.
-  bool present() const { return tracks_[0] || tracks_[1]; }
+  bool present() const {
+    return (tracks_[0] && tracks_[0]->presence > 0.0) || (tracks_[1] && tracks_[1]->presence > 0.0);
+  }
   const CleanCounts& counts() const { return counts_; }
 
  private:
@@ -82,6 +87,7 @@ class HandCleaner {
   void see(std::optional<Track>& track, const TrackedHand& hand, std::chrono::nanoseconds stamp);
   void goOn(Track& track, const TrackedHand& hand, std::chrono::nanoseconds stamp);
   void miss(std::optional<Track>& track, std::chrono::nanoseconds stamp);
+  void forget(std::optional<Track>& track, std::chrono::nanoseconds stamp);
   void startBlend(Track& track, const TrackedHand& hand, std::chrono::nanoseconds stamp);
 
   CleanConfig config_;

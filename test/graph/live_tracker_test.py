@@ -50,6 +50,16 @@ class LiveTracker(unittest.TestCase):
             len(hands), len(run.messages['/array/focal_points']),
             sum(bool(message.points) for message in run.messages['/array/focal_points']), len(states)))
         self.assertTrue(any(message.points for message in run.messages['/array/focal_points']))
+        reports = [{pair.key: pair.value for pair in status.values} for message in run.messages['/diagnostics']
+                   for status in message.status if status.name.endswith('tracked hands')]
+        self.assertGreater(len(reports), 4)
+        rates = [float(report['rate, Hz']) for report in reports]
+        self.assertTrue(50 < max(rates) < 150, rates)  # of 110, and nothing while it is not connected
+        self.assertTrue(0.0 < max(float(report['age, mean, s']) for report in reports) < 0.1, reports)
+        self.assertGreater(int(reports[-1]['dropouts']), 0)  # each time that the tracker breaks off
+        self.assertGreater(int(reports[-1]['faults of the source']), 0)
+        sure = [report['confidence, ' + side + ', least'] for report in reports for side in ('left', 'right')]
+        self.assertTrue(any(value != 'not seen' and 0.0 < float(value) <= 1.0 for value in sure), sure)
         self.assertTrue(any(state.emitting for state in states))
 
     def test_no_tracker_is_told_and_ends_on_request(self):

@@ -5,7 +5,7 @@
 
 Written from RFC 6455 and the protocol's description, with nothing of the package, so that it can test it. Prints JSON, one
 object a line: {"port": N} once it listens, {"request": PATH} for each client, {"text": MESSAGE} for what a client says,
-{"close": CODE} for a client's goodbye (null where it left without), {"sent": N} after the last frame.
+{"close": CODE} for a client's goodbye (null where it left without), {"sent": N} after the last frame, {"frame": N, "time": T} after those of --tell, T in s since 1970.
 """
 import argparse
 import base64
@@ -164,6 +164,8 @@ class Tracker:
                 client.send(*piece)
             if options.fragments > 1:
                 client.send(PING, b'are you there')
+            if self.next in options.tell:
+                say(frame=self.next, time=time.time())
             self.sent += 1
             of_client += 1
             self.advance()
@@ -186,6 +188,7 @@ def main():
     parser.add_argument('--fragments', type=int, default=1, help='of each message; with pings between')
     parser.add_argument('--garbage', type=int, default=0, help='what is no message, before each so many frames')
     parser.add_argument('--disconnect', type=int, default=0, help='breaks each connection after so many frames')
+    parser.add_argument('--tell', type=int, nargs='*', default=[], help='frames whose sending is told')
     parser.add_argument('--unplug', type=int, default=0, help='the device is gone after so many frames')
     parser.add_argument('--refuse', action='store_true', help='is no websocket server')
     parser.add_argument('--numeric-ids', action='store_true', help='of devices; else strings')

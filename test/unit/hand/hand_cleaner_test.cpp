@@ -78,16 +78,16 @@ TEST(HandCleaner, HoldsFadesAndLetsGo) {
   double last = 1.0;
   for (int ms = 5; ms < 200; ms += 5) {
     const TrackedFrame out = cleaned(cleaner, 1000ms + ms * 1ms, {});
-    if (ms >= 100) {
+    if (ms >= 80) {
       EXPECT_TRUE(out.hands.empty()) << ms;
       EXPECT_FALSE(cleaner.present());
       continue;
     }
     ASSERT_EQ(out.hands.size(), 1U) << ms;
     EXPECT_EQ(palmOf(out), hand.joints[palm].position);
-    const double presence = out.hands[0].joints[index_tip].radius / radius;
-    EXPECT_NEAR(presence, ms <= 40 ? 1.0 : (100.0 - ms) / 60.0, 1e-9) << ms;
-    EXPECT_NEAR(out.hands[0].confidence, presence, 1e-9);
+    const double presence = out.hands[0].confidence;
+    EXPECT_NEAR(presence, ms <= 30 ? 1.0 : (80.0 - ms) / 50.0, 1e-9) << ms;
+    EXPECT_NEAR(out.hands[0].joints[index_tip].radius / radius, 0.5 + 0.5 * presence, 1e-9);
     EXPECT_LE(presence, last);
     EXPECT_EQ(faultOf(out.hands[0]), "");
     last = presence;
@@ -96,16 +96,18 @@ TEST(HandCleaner, HoldsFadesAndLetsGo) {
 }
 
 TEST(HandCleaner, AHandThatComesBackInTimeGoesOn) {
-  HandCleaner cleaner(CleanConfig{});
-  const TrackedHand hand = handAt(Vector3d::Zero());
-  const double radius = hand.joints[palm].radius;
-  cleaned(cleaner, 1000ms, {hand});
-  cleaned(cleaner, 1070ms, {});
-  TrackedFrame out = cleaned(cleaner, 1073ms, {hand});
-  EXPECT_LT(out.hands.at(0).joints[palm].radius, 0.6 * radius);
-  out = cleaned(cleaner, 1140ms, {hand});
-  EXPECT_EQ(out.hands.at(0).joints[palm].radius, radius);
-  EXPECT_EQ(cleaner.counts().losses, 0U);
+  for (const auto pause : {65ms, 90ms}) {  // while it fades, and just after
+    HandCleaner cleaner(CleanConfig{});
+    const TrackedHand hand = handAt(Vector3d::Zero());
+    const double radius = hand.joints[palm].radius;
+    cleaned(cleaner, 1000ms, {hand});
+    cleaned(cleaner, 1000ms + pause, {});
+    TrackedFrame out = cleaned(cleaner, 1003ms + pause, {hand});
+    EXPECT_LT(out.hands.at(0).joints[palm].radius, 0.8 * radius);
+    out = cleaned(cleaner, 1060ms + pause, {hand});
+    EXPECT_EQ(out.hands.at(0).joints[palm].radius, radius);
+    EXPECT_EQ(cleaner.counts().losses, 0U);
+  }
 }
 
 TEST(HandCleaner, AReturningHandOwesNothingToThePast) {
