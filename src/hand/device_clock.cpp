@@ -9,7 +9,8 @@ using namespace std::chrono_literals;
 
 constexpr DeviceClock::Time window = 10s;
 constexpr DeviceClock::Time longest_silence = 1s;
-constexpr DeviceClock::Time latest_sample = 1s;  // older than this, it is another clock
+constexpr DeviceClock::Time late = 50ms;       // what no drift is,
+constexpr DeviceClock::Time too_long = 250ms;  // and no burst after a stall of the network
 
 }  // namespace
 
@@ -17,9 +18,14 @@ DeviceClock::Time DeviceClock::operator()(Time device, Time received) {
   Time result = received;
   if (device.count() > 0) {
     const Time offset = received - device;
+    if (envelope_.empty() || offset - envelope_.front().offset < late)
+      late_since_.reset();
+    else if (!late_since_)
+      late_since_ = received;
     if (!envelope_.empty() && (device <= last_device_ || received - last_received_ > longest_silence ||
-                               offset - envelope_.front().offset > latest_sample)) {
+                               (late_since_ && received - *late_since_ >= too_long))) {
       envelope_.clear();
+      late_since_.reset();
       ++restarts_;
     }
     while (!envelope_.empty() && envelope_.back().offset >= offset) envelope_.pop_back();

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <deque>
+#include <optional>
 
 namespace tactile_clay::hand {
 
@@ -14,8 +15,9 @@ class DeviceClock {
   using Time = std::chrono::nanoseconds;
 
   /// Time of the sample by the receiver's clock; not later than `received`, and later than that of the sample
-  /// before. A device that gives no stamp (0) is taken to have sampled when it was received. A clock that
-  /// goes back, or a silence of more than 1 s, starts the envelope anew: the service was started again.
+  /// before. A device that gives no stamp (0) is taken to have sampled when it was received. The envelope
+  /// starts anew with a clock that goes back, after a silence of more than 1 s, and where all samples of a
+  /// quarter of a second are late by 50 ms: another clock, or a service that was started again.
   Time operator()(Time device, Time received);
 
   /// How often it was started anew.
@@ -26,6 +28,7 @@ class DeviceClock {
     Time received, offset;
   };
   std::deque<Offset> envelope_;  // candidates for the least, offsets increase
+  std::optional<Time> late_since_;
   Time last_device_{0}, last_received_{0}, last_result_{Time::min()};
   unsigned restarts_ = 0;
 };

@@ -39,7 +39,7 @@ class HandSource {
   /// True where frames come from a file, each with its own time stamp, and can be replayed at any speed.
   virtual bool recorded() const = 0;
 
-  /// True where the hands were cleaned before, as recorded `hands/tracked` are.
+  /// True where the hands were cleaned before, as recorded `hands/tracked` are; asked once it is open.
   virtual bool cleaned() const { return false; }
 
   /// What went wrong since the last call, the newest in one line: a tracker that cannot be reached, a message

@@ -29,6 +29,19 @@ const std::vector<std::string> side_topics = {topic::clay_particles, topic::clay
 constexpr std::chrono::milliseconds live_patience(20);  // for a sample, before the hands are held
 constexpr std::chrono::milliseconds recording_patience(100);
 
+hand::CleanConfig cleanConfig(const ros::NodeHandle& nh) {
+  hand::CleanConfig config;
+  constexpr double any = std::numeric_limits<double>::max();  // the core checks ranges
+  for (const auto& [name, filter] :
+       {std::pair("position", &config.position), std::pair("orientation", &config.orientation)}) {
+    const std::string prefix = name;
+    filter->min_cutoff = paramIn(nh, prefix + "_min_cutoff", filter->min_cutoff, 0.0, any);
+    filter->beta = paramIn(nh, prefix + "_beta", filter->beta, 0.0, any);
+  }
+  config.prediction = paramIn(nh, "prediction", config.prediction, 0.0, 0.02);
+  return config;
+}
+
 }  // namespace
 
 HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
@@ -52,9 +65,14 @@ HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
   const bool from_topic = source_name_ == "topic";
   if (from_topic) options.topic = nh.resolveName(options.topic);
   passes_by_ = from_topic && options.topic == nh.resolveName(topic::hands_tracked);
+  const auto wanted = param<std::string>(private_nh, "clean", "auto");
+  if (wanted != "auto" && wanted != "true" && wanted != "false")
+    throw std::runtime_error("parameter " + private_nh.resolveName("clean") +
+                             ": expected auto, true or false, got '" + wanted + "'");
+  cleaner_.emplace(cleanConfig(private_nh));
   source_->open(options);
   live_ = !source_->recorded();
-  cleaner_ = cleaner(private_nh);
+  if (wanted == "false" || (wanted == "auto" && source_->cleaned())) cleaner_.reset();
   if (lockstep_ && !source_->recorded())
     throw std::runtime_error("lockstep: expected hands from a recording or none, got the live source '" +
                              source_name_ + "'");
@@ -79,24 +97,6 @@ HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
 HandTracking::~HandTracking() {
   stopping_ = true;
   thread_.join();
-}
-
-std::optional<hand::HandCleaner> HandTracking::cleaner(const ros::NodeHandle& private_nh) const {
-  hand::CleanConfig config;
-  constexpr double any = std::numeric_limits<double>::max();  // the core checks ranges
-  for (const auto& [name, filter] :
-       {std::pair("position", &config.position), std::pair("orientation", &config.orientation)}) {
-    const std::string prefix = name;
-    filter->min_cutoff = paramIn(private_nh, prefix + "_min_cutoff", filter->min_cutoff, 0.0, any);
-    filter->beta = paramIn(private_nh, prefix + "_beta", filter->beta, 0.0, any);
-  }
-  config.prediction = paramIn(private_nh, "prediction", config.prediction, 0.0, 0.02);
-  const auto wanted = param<std::string>(private_nh, "clean", "auto");
-  if (wanted != "auto" && wanted != "true" && wanted != "false")
-    throw std::runtime_error("parameter " + private_nh.resolveName("clean") +
-                             ": expected auto, true or false, got '" + wanted + "'");
-  if (wanted == "false" || (wanted == "auto" && source_->cleaned())) return std::nullopt;
-  return hand::HandCleaner(config);
 }
 
 void HandTracking::run() {

@@ -43,7 +43,6 @@ class HandTracking {
   void run();
   void waitForGraph();
   void follow();
-  std::optional<hand::HandCleaner> cleaner(const ros::NodeHandle& private_nh) const;
   bool over() const;
   std::optional<std::chrono::nanoseconds> recordingStamp(const hand::TrackedFrame& frame);
   std::chrono::nanoseconds liveStamp(const hand::TrackedFrame& frame);

@@ -30,16 +30,18 @@ namespace clay = tactile_clay;
 
 Arguments parse(int argc, char** argv) {
   Arguments arguments = {
-      {"scene", "kindergarten"}, {"quality", "balanced"},
-      {"hands", "bag"},          {"file", clay::nodes::packageFolder() + "/test/bags/knead.bag"},
-      {"device", "simulated"},   {"hand_model", "kinematic"},
-      {"tracker_pose", ""},      {"url", ""}};
+      {"scene", "kindergarten"}, {"quality", "balanced"},     {"hands", "bag"},     {"file", ""},
+      {"device", "simulated"},   {"hand_model", "kinematic"}, {"tracker_pose", ""}, {"url", ""}};
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     const std::size_t at = argument.find(":=");
     if (at != std::string::npos && argument.substr(0, 2) != "__")
       arguments[argument.substr(0, at)] = argument.substr(at + 2);
   }
+  std::string& file = arguments.at("file");
+  if (file.empty())
+    file = arguments.at("hands") == "choreography" ? "kneading"
+                                                   : clay::nodes::packageFolder() + "/test/bags/knead.bag";
   return arguments;
 }
 
@@ -48,9 +50,12 @@ void checkHands(const Arguments& arguments) {
   clay::nodes::Plugin<clay::hand::HandSource> source("tactile_clay::hand::HandSource", "source of hands",
                                                      arguments.at("hands"));
   if (arguments.at("hands") == "leap_websocket") clay::hand::parseWebsocketUrl(arguments.at("url"));
-  const bool needs_file = arguments.at("hands") == "bag" || arguments.at("hands") == "leap_recording";
+  const bool scripted = arguments.at("hands") == "choreography";
+  const bool needs_file =
+      arguments.at("hands") == "bag" || arguments.at("hands") == "leap_recording" || scripted;
   if (!needs_file) return;
-  if (!std::ifstream(file)) throw std::runtime_error("file '" + file + "' of hands cannot be read");
+  if (!scripted && !std::ifstream(file))
+    throw std::runtime_error("file '" + file + "' of hands cannot be read");
   clay::hand::SourceOptions options;
   options.file = file;
   source->open(options);

@@ -55,7 +55,9 @@ class LiveTracker(unittest.TestCase):
         self.assertGreater(len(reports), 4)
         rates = [float(report['rate, Hz']) for report in reports]
         self.assertTrue(50 < max(rates) < 150, rates)  # of 110, and nothing while it is not connected
-        self.assertTrue(0.0 < max(float(report['age, mean, s']) for report in reports) < 0.1, reports)
+        # The server's clock stands still while it is away, which takes a quarter of a second to be seen.
+        ages = sorted(float(report['age, mean, s']) for report in reports)
+        self.assertTrue(0.0 < ages[0] and ages[len(ages) // 2] < 0.1, ages)
         self.assertGreater(int(reports[-1]['dropouts']), 0)  # each time that the tracker breaks off
         self.assertGreater(int(reports[-1]['faults of the source']), 0)
         sure = [report['confidence, ' + side + ', least'] for report in reports for side in ('left', 'right')]

@@ -66,6 +66,17 @@ TEST(DeviceClock, StartsAnewWithTheService) {
   EXPECT_EQ(clock.restarts(), 2U);
 }
 
+TEST(DeviceClock, FollowsAClockThatStoodStill) {
+  DeviceClock clock;
+  for (int i = 0; i < 100; ++i) clock(1s + i * 10ms, 100s + i * 10ms);
+  // Half a second later it goes on as if nothing had been.
+  for (int i = 100; i < 200; ++i) {
+    const Time received = 100s + 500ms + i * 10ms;
+    EXPECT_EQ(clock(1s + i * 10ms, received), received - (i < 125 ? 500ms : 0ms)) << i;
+  }
+  EXPECT_EQ(clock.restarts(), 1U);
+}
+
 TEST(DeviceClock, ADeviceWithoutAClockSamplesWhenItIsReceived) {
   DeviceClock clock;
   EXPECT_EQ(clock(0s, 100s), 100s);

@@ -330,7 +330,7 @@ TEST(HandCleanerOnRecordings, LagAndPrediction) {
   if (found == 0) GTEST_SKIP() << "no recordings";
 }
 
-TEST(HandCleanerOnRecordings, EveryHandIsSaneAndNoneVanishesFromOneFrameToTheNext) {
+TEST(HandCleanerOnRecordings, EveryCleanHandIsSane) {
   int found = 0;
   for (const char* name : {"both_hands_low_confidence", "finger_tap", "grab", "left_or_right",
                            "pinch_and_move", "three_claps"}) {
