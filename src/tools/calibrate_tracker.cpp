@@ -136,7 +136,8 @@ void run(const tactile_clay::tools::Arguments& arguments) {
 
 int main(int argc, char** argv) {
   try {
-    ros::init(argc, argv, "calibrate_tracker",
+    int nothing = 0;  // of the arguments is for ROS, which takes := for a remapping
+    ros::init(nothing, argv, "calibrate_tracker",
               ros::init_options::NoSigintHandler | ros::init_options::AnonymousName);
     std::signal(SIGINT, [](int) { interrupted = 1; });
     const tactile_clay::tools::Arguments arguments(argc, argv,

@@ -222,7 +222,8 @@ class Recorder {
 
 int main(int argc, char** argv) {
   try {
-    ros::init(argc, argv, "record_hands",
+    int nothing = 0;  // of the arguments is for ROS, which takes := for a remapping
+    ros::init(nothing, argv, "record_hands",
               ros::init_options::NoSigintHandler | ros::init_options::AnonymousName);
     std::signal(SIGINT, [](int) { interrupted = 1; });
     std::signal(SIGTERM, [](int) { interrupted = 1; });

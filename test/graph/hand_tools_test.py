@@ -4,13 +4,15 @@ import json
 import math
 import os
 import subprocess
+import sys
 import tempfile
+import time
 import unittest
 
 import yaml
 
 import rig_run
-from lost_hands_test import leap_frame
+from lost_hands_test import RATE, SERVER, leap_frame
 
 TOOLS = os.path.join(rig_run.build_space(), 'devel', 'lib', 'tactile_clay')
 
@@ -84,6 +86,31 @@ class RecordHands(Folder):
         self.assertEqual((run.code, run.left), (0, []), run.words)
         self.assertEqual([data[4:] for data in run.messages.bytes['/hands/tracked']],
                          [data[4:] for data in recorded.bytes['/hands/tracked']])
+
+    def test_a_live_tracker_is_recorded_by_its_own_clock(self):
+        path = self.path('frames.ndjson')
+        hand = rig_run.Messages(rig_run.bag('press_finger'))['/hands/tracked'][0].hands[0]
+        with open(path, 'w') as frames:
+            frames.writelines(json.dumps(leap_frame(number, hand, 1)) + '\n' for number in range(200))
+        server = subprocess.Popen([sys.executable, SERVER, path, '--rate', str(RATE)], stdout=subprocess.PIPE,
+                                  stdin=subprocess.DEVNULL, universal_newlines=True)
+        self.addCleanup(server.wait)
+        self.addCleanup(server.kill)
+        self.addCleanup(server.stdout.close)
+        url = 'ws://127.0.0.1:%d' % json.loads(server.stdout.readline())['port']
+        out = self.path('live.bag')
+        start = time.time()
+        code, words, errors = tool('record_hands', 'hands:=leap_websocket', 'url:=' + url, 'out:=' + out, 'duration:=2')
+        self.assertEqual(code, 0, words + errors)
+        recorded = rig_run.Messages(out)
+        stamps = [1e-9 * stamp for stamp in recorded.stamps('/hands/tracked')]
+        self.assertTrue(start < stamps[0] < stamps[-1] < time.time())
+        self.assertAlmostEqual(stamps[-1] - stamps[0], 2.0, delta=0.1)
+        # Each is a whole number of the device's frames after the first one, whatever the network did: the offset of the
+        # clocks settles with the first samples.
+        frames = [(stamp - stamps[-1]) * RATE for stamp in stamps[30:]]
+        self.assertLess(max(abs(frame - round(frame)) for frame in frames), 0.12, '2 ms')
+        self.assertEqual(yaml.safe_load(recorded['/hands/recording'][0].data)['url'], url)
 
     def test_bad_input_is_told_in_one_line(self):
         out = 'out:=' + self.path('hands.bag')
