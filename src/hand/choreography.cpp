@@ -286,4 +286,127 @@ Score potter(const Potter& p) {
   return score;
 }
 
+Score pinch(const Pinch& p) {
+  if (!(p.scale > 0.0 && p.approach > 0.0 && p.reach >= 0.0 && p.depth >= 0.0 && p.width > p.depth &&
+        p.times > 0))
+    throw std::invalid_argument(
+        "pinch: expected positive scale, approach and times, reach of 0 or more, and a depth below the "
+        "width");
+  // From open, 0, to closed, 1; the two fingers that do not grip are folded away.
+  const auto grip = [&](double closed) {
+    HandPose pose = curled(Side::right, p.scale, (30 + 25 * closed) * degree, (25 + 30 * closed) * degree,
+                           (15 + 10 * closed) * degree);
+    pose.fingers[0].flexion = {(15 + 20 * closed) * degree, 10 * degree * closed, 20 * degree * closed};
+    pose.fingers[0].abduction = 20 * degree;
+    pose.fingers[3].flexion = pose.fingers[4].flexion = {95 * degree, 95 * degree, 60 * degree};
+    return pose;
+  };
+  const auto tips = [](const TrackedHand& hand) {
+    return Vector3d(0.5 * (hand.joints[index_tip].position + hand.joints[middle_tip].position));
+  };
+  // Between the skins of thumb and fingers.
+  const auto gap = [&](const TrackedHand& hand) {
+    return (tips(hand) - hand.joints[thumb_tip].position).norm() - hand.joints[thumb_tip].radius -
+           hand.joints[index_tip].radius;
+  };
+  const auto gripOf = [&](double width) {
+    double open = 0.0, closed = 1.0;
+    if (gap(forwardKinematics(grip(open))) < width || gap(forwardKinematics(grip(closed))) > width)
+      throw std::invalid_argument("pinch: this hand cannot grip " + std::to_string(width) + " m");
+    for (int i = 0; i < 50; ++i) {
+      const double middle = 0.5 * (open + closed);
+      (gap(forwardKinematics(grip(middle))) > width ? open : closed) = middle;
+    }
+    return grip(open);
+  };
+  // The thumb to the left of the block, the fingers to its right, all pointing down into it.
+  const auto over = [&](const HandPose& pose) {
+    const TrackedHand hand = forwardKinematics(pose);
+    const Vector3d across = (tips(hand) - hand.joints[thumb_tip].position).normalized();
+    Vector3d down = -(hand.joints[index_tip].orientation * Vector3d::UnitZ() +
+                      hand.joints[thumb_tip].orientation * Vector3d::UnitZ());
+    down = (down - down.dot(across) * across).normalized();
+    const Eigen::Matrix3d rotation = Vector3d::UnitX() * across.cross(down).transpose() -
+                                     Vector3d::UnitY() * across.transpose() -
+                                     Vector3d::UnitZ() * down.transpose();
+    HandPose at = placed(pose, Eigen::Isometry3d(rotation), index_tip, {0.0, 0.0, p.block_height - p.reach});
+    const TrackedHand turned = forwardKinematics(at);
+    const Vector3d middle = 0.5 * (tips(turned) + turned.joints[thumb_tip].position);
+    at.wrist.pretranslate(Vector3d(p.centre.x() - middle.x(), p.centre.y() - middle.y(), 0.0));
+    return at;
+  };
+  const HandPose open = over(gripOf(p.width + 0.01));
+  const HandPose closed = over(gripOf(p.width - p.depth));
+  double t = 0.3;
+  Score score;
+  std::vector<Keyframe>& keys = score.hands.emplace_back();
+  keys.push_back({0.0, lifted(open, p.approach)});
+  keys.push_back({t, lifted(open, p.approach)});
+  keys.push_back({t += 1.0, open});
+  for (int i = 0; i < p.times; ++i) {
+    keys.push_back({t += 0.6, closed});
+    keys.push_back({t += 0.4, closed});
+    keys.push_back({t += 0.5, open});
+  }
+  keys.push_back({t += 1.0, lifted(open, p.approach)});
+  keys.push_back({t + 0.3, lifted(open, p.approach)});
+  return score;
+}
+
+Score roll(const Roll& p) {
+  if (!(p.scale > 0.0 && p.approach > 0.0 && p.depth >= 0.0 && p.travel >= 0.0 && p.times > 0))
+    throw std::invalid_argument(
+        "roll: expected positive scale, approach and times, depth and travel of 0 or more");
+  PressFinger press;
+  press.scale = p.scale;
+  press.centre = p.centre;
+  press.block_height = p.block_height;
+  const HandPose touching = flatPress(press).hands.at(0).at(2).pose;
+  const auto at = [&](double x, double z) {
+    HandPose pose = touching;
+    pose.wrist.pretranslate(Vector3d(x, 0.0, z));
+    return pose;
+  };
+  double t = 0.3;
+  Score score;
+  std::vector<Keyframe>& keys = score.hands.emplace_back();
+  keys.push_back({0.0, at(-p.travel, p.approach)});
+  keys.push_back({t, at(-p.travel, p.approach)});
+  keys.push_back({t += 1.0, at(-p.travel, 0.0)});
+  keys.push_back({t += 0.4, at(-p.travel, -p.depth)});
+  for (int i = 0; i < p.times; ++i) {
+    keys.push_back({t += 0.8, at(p.travel, -p.depth)});
+    keys.push_back({t += 0.8, at(-p.travel, -p.depth)});
+  }
+  keys.push_back({t += 1.0, at(-p.travel, p.approach)});
+  keys.push_back({t + 0.3, at(-p.travel, p.approach)});
+  return score;
+}
+
+Score inTurn(const std::vector<Score>& scores, double pause) {
+  Score all;
+  double start = 0.0;
+  for (const Score& score : scores) {
+    for (const auto& keys : score.hands) {
+      const Side side = keys.front().pose.side;
+      auto mine = std::find_if(all.hands.begin(), all.hands.end(),
+                               [&](const auto& other) { return other.front().pose.side == side; });
+      if (mine == all.hands.end()) {
+        mine = all.hands.emplace(all.hands.end());
+      } else if (start - pause > mine->back().time) {
+        // It rested: it sets out when the others do.
+        const HandPose rest = mine->back().pose;
+        mine->push_back({start - pause, rest});
+      }
+      for (Keyframe key : keys) {
+        key.time += start;
+        mine->push_back(key);
+      }
+    }
+    start += score.duration() + pause;
+  }
+  if (!scores.empty()) all.noise = scores.front().noise;
+  return all;
+}
+
 }  // namespace tactile_clay::hand

@@ -77,4 +77,35 @@ struct Potter {
 };
 Score potter(const Potter& parameters = {});
 
+/// The right thumb, and index and middle finger to its right, close on a block from above along y, squeeze it
+/// and let it go.
+struct Pinch {
+  double scale = 1.05;
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();  // m, of the block
+  double block_height = 0.04;                        // m
+  double approach = 0.06;                            // m above its place at start and end
+  double reach = 0.012;                              // m below the block's top that the fingertips go
+  double width = 0.03;                               // m, of the block between thumb and fingers
+  double depth = 0.006;                              // m that this becomes narrower
+  int times = 2;
+};
+/// \throws std::invalid_argument too where a hand of this scale cannot open or close so far
+Score pinch(const Pinch& parameters = {});
+
+/// The flat right palm presses on a block and rolls it forth and back.
+struct Roll {
+  double scale = 1.05;
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();  // m, of the block
+  double block_height = 0.04;                        // m
+  double approach = 0.06;                            // m above the block's top at start and end
+  double depth = 0.008;                              // m below it
+  double travel = 0.03;                              // m, to each side of the centre
+  int times = 3;                                     // forth and back, 1.6 s each
+};
+Score roll(const Roll& parameters = {});
+
+/// One score after the other; between them each hand takes `pause` seconds from where it ends to where it
+/// starts again, and a hand that a score does not have rests where it was. Noise is the first one's.
+Score inTurn(const std::vector<Score>& scores, double pause = 1.0);
+
 }  // namespace tactile_clay::hand

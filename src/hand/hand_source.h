@@ -38,6 +38,13 @@ class HandSource {
 
   /// True where frames come from a file, each with its own time stamp, and can be replayed at any speed.
   virtual bool recorded() const = 0;
+
+  /// True where the hands were cleaned before, as recorded `hands/tracked` are; asked once it is open.
+  virtual bool cleaned() const { return false; }
+
+  /// What went wrong since the last call, the newest in one line: a tracker that cannot be reached, a message
+  /// that is none. Empty if nothing did. Called by the thread that reads.
+  virtual std::string takeFault() { return {}; }
 };
 
 }  // namespace tactile_clay::hand

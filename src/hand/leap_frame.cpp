@@ -181,6 +181,11 @@ TrackedHand readHand(const Json& hand, const std::string& id, const Json& pointa
   return tracked;
 }
 
+std::runtime_error noLeapMessage(const std::string& where, const std::exception& error) {
+  return std::runtime_error(where + ": " + error.what() +
+                            ", expected one message of Leap's JSON protocol v6");
+}
+
 }  // namespace
 
 std::optional<LeapFrame> parseLeapFrame(const std::string& text, const std::string& where) {
@@ -208,8 +213,22 @@ std::optional<LeapFrame> parseLeapFrame(const std::string& text, const std::stri
     }
     return result;
   } catch (const std::exception& error) {
-    throw std::runtime_error(where + ": " + error.what() +
-                             ", expected one message of Leap's JSON protocol v6");
+    throw noLeapMessage(where, error);
+  }
+}
+
+std::optional<LeapDevice> parseLeapDevice(const std::string& text, const std::string& where) {
+  try {
+    const Json message = leap::parse(text);
+    if (!message.is_object()) throw std::runtime_error("is not an object");
+    const Json& event = leap::object(message, "event");
+    const auto type = event.find("type");
+    if (type == event.end() || *type != "deviceEvent") return std::nullopt;
+    const Json& state = leap::object(event, "state");
+    return LeapDevice{leap::id(state, "id"), leap::flag(state, "attached", true),
+                      leap::flag(state, "streaming", true)};
+  } catch (const std::exception& error) {
+    throw noLeapMessage(where, error);
   }
 }
 

@@ -25,4 +25,14 @@ struct LeapFrame {
 /// with one line if it is no such message
 std::optional<LeapFrame> parseLeapFrame(const std::string& text, const std::string& where);
 
+/// A device event of the service: what it says of one tracker.
+struct LeapDevice {
+  std::string id;  // digits or a serial number; empty if missing
+  bool attached = true;
+  bool streaming = true;
+};
+
+/// \return nothing where the message is no device event \throws std::runtime_error as parseLeapFrame
+std::optional<LeapDevice> parseLeapDevice(const std::string& text, const std::string& where);
+
 }  // namespace tactile_clay::hand

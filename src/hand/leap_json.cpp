@@ -82,6 +82,21 @@ std::optional<Eigen::Vector3d> vector(const Json& object, const char* key) {
   return Eigen::Vector3d(numberOf((*value)[0], key), numberOf((*value)[1], key), numberOf((*value)[2], key));
 }
 
+bool flag(const Json& object, const char* key, bool fallback) {
+  const Json* value = find(object, key);
+  if (value == nullptr) return fallback;
+  if (!value->is_boolean()) throw wrongType(key, "true or false");
+  return value->get<bool>();
+}
+
+const Json& object(const Json& parent, const char* key) {
+  static const Json none = Json::object();
+  const Json* value = find(parent, key);
+  if (value == nullptr) return none;
+  if (!value->is_object()) throw wrongType(key, "an object");
+  return *value;
+}
+
 const Json& array(const Json& object, const char* key) {
   static const Json none = Json::array();
   const Json* value = find(object, key);

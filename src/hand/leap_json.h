@@ -19,6 +19,12 @@ Json parse(const std::string& text);
 std::optional<double> number(const Json& object, const char* key);
 std::optional<Eigen::Vector3d> vector(const Json& object, const char* key);
 
+/// \param fallback where it is missing
+bool flag(const Json& object, const char* key, bool fallback);
+
+/// An object, empty where it is missing.
+const Json& object(const Json& parent, const char* key);
+
 /// An array, empty where it is missing.
 const Json& array(const Json& object, const char* key);
 

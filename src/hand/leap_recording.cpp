@@ -66,7 +66,7 @@ std::optional<LeapFrame> LeapRecording::nextFrame() {
     auto frame = parseLeapFrame(line, path_ + ":" + std::to_string(line_));
     if (!frame) continue;
     dropped_hands_ += frame->dropped.size();
-    if (!frame->dropped.empty()) last_drop_ = frame->dropped.back();
+    if (!frame->dropped.empty()) last_drop_ = new_drop_ = frame->dropped.back();
     const auto stamp = frame->frame.stamp;
     if (pass_frames_++ == 0) pass_first_ = stamp;
     pass_last_ = stamp;

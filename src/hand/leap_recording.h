@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "hand/hand_source.h"
 #include "hand/leap_frame.h"
@@ -24,6 +25,9 @@ class LeapRecording : public HandSource {
   Read read(TrackedFrame& frame, std::chrono::milliseconds timeout) override;
 
   bool recorded() const override { return true; }
+
+  /// The newest hand that had to be left out.
+  std::string takeFault() override { return std::exchange(new_drop_, {}); }
 
   std::uint64_t droppedHands() const { return dropped_hands_; }
   const std::string& lastDrop() const { return last_drop_; }  // one line, empty while there was none
@@ -49,7 +53,7 @@ class LeapRecording : public HandSource {
   std::uint64_t pass_frames_ = 0;
 
   std::uint64_t dropped_hands_ = 0;
-  std::string last_drop_;
+  std::string last_drop_, new_drop_;
 };
 
 }  // namespace tactile_clay::hand

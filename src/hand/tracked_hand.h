@@ -62,6 +62,7 @@ struct TrackedFrame {
       0};  // of the source's own clock; ROS time where `frame_id` is a ROS recording's
   std::string frame_id = "tracker";
   std::vector<TrackedHand> hands;
+  std::chrono::steady_clock::time_point received;  // when it reached this machine; not set by recordings
 };
 
 }  // namespace tactile_clay::hand

@@ -4,11 +4,13 @@
 #include "device/debug_device.h"
 #include "device/sonic_surface.h"
 #include "hand/leap_recording.h"
+#include "hand/leap_websocket.h"
 #ifdef TACTILE_CLAY_ULTRALEAP
 #include "device/ultraleap.h"
 #endif
 
 PLUGINLIB_EXPORT_CLASS(tactile_clay::hand::LeapRecording, tactile_clay::hand::HandSource)
+PLUGINLIB_EXPORT_CLASS(tactile_clay::hand::LeapWebsocket, tactile_clay::hand::HandSource)
 PLUGINLIB_EXPORT_CLASS(tactile_clay::device::DebugDevice, tactile_clay::device::ArrayDevice)
 PLUGINLIB_EXPORT_CLASS(tactile_clay::device::SonicSurface, tactile_clay::device::ArrayDevice)
 #ifdef TACTILE_CLAY_ULTRALEAP

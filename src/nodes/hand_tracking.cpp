@@ -3,7 +3,9 @@
 #include <tactile_clay/TrackedHands.h>
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "nodes/conversions.h"
 #include "nodes/exit_code.h"
@@ -23,6 +25,22 @@ const std::vector<std::string> whole_graph = {topic::hands_tracked, topic::hands
 const std::vector<std::string> side_topics = {topic::clay_particles, topic::clay_status,
                                               topic::joint_states,   topic::array_drive,
                                               topic::array_measured, topic::array_field};
+
+constexpr std::chrono::milliseconds live_patience(20);  // for a sample, before the hands are held
+constexpr std::chrono::milliseconds recording_patience(100);
+
+hand::CleanConfig cleanConfig(const ros::NodeHandle& nh) {
+  hand::CleanConfig config;
+  constexpr double any = std::numeric_limits<double>::max();  // the core checks ranges
+  for (const auto& [name, filter] :
+       {std::pair("position", &config.position), std::pair("orientation", &config.orientation)}) {
+    const std::string prefix = name;
+    filter->min_cutoff = paramIn(nh, prefix + "_min_cutoff", filter->min_cutoff, 0.0, any);
+    filter->beta = paramIn(nh, prefix + "_beta", filter->beta, 0.0, any);
+  }
+  config.prediction = paramIn(nh, "prediction", config.prediction, 0.0, 0.02);
+  return config;
+}
 
 }  // namespace
 
@@ -47,7 +65,14 @@ HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
   const bool from_topic = source_name_ == "topic";
   if (from_topic) options.topic = nh.resolveName(options.topic);
   passes_by_ = from_topic && options.topic == nh.resolveName(topic::hands_tracked);
+  const auto wanted = param<std::string>(private_nh, "clean", "auto");
+  if (wanted != "auto" && wanted != "true" && wanted != "false")
+    throw std::runtime_error("parameter " + private_nh.resolveName("clean") +
+                             ": expected auto, true or false, got '" + wanted + "'");
+  cleaner_.emplace(cleanConfig(private_nh));
   source_->open(options);
+  live_ = !source_->recorded();
+  if (wanted == "false" || (wanted == "auto" && source_->cleaned())) cleaner_.reset();
   if (lockstep_ && !source_->recorded())
     throw std::runtime_error("lockstep: expected hands from a recording or none, got the live source '" +
                              source_name_ + "'");
@@ -109,29 +134,95 @@ void HandTracking::waitForGraph() {
 }
 
 void HandTracking::follow() {
-  std::chrono::nanoseconds first{-1};
-  while (!stopped()) {
+  while (!stopped() && !over()) {
     hand::TrackedFrame frame;
-    const Read read = source_->read(frame, std::chrono::milliseconds(100));
+    const Read read = source_->read(frame, live_ ? live_patience : recording_patience);
+    tellFault();
     if (read == Read::ended) return;
-    if (read == Read::nothing) continue;
-
-    const auto stamp = time_(frame.stamp);
-    if (time_.repaired() > repaired_stamps_) {
-      repaired_stamps_ = time_.repaired();
-      ROS_WARN_THROTTLE(5.0, "hand_tracking: stamp %.6f s does not follow the one before: taken as %.6f s",
-                        1e-9 * static_cast<double>(frame.stamp.count()),
-                        1e-9 * static_cast<double>(stamp.count()));
+    if (read == Read::nothing) {
+      holdHands();
+      continue;
     }
-    if (first.count() < 0) first = stamp;
-    if (duration_ > 0.0 && std::chrono::duration<double>(stamp - first).count() >= duration_) return;
-    if (!lockstep_ && source_->recorded()) pace(stamp - first);
-    if (stopped()) return;
+    const auto stamp = live_ ? liveStamp(frame) : recordingStamp(frame);
+    if (!stamp || stopped()) return;
+    frame.stamp = *stamp;
+    source_frame_ = frame.frame_id;
     bad_hands_ += static_cast<unsigned>(leaveOutBadHands(frame));
+    clean(frame);
     placeInWorld(frame, world_, transforms_);
-    frame.stamp = lockstep_ ? stamp : toCore(ros::Time::now());
     release(frame);
   }
+}
+
+// Of a live source, which may never send a sample, `~duration` runs from the first one on.
+bool HandTracking::over() const {
+  return duration_ > 0.0 && first_sample_ && (ros::SteadyTime::now() - *first_sample_).toSec() >= duration_;
+}
+
+// Waits until the sample is due. Nothing where `~duration` is over.
+std::optional<std::chrono::nanoseconds> HandTracking::recordingStamp(const hand::TrackedFrame& frame) {
+  const auto stamp = time_(frame.stamp);
+  if (time_.repaired() > repaired_stamps_) {
+    repaired_stamps_ = time_.repaired();
+    ROS_WARN_THROTTLE(5.0, "hand_tracking: stamp %.6f s does not follow the one before: taken as %.6f s",
+                      1e-9 * static_cast<double>(frame.stamp.count()),
+                      1e-9 * static_cast<double>(stamp.count()));
+  }
+  if (!first_stamp_) first_stamp_ = stamp;
+  const auto elapsed = stamp - *first_stamp_;
+  if (duration_ > 0.0 && std::chrono::duration<double>(elapsed).count() >= duration_) return std::nullopt;
+  if (lockstep_) return stamp;
+  pace(elapsed);
+  return toCore(ros::Time::now());
+}
+
+std::chrono::nanoseconds HandTracking::liveStamp(const hand::TrackedFrame& frame) {
+  using std::chrono::steady_clock;
+  if (!first_sample_) first_sample_ = ros::SteadyTime::now();
+  const steady_clock::time_point now = steady_clock::now();
+  const bool told = frame.received != steady_clock::time_point();
+  const auto sampled = clock_(frame.stamp, (told ? frame.received : now).time_since_epoch());
+  clock_restarts_ = clock_.restarts();
+  const auto ros_now = toCore(ros::Time::now());
+  // Simulated time may stand still or run at any speed: it is then the time of arrival.
+  const auto stamp = ros::Time::isSimTime() ? ros_now : ros_now - (now.time_since_epoch() - sampled);
+  return std::max(stamp, last_stamp_ + std::chrono::microseconds(1));
+}
+
+// A tracker that says nothing does not leave its hands in the clay.
+void HandTracking::holdHands() {
+  if (!live_ || passes_by_ || !cleaner_ || !cleaner_->present()) return;
+  hand::TrackedFrame frame;
+  frame.stamp = std::max(toCore(ros::Time::now()), last_stamp_ + std::chrono::microseconds(1));
+  frame.frame_id = source_frame_;
+  clean(frame);
+  placeInWorld(frame, world_, transforms_);
+  release(frame);
+}
+
+void HandTracking::clean(hand::TrackedFrame& frame) {
+  const std::lock_guard<std::mutex> lock(report_mutex_);
+  for (const hand::TrackedHand& hand : frame.hands) {
+    auto& least = report_.confidence[static_cast<int>(hand.side)];
+    least = std::min(least.value_or(1.0), hand.confidence);
+  }
+  if (!cleaner_) return;
+  const std::uint64_t jumps = counts_.jumps;
+  cleaner_->clean(frame);
+  counts_ = cleaner_->counts();
+  if (counts_.jumps > jumps)
+    ROS_WARN_THROTTLE(
+        1.0, "hand_tracking: a hand jumped, expected at most %g m in a sample; it is taken for another one",
+        hand::CleanConfig().same_hand_distance);
+}
+
+void HandTracking::tellFault() {
+  const std::string fault = source_->takeFault();
+  if (fault.empty()) return;
+  ++faults_;
+  ROS_WARN_THROTTLE(5.0, "hand_tracking: %s", fault.c_str());
+  const std::lock_guard<std::mutex> lock(report_mutex_);
+  report_.fault = fault;
 }
 
 void HandTracking::pace(std::chrono::nanoseconds elapsed) {
@@ -146,7 +237,15 @@ void HandTracking::release(const hand::TrackedFrame& frame) {
   const ros::Time stamp = toRos(frame.stamp);
   if (publisher_) publisher_.publish(boost::make_shared<TrackedHands>(toMessage(frame)));
   last_release_ = stamp;
+  last_stamp_ = frame.stamp;
   ++frames_;
+  {
+    const std::lock_guard<std::mutex> lock(report_mutex_);
+    const double age = lockstep_ ? 0.0 : (ros::Time::now() - stamp).toSec();
+    ++report_.frames;
+    report_.age_sum += age;
+    report_.age_max = std::max(report_.age_max, age);
+  }
   hands_ = static_cast<unsigned>(frame.hands.size());
   if (!lockstep_) return;
   if (!answers_.wait(stamp, answer_patience, [this] { return stopped(); }) && !stopped())
@@ -155,22 +254,39 @@ void HandTracking::release(const hand::TrackedFrame& frame) {
 }
 
 void HandTracking::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
-  const unsigned frames = frames_;
+  const ros::WallTime now = ros::WallTime::now();
+  const double seconds = reported_.isZero() ? 1.0 : std::max(1e-3, (now - reported_).toSec());
+  reported_ = now;
+  const std::lock_guard<std::mutex> lock(report_mutex_);
+  const Report report = std::exchange(report_, Report());
   using Level = diagnostic_msgs::DiagnosticStatus;
-  if (frames == frames_before_) {
+  if (!report.fault.empty())
+    status.summary(Level::WARN, report.fault);
+  else if (report.frames == 0)
     status.summary(Level::WARN, "no frames from source '" + source_name_ + "'");
-  } else if (bad_hands_ > 0 || repaired_stamps_ > 0) {
+  else if (bad_hands_ > 0 || repaired_stamps_ > 0)
     status.summary(Level::WARN, "hands left out or stamps repaired");
-  } else {
+  else
     status.summary(Level::OK, "tracking");
-  }
   status.add("source", source_name_);
-  status.add("frames", frames);
-  status.add("frames a second", frames - frames_before_);
+  status.add("frames", frames_.load());
+  status.add("rate, Hz", report.frames / seconds);
+  status.add("age, mean, s", report.frames > 0 ? report.age_sum / report.frames : 0.0);
+  status.add("age, most, s", report.age_max);
   status.add("hands", hands_.load());
+  for (const int side : {0, 1})
+    status.add(side == 0 ? "confidence, left, least" : "confidence, right, least",
+               report.confidence[side] ? std::to_string(*report.confidence[side]) : "not seen");
+  status.add("dropouts", counts_.dropouts);
+  status.add("hands lost", counts_.losses);
+  status.add("changes of id", counts_.id_changes);
+  status.add("changes of side", counts_.side_changes);
+  status.add("artefacts left out", counts_.artefacts);
+  status.add("jumps", counts_.jumps);
   status.add("hands left out", bad_hands_.load());
   status.add("stamps repaired", repaired_stamps_.load());
-  frames_before_ = frames;
+  status.add("restarts of the device clock", clock_restarts_.load());
+  status.add("faults of the source", faults_.load());
 }
 
 }  // namespace tactile_clay::nodes

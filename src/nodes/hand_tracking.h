@@ -2,11 +2,16 @@
 
 #include <ros/ros.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
+#include "hand/device_clock.h"
+#include "hand/hand_cleaner.h"
 #include "hand/hand_source.h"
 #include "nodes/answers.h"
 #include "nodes/graph_connections.h"
@@ -17,13 +22,15 @@
 
 namespace tactile_clay::nodes {
 
-/// Reads one source of tracked hands, places them in `world` and publishes `hands/tracked`.
+/// Reads one source of tracked hands, cleans them (hand_cleaner.h), places them in `world` and publishes
+/// `hands/tracked`.
 ///
-/// Live, recordings run by their own clock times `~rate`, and every sample is stamped with the time of its
-/// release. In lockstep, stamps are the recording's, and sample k+1 is released when the array has answered
-/// sample k; the first one waits until the topics of `~graph`, and the node `~recorder` if one is named, are
-/// connected. It ends its process, with code 0, when the source has ended or after `~duration` seconds of
-/// input.
+/// A live tracker's samples are stamped with the ROS time at which its device took them (device_clock.h);
+/// while it says nothing, hands that are there are held and fade out. Live, recordings run by their own clock
+/// times `~rate`, and every sample is stamped with the time of its release. In lockstep, stamps are the
+/// recording's, and sample k+1 is released when the array has answered sample k; the first one waits until
+/// the topics of `~graph`, and the node `~recorder` if one is named, are connected. It ends its process, with
+/// code 0, when the source has ended or after `~duration` seconds of input.
 class HandTracking {
  public:
   /// \throws std::runtime_error with one line where a parameter is wrong or the source cannot be opened
@@ -36,6 +43,12 @@ class HandTracking {
   void run();
   void waitForGraph();
   void follow();
+  bool over() const;
+  std::optional<std::chrono::nanoseconds> recordingStamp(const hand::TrackedFrame& frame);
+  std::chrono::nanoseconds liveStamp(const hand::TrackedFrame& frame);
+  void holdHands();
+  void tellFault();
+  void clean(hand::TrackedFrame& frame);
   void pace(std::chrono::nanoseconds elapsed);
   void release(const hand::TrackedFrame& frame);
   bool stopped() const { return stopping_ || !ros::ok(); }
@@ -46,6 +59,7 @@ class HandTracking {
   std::string world_;
   double rate_, duration_;
   bool lockstep_;
+  bool live_ = false;       // the source is no recording
   bool passes_by_ = false;  // the input topic is hands/tracked itself: nothing is to be published
 
   Plugin<hand::HandSource> source_;
@@ -57,10 +71,27 @@ class HandTracking {
   bool wait_for_graph_;  // live too; lockstep always waits
 
   RecordingTime time_;
+  hand::DeviceClock clock_;
+  std::optional<hand::HandCleaner> cleaner_;
+  std::optional<std::chrono::nanoseconds> first_stamp_;  // of a recording
+  std::optional<ros::SteadyTime> first_sample_;          // of a live source
+  std::chrono::nanoseconds last_stamp_{0};               // of what was released
+  std::string source_frame_;
   ros::SteadyTime start_;
   ros::Time last_release_;
-  std::atomic<unsigned> frames_{0}, hands_{0}, bad_hands_{0}, repaired_stamps_{0};
-  unsigned frames_before_ = 0;
+
+  struct Report {  // of the last second
+    unsigned frames = 0;
+    double age_sum = 0.0, age_max = 0.0;              // s
+    std::array<std::optional<double>, 2> confidence;  // least, by side
+    std::string fault;
+  };
+  std::mutex report_mutex_;
+  Report report_;
+  hand::CleanCounts counts_;
+  ros::WallTime reported_;
+  std::atomic<unsigned> frames_{0}, hands_{0}, bad_hands_{0}, repaired_stamps_{0}, faults_{0},
+      clock_restarts_{0};
 
   Health health_;
   std::atomic<bool> stopping_{false};

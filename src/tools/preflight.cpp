@@ -17,6 +17,7 @@
 
 #include "device/array_device.h"
 #include "hand/hand_source.h"
+#include "hand/leap_websocket.h"
 #include "nodes/plugin.h"
 #include "nodes/share.h"
 #include "scene/scene.h"
@@ -32,16 +33,21 @@ Arguments parse(int argc, char** argv) {
                          {"quality", "balanced"},
                          {"solver", ""},
                          {"hands", "bag"},
-                         {"file", clay::nodes::packageFolder() + "/test/bags/knead.bag"},
+                         {"file", ""},
                          {"device", "simulated"},
                          {"hand_model", "kinematic"},
-                         {"tracker_pose", ""}};
+                         {"tracker_pose", ""},
+                         {"url", ""}};
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     const std::size_t at = argument.find(":=");
     if (at != std::string::npos && argument.substr(0, 2) != "__")
       arguments[argument.substr(0, at)] = argument.substr(at + 2);
   }
+  std::string& file = arguments.at("file");
+  if (file.empty())
+    file = arguments.at("hands") == "choreography" ? "kneading"
+                                                   : clay::nodes::packageFolder() + "/test/bags/knead.bag";
   return arguments;
 }
 
@@ -49,9 +55,13 @@ void checkHands(const Arguments& arguments) {
   const std::string& file = arguments.at("file");
   clay::nodes::Plugin<clay::hand::HandSource> source("tactile_clay::hand::HandSource", "source of hands",
                                                      arguments.at("hands"));
-  const bool needs_file = arguments.at("hands") == "bag" || arguments.at("hands") == "leap_recording";
+  if (arguments.at("hands") == "leap_websocket") clay::hand::parseWebsocketUrl(arguments.at("url"));
+  const bool scripted = arguments.at("hands") == "choreography";
+  const bool needs_file =
+      arguments.at("hands") == "bag" || arguments.at("hands") == "leap_recording" || scripted;
   if (!needs_file) return;
-  if (!std::ifstream(file)) throw std::runtime_error("file '" + file + "' of hands cannot be read");
+  if (!scripted && !std::ifstream(file))
+    throw std::runtime_error("file '" + file + "' of hands cannot be read");
   clay::hand::SourceOptions options;
   options.file = file;
   source->open(options);
@@ -93,6 +103,7 @@ std::string checkAll(const Arguments& arguments) {
     clay::nodes::Plugin<clay::device::ArrayDevice>("tactile_clay::device::ArrayDevice", "device",
                                                    arguments.at("device"), "simulated");
   check(arguments, "rate", 0.01, 100.0);
+  check(arguments, "prediction", 0.0, 0.02);
   check(arguments, "duration", 0.0, 1e9);
   check(arguments, "substeps", 0, 1000);
   check(arguments, "iterations", 0, 1000);

@@ -119,11 +119,15 @@ class BadInput(unittest.TestCase):
     def test_unknown_source_of_hands(self):
         self.expect_one_line(['hands:=telepathy'], 'telepathy', 'leap_recording')
 
+    def test_url_that_is_none(self):
+        self.expect_one_line(['hands:=leap_websocket', 'url:=http://localhost:6437'], 'http://localhost:6437',
+                             'expected ws://HOST[:PORT][/PATH]')
+
     def test_unknown_argument(self):
         self.expect_one_line(['secne:=press'], 'secne', 'scene')
 
     def test_wrong_numbers(self):
-        for argument in ('rate:=fast', 'duration:=-1', 'max_points:=0', 'threads:=many', 'tracker_pose:=1 2 3'):
+        for argument in ('rate:=fast', 'duration:=-1', 'max_points:=0', 'threads:=many', 'prediction:=0.1', 'tracker_pose:=1 2 3'):
             with self.subTest(argument):
                 self.expect_one_line([argument], argument.split(':')[0])
 
@@ -136,6 +140,8 @@ class BadInput(unittest.TestCase):
         for number, (program, argument, words) in enumerate((
                 ('hand_tracking', '_source:=telepathy', 'telepathy'),
                 ('hand_tracking', '_tracker_pose:=1 2 3', 'tracker_pose'),
+                ('hand_tracking', '_clean:=perhaps', 'expected auto, true or false'),
+                ('hand_tracking', '_position_beta:=-1', 'position_beta'),
                 ('hand_simulator', '_spacing:=-1', 'spacing'),
                 ('clay_simulator', '_scene:=sandbox', 'sandbox'),
                 ('clay_simulator', '_rate:=zero', 'rate'),

@@ -168,16 +168,17 @@ class Graph:
 
 
 class Messages:
-    """What a bag holds: messages and their bytes by topic, in the order of arrival."""
+    """What a bag holds: messages, their bytes and times (s) by topic, in the order of arrival."""
 
     def __init__(self, path, topics=None):
-        self.by_topic, self.bytes = {}, {}
+        self.by_topic, self.bytes, self.times = {}, {}, {}
         with rosbag.Bag(path) as opened:
-            for topic, (_, data, _, _, kind), _ in opened.read_messages(topics=topics, raw=True):
+            for topic, (_, data, _, _, kind), time_of_arrival in opened.read_messages(topics=topics, raw=True):
                 message = kind()
                 message.deserialize(data)
                 self.by_topic.setdefault(topic, []).append(message)
                 self.bytes.setdefault(topic, []).append(data)
+                self.times.setdefault(topic, []).append(time_of_arrival.to_sec())
 
     def __getitem__(self, topic):
         return self.by_topic.get(topic, [])

@@ -17,6 +17,7 @@ class BagSource : public hand::HandSource {
   void open(const hand::SourceOptions& options) override;
   Read read(hand::TrackedFrame& frame, std::chrono::milliseconds timeout) override;
   bool recorded() const override { return true; }
+  bool cleaned() const override { return true; }
 
  private:
   std::string file_;

@@ -29,6 +29,7 @@ class TopicSource : public hand::HandSource {
   }
 
   bool recorded() const override { return false; }
+  bool cleaned() const override { return true; }
 
  private:
   ros::CallbackQueue queue_;

@@ -53,7 +53,9 @@ void expectPlayable(const Score& score) {
 }
 
 TEST(Choreography, EveryScoreIsPlayable) {
-  for (const Score& score : {knead(), pressFinger(), flatPress(), potter()}) expectPlayable(score);
+  for (const Score& score : {knead(), pressFinger(), flatPress(), potter(), pinch(), roll(),
+                             inTurn({pressFinger(), pinch(), roll(), knead()})})
+    expectPlayable(score);
 }
 
 TEST(Choreography, KneadingPressesWithHeelPalmAndFingersToItsDepth) {
@@ -184,6 +186,65 @@ TEST(Choreography, RefusesParametersThatMakeNoMotion) {
   Potter inside;
   inside.depth = 0.06;
   EXPECT_THROW(potter(inside), std::invalid_argument);
+}
+
+// Smallest distance of a point of the thumb's skin from the skin of index and middle finger, in the block.
+double gripWidth(const TrackedHand& hand) {
+  const Eigen::Vector3d fingers = 0.5 * (hand.joints[index_tip].position + hand.joints[middle_tip].position);
+  return (fingers - hand.joints[thumb_tip].position).norm() - hand.joints[thumb_tip].radius -
+         hand.joints[index_tip].radius;
+}
+
+TEST(Choreography, APinchClosesToItsWidthAroundTheBlock) {
+  Pinch parameters;
+  parameters.centre = {0.02, -0.03};
+  const Score score = pinch(parameters);
+  double narrowest = 1.0, widest = 0.0;
+  for (double t = 0.0; t <= score.duration(); t += 0.01) {
+    const TrackedHand hand = score.sample(t).hands.at(0);
+    narrowest = std::min(narrowest, gripWidth(hand));
+    widest = std::max(widest, gripWidth(hand));
+    if (std::abs(gripWidth(hand) - (parameters.width - parameters.depth)) > 1e-4) continue;
+    // Closed: around the block's centre, and below its top.
+    const Eigen::Vector3d middle =
+        0.25 * (hand.joints[index_tip].position + hand.joints[middle_tip].position) +
+        0.5 * hand.joints[thumb_tip].position;
+    EXPECT_LT((middle.head<2>() - parameters.centre).norm(), 1e-4);
+    EXPECT_LT(hand.joints[index_tip].position.z(), parameters.block_height);
+    EXPECT_LT(hand.joints[thumb_tip].position.z(), parameters.block_height);
+  }
+  EXPECT_NEAR(narrowest, parameters.width - parameters.depth, 1e-4);
+  EXPECT_GT(widest, parameters.width + 0.005);
+}
+
+TEST(Choreography, ARollStaysAtItsDepthAndGoesToAndFro) {
+  const Roll parameters;
+  const Score score = roll(parameters);
+  double left = 1.0, right = -1.0, lowest_palm = 1.0;
+  for (double t = 0.0; t <= score.duration(); t += 0.01) {
+    const Eigen::Vector3d palm_at = score.sample(t).hands.at(0).joints[palm].position;
+    lowest_palm = std::min(lowest_palm, palm_at.z());
+    left = std::min(left, palm_at.x());
+    right = std::max(right, palm_at.x());
+  }
+  EXPECT_NEAR(right - left, 2.0 * parameters.travel, 1e-9);
+  const double start = score.sample(0.0).hands.at(0).joints[palm].position.z();
+  EXPECT_NEAR(start - lowest_palm, parameters.approach + parameters.depth, 1e-9);
+}
+
+TEST(Choreography, ScoresInTurnAreThoseScores) {
+  const Score press = pressFinger(), two = knead(), all = inTurn({press, two, press}, 0.5);
+  EXPECT_DOUBLE_EQ(all.duration(), 2.0 * press.duration() + two.duration() + 1.0);
+  const double second = press.duration() + 0.5;
+  for (double t = 0.0; t < two.duration(); t += 0.1) {
+    const auto a = two.sample(t), b = all.sample(second + t);
+    ASSERT_EQ(b.hands.size(), 2U);
+    for (const TrackedHand& hand : a.hands) {
+      const auto same = std::find_if(b.hands.begin(), b.hands.end(),
+                                     [&](const TrackedHand& other) { return other.side == hand.side; });
+      EXPECT_LT((same->joints[index_tip].position - hand.joints[index_tip].position).norm(), 1e-9) << t;
+    }
+  }
 }
 
 }  // namespace

@@ -1,0 +1,98 @@
+#include "hand/calibration.h"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+#include <stdexcept>
+
+namespace tactile_clay::hand {
+namespace {
+
+constexpr double narrowest = 0.005;  // m, of the triangle's least spread, below which it is a line
+
+// Root of the second largest variance: what the points have beside their longest direction.
+double spread(const Eigen::Matrix3Xd& points) {
+  const Eigen::Matrix3Xd centred = points.colwise() - points.rowwise().mean();
+  return Eigen::JacobiSVD<Eigen::Matrix3Xd>(centred).singularValues()[1] /
+         std::sqrt(static_cast<double>(points.cols()));
+}
+
+Eigen::Matrix3Xd columns(const std::vector<Eigen::Vector3d>& points, const char* what) {
+  Eigen::Matrix3Xd matrix(3, static_cast<Eigen::Index>(points.size()));
+  for (std::size_t i = 0; i < points.size(); ++i) matrix.col(static_cast<Eigen::Index>(i)) = points[i];
+  if (!matrix.allFinite())
+    throw std::invalid_argument(std::string("calibration: a ") + what +
+                                " point is not finite, expected metres");
+  if (spread(matrix) < narrowest)
+    throw std::invalid_argument(std::string("calibration: the ") + what +
+                                " points lie on one line, expected a triangle of 5 cm or more");
+  return matrix;
+}
+
+}  // namespace
+
+RigidFit fitRigid(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to) {
+  if (from.size() != to.size() || from.size() < 3)
+    throw std::invalid_argument("calibration: " + std::to_string(from.size()) + " touched and " +
+                                std::to_string(to.size()) +
+                                " marked points, expected as many of each, 3 at least");
+  const Eigen::Matrix3Xd a = columns(from, "touched"), b = columns(to, "marked");
+  RigidFit fit;
+  fit.pose.matrix() = Eigen::umeyama(a, b, false);
+  const Eigen::RowVectorXd distances =
+      (fit.pose.matrix().topRows<3>() * a.colwise().homogeneous() - b).colwise().norm();
+  fit.rms = std::sqrt(distances.squaredNorm() / static_cast<double>(distances.size()));
+  fit.worst = distances.maxCoeff();
+  return fit;
+}
+
+std::optional<Eigen::Vector3d> TouchDetector::add(double time, const Eigen::Vector3d& tip) {
+  samples_.push_back({time, tip});
+  // What is left of the past is just long enough to tell.
+  const auto old = std::find_if(samples_.rbegin(), samples_.rend(),
+                                [&](const Sample& sample) { return sample.time <= time - config_.seconds; });
+  if (old == samples_.rend()) return std::nullopt;
+  samples_.erase(samples_.begin(), std::prev(old.base()));
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Sample& sample : samples_) mean += sample.tip / static_cast<double>(samples_.size());
+  for (const Sample& sample : samples_)
+    if (!((sample.tip - mean).norm() <= config_.radius)) return std::nullopt;
+  if (last_ && (mean - *last_).norm() < config_.apart) return std::nullopt;
+  last_ = mean;
+  samples_.clear();
+  return mean;
+}
+
+Eigen::Vector3d rollPitchYaw(const Eigen::Matrix3d& r) {
+  const double pitch = std::atan2(-r(2, 0), std::hypot(r(2, 1), r(2, 2)));
+  // Looking straight up or down, roll and yaw are one: it is given to yaw.
+  if (std::hypot(r(2, 1), r(2, 2)) < 1e-9) return {0.0, pitch, std::atan2(-r(0, 1), r(1, 1))};
+  return {std::atan2(r(2, 1), r(2, 2)), pitch, std::atan2(r(1, 0), r(0, 0))};
+}
+
+std::string trackerPoseLine(const Eigen::Isometry3d& pose) {
+  const Eigen::Vector3d p = pose.translation(), angles = rollPitchYaw(pose.linear());
+  // No "-0.00000".
+  const auto rounded = [](double number) { return std::round(number * 1e5) / 1e5 + 0.0; };
+  char line[160];
+  std::snprintf(line, sizeof line, "tracker_pose: [%.5f, %.5f, %.5f, %.5f, %.5f, %.5f]", rounded(p.x()),
+                rounded(p.y()), rounded(p.z()), rounded(angles.x()), rounded(angles.y()),
+                rounded(angles.z()));
+  return line;
+}
+
+std::string withTrackerPose(const std::string& yaml, const Eigen::Isometry3d& pose) {
+  std::istringstream lines(yaml);
+  std::string result, line;
+  bool replaced = false;
+  while (std::getline(lines, line)) {
+    const bool it = line.rfind("tracker_pose:", 0) == 0;
+    result += (it ? trackerPoseLine(pose) : line) + "\n";
+    replaced = replaced || it;
+  }
+  return replaced ? result : result + trackerPoseLine(pose) + "\n";
+}
+
+}  // namespace tactile_clay::hand

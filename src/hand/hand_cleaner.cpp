@@ -1,0 +1,185 @@
+#include "hand/hand_cleaner.h"
+
+#include <algorithm>
+#include <sstream>
+#include <stdexcept>
+
+namespace tactile_clay::hand {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+// Of a radius, at the end of a fade. On a finger thinner than that, the skins of its two sides are both in
+// reach of one particle of clay, and push it about.
+constexpr double thinnest = 0.5;
+constexpr double velocity_cutoff = 10.0;  // Hz, of the motion that predicts
+
+double seconds(std::chrono::nanoseconds time) {
+  return std::chrono::duration<double>(time).count();
+}
+
+void require(bool good, const char* what, double value, const char* expected) {
+  if (good) return;
+  std::ostringstream line;
+  line << "clean tracking: " << what << " " << value << ", expected " << expected;
+  throw std::invalid_argument(line.str());
+}
+
+double palmDistance(const TrackedHand& a, const TrackedHand& b) {
+  return (a.joints[palm].position - b.joints[palm].position).norm();
+}
+
+TrackedHand faded(TrackedHand hand, double presence) {
+  hand.confidence *= presence;
+  for (JointPose& joint : hand.joints) joint.radius *= thinnest + (1.0 - thinnest) * presence;
+  return hand;
+}
+
+}  // namespace
+
+HandCleaner::HandCleaner(const CleanConfig& config) : config_(config) {
+  for (const auto& [what, filter] :
+       {std::pair("position", config.position), std::pair("orientation", config.orientation)}) {
+    const std::string name = what;
+    require(filter.min_cutoff > 0.0, (name + " min_cutoff").c_str(), filter.min_cutoff,
+            "a frequency above 0 Hz");
+    require(filter.beta >= 0.0, (name + " beta").c_str(), filter.beta, "0 or more");
+    require(filter.derivative_cutoff > 0.0, (name + " derivative_cutoff").c_str(), filter.derivative_cutoff,
+            "a frequency above 0 Hz");
+  }
+  require(config.hold >= 0.0 && config.hold <= 0.05, "hold", config.hold, "0 to 0.05 s");
+  require(config.gone > config.hold && config.gone <= 0.15, "gone", config.gone,
+          "a time after hold, to 0.15 s");
+  require(config.same_hand_time >= config.gone && config.same_hand_time <= 0.15, "same_hand_time",
+          config.same_hand_time, "gone to 0.15 s");
+  require(config.prediction >= 0.0 && config.prediction <= 0.02, "prediction", config.prediction,
+          "0 to 0.02 s");
+}
+
+void HandCleaner::clean(TrackedFrame& frame) {
+  std::array<const TrackedHand*, 2> seen{};
+  for (const TrackedHand& hand : frame.hands) seen[static_cast<int>(hand.side)] = &hand;
+  for (int side = 0; side < 2; ++side) {
+    std::optional<Track>& track = tracks_[side];
+    const TrackedHand* other = seen[1 - side];
+    if (track && !seen[side] && other && other->id == track->seen.id &&
+        palmDistance(*other, track->seen) <= config_.same_hand_distance) {
+      track.reset();
+      ++counts_.side_changes;
+    }
+  }
+  std::vector<TrackedHand> hands;
+  for (int side = 0; side < 2; ++side) {
+    std::optional<Track>& track = tracks_[side];
+    if (seen[side])
+      see(track, *seen[side], frame.stamp);
+    else
+      miss(track, frame.stamp);
+    if (track && track->presence > 0.0) hands.push_back(faded(track->released, track->presence));
+  }
+  frame.hands = std::move(hands);
+}
+
+void HandCleaner::see(std::optional<Track>& track, const TrackedHand& hand, std::chrono::nanoseconds stamp) {
+  forget(track, stamp);
+  if (track) {
+    const double step = palmDistance(hand, track->seen);
+    const double speed = step / seconds(stamp - track->stamp);
+    if (speed > config_.artefact_speed && hand.confidence < config_.artefact_confidence) {
+      ++counts_.artefacts;
+      return miss(track, stamp);
+    }
+    const bool renamed = hand.id != track->seen.id;
+    if (step > config_.same_hand_distance && (renamed || speed > config_.jump_speed)) {
+      ++counts_.jumps;
+      track.reset();
+    } else {
+      if (renamed) {
+        startBlend(*track, hand, stamp);
+        ++counts_.id_changes;
+      }
+      return goOn(*track, hand, stamp);
+    }
+  }
+  track.emplace();
+  track->seen = track->blended = track->clean = track->released = hand;
+  track->stamp = track->updated = stamp;
+  for (int joint = 0; joint < joint_count; ++joint) {
+    track->position[joint].reset(hand.joints[joint].position);
+    track->orientation[joint].reset(hand.joints[joint].orientation);
+  }
+}
+
+// A moving hand is expected where its motion takes it, so that a change of id alone makes no step.
+void HandCleaner::startBlend(Track& track, const TrackedHand& hand, std::chrono::nanoseconds stamp) {
+  const double te = seconds(stamp - track.stamp);
+  track.steps.emplace();
+  track.blend_start = stamp;
+  for (int joint = 0; joint < joint_count; ++joint) {
+    const JointPose& to = hand.joints[joint];
+    const Motion& motion = track.motion[joint];
+    const Vector3d expected = track.blended.joints[joint].position + te * motion.velocity;
+    const Quaterniond turned = track.blended.joints[joint].orientation * rotation(te * motion.turning);
+    (*track.steps)[joint] = {to.position - expected,
+                             rotationVector(turned.conjugate() * to.orientation.normalized())};
+  }
+}
+
+void HandCleaner::goOn(Track& track, const TrackedHand& hand, std::chrono::nanoseconds stamp) {
+  const double te = seconds(stamp - track.stamp);
+  double step_left = 0.0;
+  if (track.steps) {
+    step_left = 1.0 - seconds(stamp - track.blend_start) / config_.blend;
+    if (step_left <= 0.0) track.steps.reset();
+  }
+  const double gain = lowPassGain(velocity_cutoff, te);
+  const TrackedHand before = track.clean;
+  track.seen = track.blended = track.clean = hand;
+  for (int joint = 0; joint < joint_count; ++joint) {
+    JointPose& pose = track.blended.joints[joint];
+    pose.orientation.normalize();
+    if (track.steps) {
+      pose.position -= step_left * (*track.steps)[joint].position;
+      pose.orientation = pose.orientation * rotation(-step_left * (*track.steps)[joint].rotation);
+    }
+    JointPose& clean = track.clean.joints[joint];
+    clean.position = track.position[joint].filter(pose.position, te, config_.position);
+    clean.orientation = track.orientation[joint].filter(pose.orientation, te, config_.orientation);
+    const JointPose& last = before.joints[joint];
+    Motion& motion = track.motion[joint];
+    motion.velocity += gain * ((clean.position - last.position) / te - motion.velocity);
+    motion.turning +=
+        gain * (rotationVector(last.orientation.conjugate() * clean.orientation) / te - motion.turning);
+  }
+  track.stamp = stamp;
+  // What had begun to fade comes back as fast as it went.
+  track.presence =
+      std::min(1.0, track.presence + seconds(stamp - track.updated) / (config_.gone - config_.hold));
+  track.updated = stamp;
+  track.released = track.clean;
+  if (config_.prediction > 0.0)
+    for (int joint = 0; joint < joint_count; ++joint) {
+      JointPose& pose = track.released.joints[joint];
+      pose.position += config_.prediction * track.motion[joint].velocity;
+      pose.orientation = pose.orientation * rotation(config_.prediction * track.motion[joint].turning);
+    }
+}
+
+void HandCleaner::miss(std::optional<Track>& track, std::chrono::nanoseconds stamp) {
+  forget(track, stamp);
+  if (!track) return;
+  if (track->presence > 0.0) ++counts_.dropouts;
+  const double age = seconds(stamp - track->stamp);
+  const double left = (config_.gone - age) / (config_.gone - config_.hold);
+  track->presence = std::max(0.0, std::min(track->presence, left));
+  track->updated = stamp;
+}
+
+void HandCleaner::forget(std::optional<Track>& track, std::chrono::nanoseconds stamp) {
+  if (!track || seconds(stamp - track->stamp) < config_.same_hand_time) return;
+  track.reset();
+  ++counts_.losses;
+}
+
+}  // namespace tactile_clay::hand

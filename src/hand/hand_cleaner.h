@@ -1,0 +1,98 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+
+#include "hand/one_euro.h"
+#include "hand/tracked_hand.h"
+
+namespace tactile_clay::hand {
+
+struct CleanConfig {
+  OneEuroConfig position{2.0, 100.0, 1.0};    // beta per m
+  OneEuroConfig orientation{2.0, 10.0, 1.0};  // beta per rad
+  double hold = 0.03;                         // s, that a hand which is not seen stays as it was
+  double gone = 0.08;                         // s after it was last seen, it has faded out
+  double same_hand_time = 0.1;                // s after it was last seen, it is still the same hand
+  double same_hand_distance = 0.05;           // m, of the palm, within which another id is the same hand
+  double blend = 0.1;                         // s, over which the step of a changed id is taken
+  double artefact_speed = 1.5;                // m/s, of the palm, with a confidence below
+  double artefact_confidence = 0.5;
+  double jump_speed = 20.0;  // m/s, of the palm, that no hand has: it is another one
+  double prediction = 0.0;   // s ahead, 0 to 0.02
+};
+
+/// How often, since the start.
+struct CleanCounts {
+  std::uint64_t dropouts = 0;      // samples without a hand that was there before, which was held or faded
+  std::uint64_t losses = 0;        // hands that had faded out
+  std::uint64_t id_changes = 0;    // of the same hand
+  std::uint64_t side_changes = 0;  // hands that the tracker took for the other one
+  std::uint64_t artefacts = 0;     // samples left out
+  std::uint64_t jumps = 0;         // steps that no hand makes
+};
+
+/// Turns what a tracker says into hands that the clay can feel. State is kept by side, not by id:
+///
+/// - poses pass a One-Euro filter, which starts anew when a hand returns;
+/// - a hand that is not seen is held for `hold`, and fades out until `gone`: it grows thin about its bones,
+/// to half
+///   its radii, so that skin and touch withdraw from the clay, and its confidence falls to zero;
+/// - another id, of a hand seen less than `same_hand_time` ago and closer than `same_hand_distance` to where
+/// it was, is
+///   the same hand, and a step that this makes is blended over `blend`; farther away, it is another hand;
+/// - an id that changes sides in its place takes its hand along;
+/// - a fast step of an unsure hand is an artefact, and left out as if the hand was not seen.
+class HandCleaner {
+ public:
+  /// \throws std::invalid_argument with one line where a number is out of its range
+  explicit HandCleaner(const CleanConfig& config);
+
+  /// Cleans the hands of a frame in place, at most one a side, the left one first. Hands are sane
+  /// (hand_check); stamps increase.
+  void clean(TrackedFrame& frame);
+
+  /// True while hands are there, seen or not.
+  bool present() const {
+    return (tracks_[0] && tracks_[0]->presence > 0.0) || (tracks_[1] && tracks_[1]->presence > 0.0);
+  }
+  const CleanCounts& counts() const { return counts_; }
+
+ private:
+  struct Step {  // of a joint, from where it was expected to where it was seen
+    Eigen::Vector3d position;
+    Eigen::Vector3d rotation;  // vector, rad
+  };
+  struct Motion {
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // m/s
+    Eigen::Vector3d turning = Eigen::Vector3d::Zero();   // rad/s, in the joint's frame
+  };
+  struct Track {
+    TrackedHand seen;                  // as it came
+    TrackedHand blended;               // and without what is left of the step of a changed id
+    TrackedHand clean;                 // and filtered
+    TrackedHand released;              // and predicted
+    std::chrono::nanoseconds stamp;    // when it was seen
+    std::chrono::nanoseconds updated;  // when it was seen or missed
+    double presence = 1.0;             // 0-1
+    std::array<OneEuro<3>, joint_count> position;
+    std::array<OneEuroRotation, joint_count> orientation;
+    std::array<Motion, joint_count> motion;
+    std::optional<std::array<Step, joint_count>> steps;  // of a changed id, at blend_start
+    std::chrono::nanoseconds blend_start{0};
+  };
+
+  void see(std::optional<Track>& track, const TrackedHand& hand, std::chrono::nanoseconds stamp);
+  void goOn(Track& track, const TrackedHand& hand, std::chrono::nanoseconds stamp);
+  void miss(std::optional<Track>& track, std::chrono::nanoseconds stamp);
+  void forget(std::optional<Track>& track, std::chrono::nanoseconds stamp);
+  void startBlend(Track& track, const TrackedHand& hand, std::chrono::nanoseconds stamp);
+
+  CleanConfig config_;
+  std::array<std::optional<Track>, 2> tracks_;  // by side
+  CleanCounts counts_;
+};
+
+}  // namespace tactile_clay::hand

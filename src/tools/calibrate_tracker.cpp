@@ -1,0 +1,158 @@
+// Finds where the tracker stands in the world: touch three or more marked points of the table, one after the
+// other, with the tip of an index finger from above, and rest on each until the program says so.
+//
+//   calibrate_tracker points:="x y z, x y z, x y z" [out:=rig.yaml] [hands:=leap_websocket] [url:=...]
+//   [file:=...]
+//                     [topic:=...] [rest:=0.7] [most:=0.01]
+//
+// `points` are in frame world, m. `out` gets the line `tracker_pose: [...]` in the format of config/rig.yaml;
+// in a file that is there, only that line changes. Touches that do not fit to `most` m are an error, and
+// nothing is written.
+#include <ros/init.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "hand/calibration.h"
+#include "hand/hand_check.h"
+#include "hand/hand_source.h"
+#include "nodes/plugin.h"
+#include "nodes/recording_time.h"
+#include "tools/tool_arguments.h"
+
+namespace {
+
+namespace hand = tactile_clay::hand;
+using Eigen::Vector3d;
+
+std::sig_atomic_t volatile interrupted = 0;
+
+std::vector<Vector3d> points(const std::string& text) {
+  std::vector<Vector3d> found;
+  std::istringstream list(text);
+  std::string item;
+  while (std::getline(list, item, ',')) {
+    std::istringstream numbers(item);
+    Vector3d point;
+    if (!(numbers >> point.x() >> point.y() >> point.z()) || !(numbers >> std::ws).eof())
+      throw std::runtime_error("points '" + text +
+                               "': expected \"x y z, x y z, x y z\" in m, three at least");
+    found.push_back(point);
+  }
+  // What is wrong with them is told before anybody touches anything.
+  hand::fitRigid(found, found);
+  return found;
+}
+
+/// What the finger touches, of the hand that is surest.
+const hand::JointPose* fingertip(const hand::TrackedFrame& frame) {
+  const hand::TrackedHand* best = nullptr;
+  for (const hand::TrackedHand& one : frame.hands)
+    if (hand::faultOf(one).empty() && (best == nullptr || one.confidence > best->confidence)) best = &one;
+  return best == nullptr ? nullptr : &best->joints[hand::index_tip];
+}
+
+void run(const tactile_clay::tools::Arguments& arguments) {
+  const std::vector<Vector3d> marks = points(arguments["points"]);
+  const double most = arguments.number("most", 0.0, 1.0);
+  hand::TouchDetector::Config config;
+  config.seconds = arguments.number("rest", 0.1, 60.0);
+  hand::SourceOptions options;
+  options.file = arguments["file"];
+  options.url = arguments["url"];
+  options.topic = arguments["topic"];
+  tactile_clay::nodes::Plugin<hand::HandSource> source("tactile_clay::hand::HandSource", "source of hands",
+                                                       arguments["hands"]);
+  source->open(options);
+
+  hand::TouchDetector detector(config);
+  tactile_clay::nodes::RecordingTime time;
+  std::vector<Vector3d> touched, targets;
+  std::string told, frame_id;
+  const auto ask = [&] {
+    const Vector3d& mark = marks[touched.size()];
+    std::printf("touch point %zu, at (%g, %g, %g), and rest there\n", touched.size() + 1, mark.x(), mark.y(),
+                mark.z());
+    std::fflush(stdout);
+  };
+  ask();
+  while (touched.size() < marks.size()) {
+    hand::TrackedFrame frame;
+    const auto read = source->read(frame, std::chrono::milliseconds(100));
+    if (const std::string fault = source->takeFault(); !fault.empty() && fault != told) {
+      std::fprintf(stderr, "calibrate_tracker: %s\n", fault.c_str());
+      told = fault;
+    }
+    if (interrupted != 0 || read == hand::HandSource::Read::ended)
+      throw std::runtime_error(
+          "only " + std::to_string(touched.size()) + " of " + std::to_string(marks.size()) +
+          " points were touched, expected a fingertip at rest on each for " + arguments["rest"] + " s");
+    if (read != hand::HandSource::Read::frame) continue;
+    const double now = std::chrono::duration<double>(time(frame.stamp)).count();
+    const hand::JointPose* tip = fingertip(frame);
+    if (tip == nullptr) {
+      detector.lose();
+      continue;
+    }
+    const auto place = detector.add(now, tip->position);
+    if (!place) continue;
+    // The joint is the middle of a fingertip that lies on the mark.
+    targets.push_back(marks[touched.size()] + tip->radius * Vector3d::UnitZ());
+    touched.push_back(*place);
+    frame_id = frame.frame_id;
+    std::printf("  found at (%.4f, %.4f, %.4f) of frame %s\n", place->x(), place->y(), place->z(),
+                frame_id.c_str());
+    if (touched.size() < marks.size()) ask();
+  }
+
+  const hand::RigidFit fit = hand::fitRigid(touched, targets);
+  std::printf("%s\nthe points are met to %.1f mm rms, %.1f mm at most\n",
+              hand::trackerPoseLine(fit.pose).c_str(), 1e3 * fit.rms, 1e3 * fit.worst);
+  if (fit.worst > most) {
+    std::ostringstream line;
+    line << "a point is missed by " << fit.worst << " m, expected at most " << most
+         << ": were they touched in their order?";
+    throw std::runtime_error(line.str());
+  }
+  const std::string& out = arguments["out"];
+  if (out.empty()) return;
+  std::ifstream old(out);
+  const std::string text((std::istreambuf_iterator<char>(old)), std::istreambuf_iterator<char>());
+  old.close();
+  std::ofstream file(out);
+  file << hand::withTrackerPose(text, fit.pose);
+  if (!file.flush()) throw std::runtime_error("file '" + out + "' cannot be written");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    int nothing = 0;  // of the arguments is for ROS, which takes := for a remapping
+    ros::init(nothing, argv, "calibrate_tracker",
+              ros::init_options::NoSigintHandler | ros::init_options::AnonymousName);
+    std::signal(SIGINT, [](int) { interrupted = 1; });
+    const tactile_clay::tools::Arguments arguments(argc, argv,
+                                                   {{"points", ""},
+                                                    {"out", ""},
+                                                    {"hands", "leap_websocket"},
+                                                    {"file", ""},
+                                                    {"url", ""},
+                                                    {"topic", "hands/tracked"},
+                                                    {"rest", "0.7"},
+                                                    {"most", "0.01"}});
+    run(arguments);
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "calibrate_tracker: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cmath>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+namespace tactile_clay::tools {
+
+/// Arguments "key:=value" of a program, as roslaunch has them. Every key must be known.
+class Arguments {
+ public:
+  /// \param known keys and their default values \throws std::runtime_error naming an argument that is none
+  Arguments(int argc, char** argv, std::map<std::string, std::string> known) : values_(std::move(known)) {
+    for (int i = 1; i < argc; ++i) {
+      const std::string argument = argv[i];
+      const std::size_t at = argument.find(":=");
+      const auto found = values_.find(argument.substr(0, at));
+      if (at == std::string::npos || found == values_.end()) {
+        std::string expected;
+        for (const auto& [key, value] : values_) expected += (expected.empty() ? "" : ", ") + key + ":=";
+        throw std::runtime_error("unknown argument '" + argument + "', expected " + expected);
+      }
+      found->second = argument.substr(at + 2);
+    }
+  }
+
+  const std::string& operator[](const std::string& key) const { return values_.at(key); }
+
+  double number(const std::string& key, double low, double high) const {
+    std::istringstream stream(values_.at(key));
+    double number = 0.0;
+    if (!(stream >> number) || !(stream >> std::ws).eof() || !(number >= low && number <= high)) {
+      std::ostringstream line;
+      line << key << " '" << values_.at(key) << "': expected a number from " << low << " to " << high;
+      throw std::runtime_error(line.str());
+    }
+    return number;
+  }
+
+  bool flag(const std::string& key) const {
+    const std::string& value = values_.at(key);
+    if (value != "true" && value != "false")
+      throw std::runtime_error(key + " '" + value + "': expected true or false");
+    return value == "true";
+  }
+
+ private:
+  std::map<std::string, std::string> values_;
+};
+
+}  // namespace tactile_clay::tools
