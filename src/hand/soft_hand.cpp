@@ -29,7 +29,7 @@ constexpr float stiffest_clay = 10000.0F;  // N/m at one sample
 constexpr float first_guess = 1000.0F;     // N/m
 constexpr float forgetting = 0.97F;        // of the stiffness estimate, a frame
 constexpr int longest_memory = 12;         // frames that a place which let go is approached with care
-constexpr float healing = 0.1F;            // of the way back, a step and inverted tetrahedron
+constexpr float healing = 0.3F;            // of the way back, a step and inverted tetrahedron
 constexpr std::size_t remembered = 16;     // skins
 constexpr double seconds_a_nano = 1e-9;
 
@@ -254,13 +254,17 @@ void SoftHand::step(const BodyPoses& target, const BodyPoses& before, double h) 
 }
 
 // Flesh that was torn inside out, as by a pose that no hand can take, may be caught by its neighbours: it is
-// led back to where its bones would put it.
+// led back to where its bones would put it. Not on a bone that the clay presses: what leads it there would
+// carry the load beside the bone.
 void SoftHand::heal() {
-  for (const int n : inverted_)
-    if (!anatomy_->bindings[n].rigid) {
-      const Vector3f home = skinned(n, bodies_.poses()).cast<float>();
-      nodes_[n].head<3>() += healing * (home - nodes_[n].head<3>());
-    }
+  std::array<bool, body_count> pressed{};
+  for (const SkinLoad& load : loads_) pressed[samples_[load.sample].body] = true;
+  for (const int n : inverted_) {
+    const NodeBinding& binding = anatomy_->bindings[n];
+    if (binding.rigid || pressed[binding.body]) continue;
+    const Vector3f home = skinned(n, bodies_.poses()).cast<float>();
+    nodes_[n].head<3>() += healing * (home - nodes_[n].head<3>());
+  }
 }
 
 // Flesh goes where its bones have gone since `from`.

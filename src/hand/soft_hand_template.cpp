@@ -21,7 +21,7 @@ constexpr double thickest_flesh = 6e-3;  // m
 constexpr double joint_share = 0.6;
 
 struct Core {
-  int body;
+  int bone, body;
   Capsule capsule;
 };
 
@@ -51,12 +51,14 @@ std::vector<Core> cores(const TrackedHand& hand) {
                       bones[bone].to == fingers[2].tip() || bones[bone].to == fingers[3].tip() ||
                       bones[bone].to == fingers[4].tip();
     const double before = body == palm_body ? 0.0 : joint_share * capsule.radius_from;
-    const double after = ends || bone >= chain_bone_count ? 0.0 : joint_share * capsule.radius_to;
+    const double after = ends || bone >= chain_bone_count ? 0.0
+                         : body == palm_body              ? capsule.radius_to
+                                                          : joint_share * capsule.radius_to;
     capsule.from += std::min(before, 0.4 * length) * axis;
     capsule.to -= std::min(after, 0.4 * length) * axis;
     capsule.radius_from = coreRadius(capsule.radius_from);
     capsule.radius_to = coreRadius(capsule.radius_to);
-    all.push_back({body, capsule});
+    all.push_back({bone, body, capsule});
   }
   return all;
 }
@@ -139,8 +141,10 @@ SoftHandTemplate makeSoftHandTemplate(Side side, double finger_cell, double palm
       if (fleshPart(bone.region) == part) capsules.push_back(boneCapsule(bone, hand.rest));
     hand.part_begin[part] = static_cast<int>(hand.mesh.triangles.size());
     std::vector<Core> own;
-    std::copy_if(all.begin(), all.end(), std::back_inserter(own),
-                 [&](const Core& core) { return hangsOn(part, core.body); });
+    std::copy_if(all.begin(), all.end(), std::back_inserter(own), [&](const Core& core) {
+      // Of the palm a finger knows the metacarpals, which end before its first joint.
+      return hangsOn(part, core.body) && (part == 0 || core.bone < chain_bone_count);
+    });
     append(hand, fillCapsules(capsules, part == 0 ? palm_cell : finger_cell), own);
   }
   hand.part_begin.back() = static_cast<int>(hand.mesh.triangles.size());

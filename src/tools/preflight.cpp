@@ -81,8 +81,9 @@ std::string checkAll(const Arguments& arguments) {
   std::string urdf = clay::scene::readText(scene.urdf);
   clay::scene::Solids(urdf, scene.motions);
   clay::scene::loadQuality(arguments.at("quality"), package);
-  if (arguments.at("hand_model") != "kinematic")
-    throw std::runtime_error("unknown hand_model '" + arguments.at("hand_model") + "': expected kinematic");
+  if (arguments.at("hand_model") != "kinematic" && arguments.at("hand_model") != "soft")
+    throw std::runtime_error("unknown hand_model '" + arguments.at("hand_model") +
+                             "': expected kinematic or soft");
   checkHands(arguments);
   checkPose(arguments.at("tracker_pose"));
   if (arguments.at("device") != "simulated")
