@@ -1,5 +1,8 @@
 #include "nodes/hand_simulator.h"
 
+#include <stdexcept>
+#include <vector>
+
 #include "nodes/conversions.h"
 #include "nodes/params.h"
 #include "nodes/placement.h"
@@ -9,23 +12,61 @@ namespace tactile_clay::nodes {
 
 HandSimulator::HandSimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : world_(param<std::string>(private_nh, "world_frame", frame::world)),
-      hands_(paramIn(private_nh, "spacing", 0.005, 0.001, 0.02)),
+      lockstep_(param(private_nh, "lockstep", false)),
       health_(nh, private_nh, "hand skin", [this](auto& status) { diagnose(status); }) {
-  const unsigned queue = param(private_nh, "lockstep", false) ? 0 : 1;
-  subscriber_ = nh.subscribe(topic::hands_tracked, queue, &HandSimulator::receive, this,
-                             ros::TransportHints().tcpNoDelay());
+  const double spacing = paramIn(private_nh, "spacing", 0.005, 0.001, 0.02);
+  const auto model = param<std::string>(private_nh, "hand_model", "kinematic");
+  if (model == "soft")
+    soft_ = std::make_unique<hand::SoftHands>(spacing);
+  else if (model == "kinematic")
+    kinematic_ = std::make_unique<hand::KinematicHands>(spacing);
+  else
+    throw std::runtime_error("parameter " + private_nh.resolveName("hand_model") +
+                             ": expected kinematic or soft, got '" + model + "'");
+  const unsigned queue = lockstep_ ? 0 : 1;
+  const auto no_delay = ros::TransportHints().tcpNoDelay();
+  if (soft_) contacts_ = nh.subscribe(topic::clay_contacts, queue, &HandSimulator::react, this, no_delay);
+  subscriber_ = nh.subscribe(topic::hands_tracked, queue, &HandSimulator::receive, this, no_delay);
   publisher_ = nh.advertise<sensor_msgs::PointCloud2>(topic::hands_skin, queue);
 }
 
 void HandSimulator::receive(const TrackedHands::ConstPtr& message) {
-  hand::TrackedFrame frame = toCore(*message);
+  waiting_.push_back(message);
+  simulateWaiting();
+}
+
+void HandSimulator::react(const sensor_msgs::PointCloud2::ConstPtr& contacts) {
+  try {
+    std::vector<hand::SkinForce> forces;
+    for (const contact::ContactForce& f : contactForces(*contacts)) forces.push_back({f.index, f.force});
+    bad_forces_ += soft_->react(toCore(contacts->header.stamp), forces);
+  } catch (const std::runtime_error& error) {
+    ROS_WARN_THROTTLE(1.0, "hand_simulator: contacts left out: %s", error.what());
+    ++bad_forces_;
+  }
+  if (awaited_ == contacts->header.stamp) awaited_.reset();
+  simulateWaiting();
+}
+
+void HandSimulator::simulateWaiting() {
+  while (!waiting_.empty() && !awaited_) {
+    const TrackedHands::ConstPtr message = waiting_.front();
+    waiting_.pop_front();
+    if (soft_ && lockstep_) awaited_ = message->header.stamp;
+    simulate(*message);
+  }
+}
+
+void HandSimulator::simulate(const TrackedHands& message) {
+  hand::TrackedFrame frame = toCore(message);
   bad_hands_ += static_cast<unsigned>(leaveOutBadHands(frame));
   placeInWorld(frame, world_, transforms_);
   // Finite hands stay finite under a rigid transform, so the skin accepts what came so far.
-  const hand::Skin& skin = hands_.update(frame.hands, frame.stamp);
+  const hand::Skin& skin =
+      soft_ ? soft_->update(frame.hands, frame.stamp) : kinematic_->update(frame.hands, frame.stamp);
 
   std_msgs::Header header;
-  header.stamp = message->header.stamp;
+  header.stamp = message.header.stamp;
   header.frame_id = world_;
   publisher_.publish(skinCloud(skin, header));
   for (const hand::TrackedHand& hand : frame.hands) {
@@ -42,12 +83,27 @@ void HandSimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
   using Level = diagnostic_msgs::DiagnosticStatus;
   if (bad_hands_ > 0)
     status.summary(Level::WARN, "hands left out");
+  else if (bad_forces_ > 0)
+    status.summary(Level::WARN, "forces of the clay left out");
   else
     status.summary(Level::OK, frames_ > 0 ? "simulating" : "no frames");
   status.add("frames", frames_);
   status.add("skin samples", samples_);
   status.add("hands left out", bad_hands_);
+  if (soft_) {
+    status.add("forces left out", bad_forces_);
+    for (const hand::Side side : {hand::Side::left, hand::Side::right}) {
+      const hand::SoftHand* soft = soft_->hand(side);
+      if (!soft) continue;
+      const std::string name = side == hand::Side::left ? "left hand: " : "right hand: ";
+      status.add(name + "tetrahedra", soft->tetrahedra());
+      status.add(name + "tetrahedra inside out", soft->inverted());
+      status.add(name + "force, N", soft->force().norm());
+      status.add(name + "restarts", soft->restarts());
+    }
+  }
   frames_ = bad_hands_ = 0;
+  bad_forces_ = 0;
 }
 
 }  // namespace tactile_clay::nodes

@@ -1,12 +1,17 @@
 #pragma once
 
 #include <ros/ros.h>
+#include <sensor_msgs/PointCloud2.h>
 #include <tactile_clay/TrackedHands.h>
 #include <tf2_ros/transform_broadcaster.h>
 
+#include <deque>
+#include <memory>
+#include <optional>
 #include <string>
 
 #include "hand/kinematic_hand.h"
+#include "hand/soft_hand.h"
 #include "nodes/health.h"
 #include "nodes/transforms.h"
 
@@ -15,6 +20,10 @@ namespace tactile_clay::nodes {
 /// Puts skin on tracked hands: one `hands/skin` for each `hands/tracked`, with its stamp, in `world`; without
 /// fields changing, and without points, where no hand is seen. Broadcasts the palms as `hand_left` and
 /// `hand_right`.
+///
+/// `~hand_model` is `kinematic` (skin moves with the tracked bones) or `soft` (bones and flesh between the
+/// tracked pose and the clay, of which `clay/contacts` tells the forces). Soft and in lockstep, a sample
+/// waits until the clay has answered the skin before it, and so always meets the forces of that one.
 class HandSimulator {
  public:
   /// \throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
@@ -22,16 +31,23 @@ class HandSimulator {
 
  private:
   void receive(const TrackedHands::ConstPtr& message);
+  void react(const sensor_msgs::PointCloud2::ConstPtr& contacts);
+  void simulateWaiting();
+  void simulate(const TrackedHands& message);
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   std::string world_;
-  hand::KinematicHands hands_;
+  std::unique_ptr<hand::KinematicHands> kinematic_;  // one of the two
+  std::unique_ptr<hand::SoftHands> soft_;
+  bool lockstep_;
+  std::deque<TrackedHands::ConstPtr> waiting_;
+  std::optional<ros::Time> awaited_;  // soft and lockstep: stamp of the skin that the clay has yet to answer
   Transforms transforms_;
   tf2_ros::TransformBroadcaster broadcaster_;
   unsigned frames_ = 0, bad_hands_ = 0;
-  std::size_t samples_ = 0;
+  std::size_t samples_ = 0, bad_forces_ = 0;
 
-  ros::Subscriber subscriber_;
+  ros::Subscriber subscriber_, contacts_;
   ros::Publisher publisher_;
   Health health_;
 };

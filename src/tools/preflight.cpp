@@ -95,8 +95,9 @@ std::string checkAll(const Arguments& arguments) {
   clay::scene::Solids(urdf, scene.motions);
   clay::scene::loadQuality(arguments.at("quality"), package);
   if (!arguments.at("solver").empty()) clay::clay::methodNamed(arguments.at("solver"));
-  if (arguments.at("hand_model") != "kinematic")
-    throw std::runtime_error("unknown hand_model '" + arguments.at("hand_model") + "': expected kinematic");
+  if (arguments.at("hand_model") != "kinematic" && arguments.at("hand_model") != "soft")
+    throw std::runtime_error("unknown hand_model '" + arguments.at("hand_model") +
+                             "': expected kinematic or soft");
   checkHands(arguments);
   checkPose(arguments.at("tracker_pose"));
   if (arguments.at("device") != "simulated")

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <vector>
+
+#include "hand/anatomy.h"
+#include "hand/hand_shape.h"
+#include "hand/tracked_hand.h"
+
+namespace tactile_clay::hand {
+
+/// The hand's rigid parts: the palm, and three moving bones of each finger (of the thumb its metacarpal and
+/// two phalanges), finger by finger from the root.
+inline constexpr int body_count = 1 + 3 * finger_count;
+inline constexpr int palm_body = 0;
+
+/// A rigid part and the joint that hangs it on its parent.
+struct BodyAnatomy {
+  int bone;    // in `bones`; of the palm that of the middle finger's metacarpal
+  int parent;  // body; -1 for the palm
+  Joint from, to;
+};
+extern const std::array<BodyAnatomy, body_count> body_anatomy;
+
+/// The body that a bone of `bones` belongs to.
+int bodyOfBone(int bone);
+
+/// Where the body's centre is, and how it is turned from its rest pose.
+struct BodyPose {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+};
+using BodyPoses = std::array<BodyPose, body_count>;
+
+/// Centres of the bodies of a hand: the middle of each bone; of the palm the mean of its joints. m
+std::array<Eigen::Vector3d, body_count> bodyCentres(const TrackedHand& hand);
+
+/// Poses of a tracked hand's bodies relative to those of `rest` (of any size). The palm's is the best fit
+/// (Umeyama 1991) of its joints, so it does not depend on how a tracker turns the palm's frame.
+BodyPoses bodyPoses(const TrackedHand& hand, const TrackedHand& rest);
+
+/// Stiffness of the couplings that pull bodies to the tracked pose; damping is critical.
+struct Couplings {
+  double palm = 2500.0;   // N/m
+  double finger = 500.0;  // N/m, of each moving bone
+};
+
+/// Rigid bodies on critically damped springs to a moving target pose, held together by ball joints.
+///
+/// A spring acts as if at the body's radius of gyration g, so that turning and moving have one time constant.
+/// It is integrated implicitly: a step minimises (m + h c + h^2 k)/2 |x - x_predicted|^2, and that is the
+/// mass with which the body answers to the flesh and to its joints. Any stiffness is stable.
+class HandBodies {
+ public:
+  /// \param mass kg, of each body with its flesh \param gyration m
+  HandBodies(const Couplings& couplings, const std::array<double, body_count>& mass,
+             const std::array<double, body_count>& gyration);
+
+  /// Puts the bodies at rest at a pose.
+  void place(const BodyPoses& poses);
+  /// Joints of bodies and parents, m in the world, for bodies at `poses`.
+  void joints(const TrackedHand& hand, const BodyPoses& poses);
+
+  /// First half of a step of h s: moves the bodies freely toward the target, which itself moves as given.
+  void predict(const BodyPoses& target, const BodyPoses& target_before, double h);
+  /// Moves body b by an impulse times h (kg m) and its moment about the centre (kg m^2).
+  void push(int b, const Eigen::Vector3d& impulse, const Eigen::Vector3d& moment);
+  /// Closes the joints.
+  void closeJoints();
+  /// Second half of a step: velocities.
+  void finish(double h);
+
+  const BodyPoses& poses() const { return pose_; }
+  double mass(int b) const { return effective_mass_[b]; }             // kg, in the step since `predict`
+  double gyration(int b) const { return gyration_[b]; }               // m
+  Eigen::Vector3d velocity(int b, const Eigen::Vector3d& at) const {  // m/s, of a point of the body
+    return velocity_[b] + spin_[b].cross(at - pose_[b].position);
+  }
+  double kineticEnergy() const;                          // J
+  double couplingEnergy(const BodyPoses& target) const;  // J
+
+ private:
+  std::array<double, body_count> mass_, gyration_, stiffness_, effective_mass_;
+  BodyPoses pose_, before_;
+  std::array<Eigen::Vector3d, body_count> velocity_, spin_;      // m/s, rad/s
+  std::array<Eigen::Vector3d, body_count> in_body_, in_parent_;  // m, joints in the bodies' frames
+};
+
+}  // namespace tactile_clay::hand

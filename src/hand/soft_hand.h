@@ -1,0 +1,181 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "hand/hand_bodies.h"
+#include "hand/kinematic_hand.h"
+#include "hand/neo_hookean.h"
+#include "hand/skin.h"
+#include "hand/soft_hand_template.h"
+
+namespace tactile_clay::hand {
+
+struct SoftHandParameters {
+  double young = 30e3;      // Pa, of the flesh
+  double poisson = 0.45;    // of the flesh
+  double density = 1050.0;  // kg/m^3, of bones and flesh
+  /// How little a node of flesh moves in a step for what pulls at it, in shares of its own stiffness. Flesh
+  /// has no momentum beside its bones', so this is no inertia: more takes more steps until flesh carries a
+  /// load, and then carries it nearer to the material's stiffness.
+  double relaxation = 0.3;
+  double finger_cell = 6.5e-3;  // m, edge of the cubes that the tetrahedra of a finger are cut from
+  double palm_cell = 9e-3;      // m, the same of the palm
+  double step = 1.0 / 239.0;    // s, longest time step
+  Couplings couplings;
+};
+
+/// Force of the clay on a sample of the skin.
+struct SkinForce {
+  std::uint32_t index = 0;                          // into the skin
+  Eigen::Vector3f force = Eigen::Vector3f::Zero();  // N
+};
+
+/// Where a sample of the skin sits on the flesh: a point of a triangle, and what lies between the two in the
+/// frame of (edge, smooth normal).
+struct BoundSkinSample {
+  std::array<int, 3> node;
+  Eigen::Vector3f share;     // barycentric
+  Eigen::Vector3f offset;    // m, at scale 1
+  Eigen::Vector3f normal;    // unit
+  float triangle_area;       // m^2, at rest at scale 1
+  float area, pad_distance;  // m^2, m, at rest at scale 1
+  std::uint8_t region;
+  std::uint8_t body;
+};
+
+/// A load on a sample: the force that the clay gave and where the sample then was. The clay answers one frame
+/// late and as stiffly as it likes, so the force is taken as f - K (x - x_then), with K an estimate of the
+/// clay's stiffness: a Robin condition, which is stable where K is more than half of the true one. A sample
+/// that the clay has just let go of keeps a load of zero force for some frames: it may leave freely and comes
+/// back slowly, or it would fall through the whole frame that the answer takes, and bounce.
+struct SkinLoad {
+  int sample;
+  Eigen::Vector3f force;   // N, as given
+  Eigen::Vector3f inward;  // unit, in which the clay pushes
+  Eigen::Vector3f at;      // m, of the sample's point on the flesh
+  int age;                 // frames since the clay let go; 0: it presses
+  float stiffness;         // N/m
+  Eigen::Vector3f now;     // N, in this step
+};
+
+/// One deformable hand.
+class SoftHand {
+ public:
+  /// \param skin the samples at the rest pose of a hand of `skin_scale`
+  SoftHand(std::shared_ptr<const SoftHandTemplate> anatomy, const Skin& skin, double skin_scale,
+           const SoftHandParameters& parameters);
+
+  /// Puts the hand at rest at a tracked pose, without loads.
+  void place(const TrackedHand& hand);
+  /// Advances by dt s while the tracked hand moves to its new pose. Starts anew if it is lost in numbers.
+  void advance(const TrackedHand& hand, double dt);
+  /// Replaces all loads; `at` are the `loadPoints` when the skin was given to the clay.
+  void load(const std::vector<SkinForce>& forces, const std::vector<Eigen::Vector3f>& at);
+  void unload() {
+    loads_.clear();
+    loads_at_.clear();
+  }
+
+  /// Appends the skin as it is, with velocities zero.
+  void appendTo(Skin& skin) const;
+  /// Points of the samples as loads measure them: within the last step, before the bones answered. A step
+  /// takes the bones to their target and the loads back, so that at rest the two differ by as much.
+  const std::vector<Eigen::Vector3f>& loadPoints() const { return points_; }  // m
+  std::size_t samples() const { return samples_.size(); }
+
+  const BodyPoses& bodies() const { return bodies_.poses(); }
+  Eigen::Vector3d force() const;  // N, of the loads in the last step
+  double energy() const;          // J, kinetic, elastic and of the couplings
+  int inverted() const { return flesh_.inverted(nodes_); }
+  std::size_t tetrahedra() const { return flesh_.size(); }
+  std::size_t nodes() const { return anatomy_->mesh.nodes.size(); }
+  int restarts() const { return restarts_; }
+
+ private:
+  void resize(double scale);
+  void bindSkin(const Skin& skin, double skin_scale);
+  void step(const BodyPoses& target, const BodyPoses& before, double h);
+  void carryFlesh(const BodyPoses& from);
+  void carryBones();
+  void heal();
+  void applyLoads();
+  void projectLoads();
+  void rememberPoints();
+  void collect();
+  void estimateStiffness(const std::vector<SkinLoad>& next, const std::vector<Eigen::Vector3f>& at);
+  Eigen::Vector3d skinned(int node, const BodyPoses& poses) const;
+  Eigen::Vector3f point(const BoundSkinSample& sample) const;
+  std::vector<Eigen::Vector3f> smoothNormals() const;
+  bool sane() const;
+
+  std::shared_ptr<const SoftHandTemplate> anatomy_;
+  SoftHandParameters parameters_;
+  std::array<Eigen::Vector3d, body_count> centre_;  // of the bodies at rest, scale 1
+  double scale_ = 1.0;
+  NeoHookean flesh_;
+  HandBodies bodies_;
+  std::vector<FleshNode> nodes_;
+  std::vector<Eigen::Vector4f> forces_;   // N, of the flesh on the nodes
+  std::vector<int> rigid_;                // nodes of bone
+  std::vector<double> rigid_share_;       // of the body's mass in each of its nodes
+  std::vector<Eigen::Vector3d> in_body_;  // m, of each node of bone
+  BodyPoses target_;
+  std::vector<int> inverted_;  // nodes of tetrahedra that were inside out in the last step
+  std::vector<BoundSkinSample> samples_;
+  std::vector<Eigen::Vector3f> points_;  // m
+  std::vector<SkinLoad> loads_;
+  std::vector<Eigen::Vector3f> loads_at_;    // m, of all samples when the loads were given
+  std::array<float, body_count> stiffness_;  // N/m, of the clay at one sample, by body
+  int restarts_ = 0;
+};
+
+/// Soft hands for those that are tracked: the interface of KinematicHands, and the way back. The flesh of a
+/// hand is made when it is first seen.
+class SoftHands {
+ public:
+  /// \throws std::invalid_argument with one line where spacing (1 to 20 mm) or a parameter is out of range
+  explicit SoftHands(double spacing, const SoftHandParameters& parameters = {});
+
+  /// As KinematicHands::update; the hand then is where flesh, clay and tracked pose let it be.
+  const Skin& update(const std::vector<TrackedHand>& hands_in_world, std::chrono::nanoseconds stamp);
+
+  /// Forces of the clay on the skin of `stamp`. They act until the next ones come, at most 0.1 s. Forces that
+  /// are not finite or of no sample are left out, stronger ones than 20 N cut. \return how many were left
+  /// out; forces on a skin that is not remembered (the last 16 are) are all of them
+  std::size_t react(std::chrono::nanoseconds stamp, const std::vector<SkinForce>& forces);
+
+  const SoftHand* hand(Side side) const {
+    return hands_[static_cast<int>(side)] ? &hands_[static_cast<int>(side)]->soft : nullptr;
+  }
+
+ private:
+  struct Present {
+    SoftHand soft;
+    Eigen::Vector3d palm_position;
+    std::chrono::nanoseconds stamp;
+    std::uint64_t since;  // number of the skin in which it appeared
+    Skin skin;            // the last one
+  };
+  struct Past {
+    std::chrono::nanoseconds stamp;
+    std::uint64_t number;
+    std::array<std::vector<Eigen::Vector3f>, 2> points;  // by side
+  };
+
+  double spacing_;
+  SoftHandParameters parameters_;
+  std::array<std::shared_ptr<const SoftHandTemplate>, 2> templates_;
+  std::array<std::optional<Present>, 2> hands_;
+  std::deque<Past> past_;
+  std::uint64_t number_ = 0;
+  std::chrono::nanoseconds loads_stamp_{0};
+  Skin skin_;
+};
+
+}  // namespace tactile_clay::hand

@@ -1,0 +1,155 @@
+#include "hand/soft_hand_template.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+
+#include "hand/hand_pose.h"
+#include "hand/hand_shape.h"
+#include "hand/skin_template.h"
+
+namespace tactile_clay::hand {
+namespace {
+
+using Eigen::Vector3d;
+
+// A bone fills half the radius, or all but 6 mm where the hand is thick.
+constexpr double bone_share = 0.5;
+constexpr double thickest_flesh = 6e-3;  // m
+// Bones end this share of the radius before a joint that bends, to leave flesh that can.
+constexpr double joint_share = 0.6;
+
+struct Core {
+  int bone, body;
+  Capsule capsule;
+};
+
+double coreRadius(double radius) {
+  return std::max(bone_share * radius, radius - thickest_flesh);
+}
+
+// Whether a part's flesh hangs on a body: that of the palm on palm and thumb's metacarpal, a finger's on its
+// own bones and on the one that it grows from.
+bool hangsOn(int part, int body) {
+  constexpr int thumb_root = 1;
+  if (part == 0) return body == palm_body || body == thumb_root;
+  const int first = 3 * part - 2;
+  return (body >= first && body < first + 3) || (part > 1 && body == palm_body);
+}
+
+// The solid inside of each bone. The thumb's web has none: it is flesh between two bodies.
+std::vector<Core> cores(const TrackedHand& hand) {
+  constexpr int thumb_web = static_cast<int>(bones.size()) - 1;
+  std::vector<Core> all;
+  for (int bone = 0; bone < thumb_web; ++bone) {
+    const int body = bodyOfBone(bone);
+    Capsule capsule = boneCapsule(bones[bone], hand);
+    const double length = capsule.length();
+    const Vector3d axis = (capsule.to - capsule.from) / length;
+    const bool ends = bones[bone].to == fingers[0].tip() || bones[bone].to == fingers[1].tip() ||
+                      bones[bone].to == fingers[2].tip() || bones[bone].to == fingers[3].tip() ||
+                      bones[bone].to == fingers[4].tip();
+    const double before = body == palm_body ? 0.0 : joint_share * capsule.radius_from;
+    const double after = ends || bone >= chain_bone_count ? 0.0
+                         : body == palm_body              ? capsule.radius_to
+                                                          : joint_share * capsule.radius_to;
+    capsule.from += std::min(before, 0.4 * length) * axis;
+    capsule.to -= std::min(after, 0.4 * length) * axis;
+    capsule.radius_from = coreRadius(capsule.radius_from);
+    capsule.radius_to = coreRadius(capsule.radius_to);
+    all.push_back({bone, body, capsule});
+  }
+  return all;
+}
+
+NodeBinding bind(const Vector3d& x, const std::vector<Core>& all) {
+  std::array<double, body_count> distance;
+  distance.fill(std::numeric_limits<double>::infinity());
+  for (const Core& core : all) distance[core.body] = std::min(distance[core.body], core.capsule.distance(x));
+  const auto nearest = std::min_element(distance.begin(), distance.end());
+  const int body = static_cast<int>(nearest - distance.begin());
+  const double d = *nearest;
+  *nearest = std::numeric_limits<double>::infinity();
+  const auto next = std::min_element(distance.begin(), distance.end());
+  const double e = *next;
+  // What lies inside two bones belongs to neither.
+  if (d < 0.0 && e >= 0.0) return {body, true, body, 0.0F};
+  const double near = std::max(d, 1e-4), far = std::max(e, 1e-4);
+  return {body, false, static_cast<int>(next - distance.begin()),
+          static_cast<float>(near * near / (near * near + far * far))};
+}
+
+void append(SoftHandTemplate& hand, const FleshMesh& part, const std::vector<Core>& all) {
+  std::vector<NodeBinding> bindings;
+  for (const Vector3d& x : part.nodes) bindings.push_back(bind(x, all));
+  const auto insideBone = [&](const std::array<int, 4>& t) {
+    return std::all_of(t.begin(), t.end(),
+                       [&](int n) { return bindings[n].rigid && bindings[n].body == bindings[t[0]].body; });
+  };
+  // Nodes of bone that carry neither flesh nor skin are left out.
+  std::vector<int> renamed(part.nodes.size(), -1);
+  for (const auto& t : part.tetrahedra)
+    if (!insideBone(t))
+      for (const int n : t) renamed[n] = 0;
+  for (const auto& t : part.triangles)
+    for (const int n : t) renamed[n] = 0;
+  for (std::size_t n = 0; n < part.nodes.size(); ++n) {
+    if (renamed[n] < 0) continue;
+    renamed[n] = static_cast<int>(hand.mesh.nodes.size());
+    hand.mesh.nodes.push_back(part.nodes[n]);
+    hand.bindings.push_back(bindings[n]);
+    hand.volume.push_back(0.0);
+  }
+  for (std::array<int, 4> t : part.tetrahedra) {
+    if (insideBone(t)) continue;
+    const double quarter = 0.25 * volume(part, t);
+    for (int& n : t) {
+      n = renamed[n];
+      hand.volume[n] += quarter;
+    }
+    hand.mesh.tetrahedra.push_back(t);
+  }
+  for (std::array<int, 3> t : part.triangles) {
+    for (int& n : t) n = renamed[n];
+    hand.mesh.triangles.push_back(t);
+  }
+}
+
+void mirror(SoftHandTemplate& hand) {
+  hand.rest = restHand(Side::left, 1.0);
+  for (Vector3d& x : hand.mesh.nodes) x = mirrored(x);
+  for (auto& t : hand.mesh.tetrahedra) std::swap(t[2], t[3]);
+  for (auto& t : hand.mesh.triangles) std::swap(t[1], t[2]);
+}
+
+}  // namespace
+
+int fleshPart(Joint region) {
+  for (int finger = 0; finger < finger_count; ++finger)
+    if (region > fingers[finger].first && region <= fingers[finger].tip()) return 1 + finger;
+  return 0;
+}
+
+SoftHandTemplate makeSoftHandTemplate(Side side, double finger_cell, double palm_cell) {
+  SoftHandTemplate hand;
+  hand.rest = restHand(Side::right, 1.0);
+  const std::vector<Core> all = cores(hand.rest);
+  for (int part = 0; part <= finger_count; ++part) {
+    std::vector<Capsule> capsules;
+    for (const Bone& bone : bones)
+      if (fleshPart(bone.region) == part) capsules.push_back(boneCapsule(bone, hand.rest));
+    hand.part_begin[part] = static_cast<int>(hand.mesh.triangles.size());
+    std::vector<Core> own;
+    std::copy_if(all.begin(), all.end(), std::back_inserter(own), [&](const Core& core) {
+      // Of the palm a finger knows the metacarpals, which end before its first joint.
+      return hangsOn(part, core.body) && (part == 0 || core.bone < chain_bone_count);
+    });
+    append(hand, fillCapsules(capsules, part == 0 ? palm_cell : finger_cell), own);
+  }
+  hand.part_begin.back() = static_cast<int>(hand.mesh.triangles.size());
+  if (side == Side::left) mirror(hand);
+  return hand;
+}
+
+}  // namespace tactile_clay::hand

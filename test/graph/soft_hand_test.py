@@ -1,0 +1,72 @@
+#!/usr/bin/env python3
+"""The rig with soft hands: see soft_hand.test."""
+import struct
+import unittest
+
+import rig_run
+from rig_run import focal_points, lowest_skin
+
+TOP = 0.04  # m, of the red block
+APART = TOP + 0.005
+
+
+def press(**arguments):
+    return rig_run.Run(dict(rig_run.LOCKSTEP, hands='bag', file=rig_run.bag('press_deeper'), quality='fast',
+                            **arguments))
+
+
+def lowest_sample(cloud):
+    """Height of the lowest sample of the skin over the table, m."""
+    offset = next(field.offset for field in cloud.fields if field.name == 'z')
+    return min(struct.unpack_from('<f', cloud.data, i * cloud.point_step + offset)[0] for i in range(cloud.width))
+
+
+class SoftHand(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.soft = press(hand_model='soft', threads='1')
+
+    def test_each_sample_is_answered_and_the_rig_ends(self):
+        self.assertEqual((self.soft.code, self.soft.left), (0, []), self.soft.words)
+        stamps = rig_run.input_stamps('press_deeper')
+        for topic in rig_run.CHAIN:
+            self.assertEqual(self.soft.messages.stamps(topic), stamps, topic)
+
+    def test_same_again_with_two_threads_and_nodelets(self):
+        again = press(hand_model='soft', threads='2', nodelets='true')
+        self.assertEqual((again.code, again.left), (0, []), again.words)
+        for topic in ('/hands/skin', '/clay/contacts', '/array/focal_points'):
+            # Bytes 0-3 are the sequence number that roscpp counts for each publisher.
+            mine, theirs = ([data[4:] for data in run.messages.bytes[topic]] for run in (self.soft, again))
+            self.assertEqual(len(mine), len(theirs), topic)
+            self.assertEqual([i for i, pair in enumerate(zip(mine, theirs)) if pair[0] != pair[1]], [], topic)
+
+    def test_felt_while_it_presses_and_silent_after(self):
+        points = focal_points(self.soft)
+        hands = {stamp: m.hands[0] for stamp, m in self.soft.messages.by_stamp('/hands/tracked').items()}
+        deepest = min(lowest_skin(hand) for hand in hands.values())
+        steady = [stamp for stamp, hand in hands.items() if lowest_skin(hand) < deepest + 1e-5]
+        self.assertGreater(len(steady), 20)
+        for stamp in steady:
+            self.assertTrue(points[stamp], 'silent at %d ns' % stamp)
+        apart = [stamp for stamp, hand in hands.items() if lowest_skin(hand) > APART]
+        self.assertGreater(len(apart), 60)
+        for stamp in apart:
+            self.assertEqual(points[stamp], [], 'at %d ns' % stamp)
+
+    def test_the_clay_holds_the_virtual_finger_back(self):
+        skins = self.soft.messages.by_stamp('/hands/skin')
+        hands = {stamp: m.hands[0] for stamp, m in self.soft.messages.by_stamp('/hands/tracked').items()}
+        deepest = min(lowest_skin(hand) for hand in hands.values())
+        steady = [stamp for stamp, hand in hands.items() if lowest_skin(hand) < deepest + 1e-5]
+        back = [lowest_sample(skins[stamp]) - lowest_skin(hands[stamp]) for stamp in steady]
+        self.assertGreater(min(back), 0.0005)
+
+    def test_a_wrong_model_is_one_line(self):
+        run = rig_run.Run({'hand_model': 'wax'}, topics=['/hands/skin'])
+        self.assertNotEqual(run.code, 0)
+        self.assertIn("unknown hand_model 'wax': expected kinematic or soft", run.words)
+
+
+if __name__ == '__main__':
+    rig_run.main('soft_hand')

@@ -1,0 +1,180 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <random>
+#include <set>
+#include <stdexcept>
+
+#include "hand/flesh_mesh.h"
+#include "hand/neo_hookean.h"
+
+namespace tactile_clay::hand {
+namespace {
+
+using Eigen::Vector3d;
+
+double totalVolume(const FleshMesh& mesh) {
+  double sum = 0.0;
+  for (const auto& t : mesh.tetrahedra) sum += volume(mesh, t);
+  return sum;
+}
+
+std::vector<FleshNode> nodesOf(const FleshMesh& mesh, float mobility) {
+  std::vector<FleshNode> nodes(mesh.nodes.size() + unused_flesh_nodes, FleshNode::Zero());
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) nodes[n] << mesh.nodes[n].cast<float>(), mobility;
+  return nodes;
+}
+
+const std::vector<Capsule>& bentFinger() {
+  static const std::vector<Capsule> capsules = {{{0, 0, 0}, {0, 0, -0.04}, 0.010, 0.008},
+                                                {{0, 0, -0.04}, {0, -0.02, -0.06}, 0.008, 0.0065}};
+  return capsules;
+}
+
+TEST(FleshMesh, FillsABallAndACone) {
+  const Capsule ball{{0.001, 0.002, -0.003}, {0.001, 0.002, -0.003}, 0.02, 0.02};
+  EXPECT_NEAR(totalVolume(fillCapsules({ball}, 3e-3)) / (4.0 / 3.0 * M_PI * 8e-6), 1.0, 0.02);
+  // A cylinder with two half balls.
+  const Capsule rod{{0, 0, 0}, {0.03, 0.02, 0.01}, 0.01, 0.01};
+  const double exact = M_PI * 1e-4 * rod.length() + 4.0 / 3.0 * M_PI * 1e-6;
+  EXPECT_NEAR(totalVolume(fillCapsules({rod}, 3e-3)) / exact, 1.0, 0.03);
+}
+
+TEST(FleshMesh, TetrahedraAreUprightAndNotFlat) {
+  const double cell = 5e-3;
+  const FleshMesh mesh = fillCapsules(bentFinger(), cell);
+  const double regular = cell * cell * cell / 12.0;
+  for (const auto& t : mesh.tetrahedra) {
+    EXPECT_GT(volume(mesh, t), 1e-3 * regular);
+    EXPECT_LT(volume(mesh, t), 3.0 * regular);
+  }
+}
+
+TEST(FleshMesh, SurfaceIsClosedAndLiesOnTheCapsules) {
+  const FleshMesh mesh = fillCapsules(bentFinger(), 5e-3);
+  std::map<std::pair<int, int>, int> edges;
+  std::set<int> surface;
+  for (const auto& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) {
+      ++edges[{t[k], t[(k + 1) % 3]}];
+      surface.insert(t[k]);
+    }
+  // Each edge once in each direction: closed, and wound one way.
+  for (const auto& [edge, count] : edges) {
+    EXPECT_EQ(count, 1);
+    EXPECT_EQ((edges.count({edge.second, edge.first})), 1U);
+  }
+  for (const int n : surface) {
+    double distance = 1.0;
+    for (const Capsule& c : bentFinger()) distance = std::min(distance, c.distance(mesh.nodes[n]));
+    EXPECT_NEAR(distance, 0.0, 1e-6);
+  }
+  // Gauss: the flux of x / 3 out of the surface is the volume.
+  double flux = 0.0;
+  for (const auto& t : mesh.triangles)
+    flux += mesh.nodes[t[0]].cross(mesh.nodes[t[1]]).dot(mesh.nodes[t[2]]) / 6.0;
+  EXPECT_NEAR(flux / totalVolume(mesh), 1.0, 1e-9);
+}
+
+TEST(FleshMesh, IsTheSameEachTimeAndRefusesACellOfNothing) {
+  const FleshMesh a = fillCapsules(bentFinger(), 6e-3), b = fillCapsules(bentFinger(), 6e-3);
+  EXPECT_EQ(a.tetrahedra, b.tetrahedra);
+  EXPECT_EQ(a.triangles, b.triangles);
+  EXPECT_EQ(a.nodes, b.nodes);
+  EXPECT_THROW(fillCapsules(bentFinger(), 0.0), std::invalid_argument);
+  EXPECT_THROW(fillCapsules(bentFinger(), std::nan("")), std::invalid_argument);
+}
+
+// Under a homogeneous small strain the energy is that of linear elasticity, V (mu |e|^2 + lambda/2 tr(e)^2).
+TEST(NeoHookean, SmallStrainEnergyIsHookes) {
+  const FleshMesh mesh = fillCapsules(bentFinger(), 6e-3);
+  const Elasticity material = Elasticity::of(30e3, 0.45);
+  const NeoHookean flesh(mesh, material);
+  Eigen::Matrix3d strain;
+  strain << 8e-3, 3e-3, -2e-3, 3e-3, -5e-3, 4e-3, -2e-3, 4e-3, 6e-3;
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.1, Vector3d(1, -2, 0.5).normalized()).toRotationMatrix();
+  std::vector<FleshNode> nodes = nodesOf(mesh, 0.0F);
+  EXPECT_NEAR(flesh.energy(nodes), 0.0, 1e-9);
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+    nodes[n].head<3>() = (turn * (Eigen::Matrix3d::Identity() + strain) * mesh.nodes[n]).cast<float>();
+  const double expected = totalVolume(mesh) * (material.mu * strain.squaredNorm() +
+                                               0.5 * material.lambda * std::pow(strain.trace(), 2));
+  EXPECT_NEAR(flesh.energy(nodes) / expected, 1.0, 0.03);
+}
+
+TEST(NeoHookean, StaysAtRestAndKeepsMomentum) {
+  const FleshMesh mesh = fillCapsules(bentFinger(), 6e-3);
+  const NeoHookean flesh(mesh, Elasticity::of(30e3, 0.45));
+  std::vector<FleshNode> nodes = nodesOf(mesh, 0.01F);
+  std::vector<int> inverted;
+  for (int k = 0; k < 100; ++k) flesh.project(nodes, inverted);
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+    EXPECT_LT((nodes[n].head<3>().cast<double>() - mesh.nodes[n]).norm(), 1e-6);
+  // Equal mobilities: what constraints do to all nodes adds up to nothing.
+  std::mt19937 random(1);
+  std::normal_distribution<float> normal(0.0F, 5e-4F);
+  Vector3d before = Vector3d::Zero(), after = Vector3d::Zero();
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+    nodes[n].head<3>() += Eigen::Vector3f(normal(random), normal(random), normal(random));
+    before += nodes[n].head<3>().cast<double>();
+  }
+  for (int k = 0; k < 10; ++k) flesh.project(nodes, inverted);
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) after += nodes[n].head<3>().cast<double>();
+  EXPECT_LT((after - before).norm() / static_cast<double>(mesh.nodes.size()), 1e-7);
+}
+
+// Scrambled by more than an element's size, half of the flesh is inside out; nothing holds it, so all of it
+// comes back.
+TEST(NeoHookean, ScrambledFleshUntangles) {
+  const FleshMesh mesh = fillCapsules(bentFinger(), 6e-3);
+  const NeoHookean flesh(mesh, Elasticity::of(30e3, 0.45));
+  const std::vector<double> stiffness = flesh.stiffness();
+  std::vector<FleshNode> nodes = nodesOf(mesh, 0.0F);
+  std::mt19937 random(2);
+  std::normal_distribution<float> normal(0.0F, 5e-3F);
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+    nodes[n].head<3>() += Eigen::Vector3f(normal(random), normal(random), normal(random));
+    nodes[n][3] = static_cast<float>(1.0 / (0.3 * stiffness[n]));
+  }
+  ASSERT_GT(flesh.inverted(nodes), static_cast<int>(flesh.size()) / 4);
+  std::vector<int> inverted;
+  for (int k = 0; k < 2000; ++k) flesh.project(nodes, inverted);
+  EXPECT_EQ(flesh.inverted(nodes), 0);
+}
+
+// Hertz: a ball of radius R on a rigid plane carries 4/3 E/(1 - nu^2) sqrt(R) d^(3/2) when its middle comes
+// nearer by d, over a disk of radius sqrt(R d). The mesh resolves the disk by one to two cells.
+TEST(NeoHookean, BallOnAPlaneIsHertz) {
+  constexpr double radius = 0.02, young = 30e3, poisson = 0.45;
+  const FleshMesh mesh = fillCapsules({{Vector3d::Zero(), Vector3d::Zero(), radius, radius}}, 4e-3);
+  const NeoHookean flesh(mesh, Elasticity::of(young, poisson));
+  const std::vector<double> stiffness = flesh.stiffness();
+  for (const double depth : {0.5e-3, 1e-3, 2e-3}) {
+    std::vector<FleshNode> nodes = nodesOf(mesh, 0.0F);
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+      if (mesh.nodes[n].norm() > 0.3 * radius) nodes[n][3] = static_cast<float>(1.0 / (0.3 * stiffness[n]));
+    const auto plane = static_cast<float>(depth - radius);
+    double force = 0.0, reach = 0.0;
+    std::vector<int> inverted;
+    for (int k = 0; k < 600; ++k) {
+      flesh.project(nodes, inverted);
+      force = reach = 0.0;
+      for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+        if (nodes[n][2] < plane) {
+          force += (plane - nodes[n][2]) / nodes[n][3];
+          nodes[n][2] = plane;
+          reach = std::max(reach, static_cast<double>(nodes[n].head<2>().norm()));
+        }
+    }
+    const double hertz =
+        4.0 / 3.0 * young / (1.0 - poisson * poisson) * std::sqrt(radius) * std::pow(depth, 1.5);
+    EXPECT_NEAR(force / hertz, 1.0, 0.2) << depth;
+    EXPECT_NEAR(reach / std::sqrt(radius * depth), 1.0, 0.3) << depth;
+  }
+}
+
+}  // namespace
+}  // namespace tactile_clay::hand
