@@ -89,7 +89,8 @@ device::Occasion GatedArray::occasion(ros::Time stamp) {
     occasion.hands_tracked = hands_tracked_ || !hands_came_ || hands_stamp_ < stamp;
   } else {
     occasion.since_last = (now - last_came_).toSec();
-    occasion.hands_tracked = hands_tracked_;
+    // An array that never heard of hands is somebody's without a tracker.
+    occasion.hands_tracked = hands_tracked_ || !hands_came_;
     occasion.hands_age = hands_came_ ? (now - *hands_came_).toSec() : 0.0;
   }
   last_came_ = now;
