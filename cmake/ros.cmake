@@ -11,6 +11,7 @@ set(CMAKE_INCLUDE_CURRENT_DIR OFF)
 add_message_files(DIRECTORY msg FILES
   AcousticReport.msg ArrayDrive.msg ArrayState.msg ClayStatus.msg FocalPoint.msg FocalPointArray.msg
   RenderingReport.msg TrackedHand.msg TrackedHands.msg)
+add_service_files(DIRECTORY srv FILES SculptureFile.srv)
 generate_messages(DEPENDENCIES std_msgs geometry_msgs)
 
 # Interfaces for plugins of other packages. In the devel space they are copied to where an install puts them, so

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "clay/material.h"
@@ -35,6 +36,12 @@ class Bonds {
   float stiffness(std::uint8_t a, std::uint8_t b) const { return rule(a, b).stiffness; }
 
   std::size_t size() const { return bonds_.size() / 2; }
+  /// All lists, one after the other, and where each begins; none before the first update.
+  const std::vector<std::uint32_t>& begins() const { return begin_; }
+  const std::vector<Bond>& all() const { return bonds_; }
+  void restore(std::vector<std::uint32_t> begins, std::vector<Bond> all) {
+    begin_ = std::move(begins), bonds_ = std::move(all);
+  }
   /// Bonds of particle i, in the order of its neighbours.
   const Bond* begin(std::size_t i) const { return bonds_.data() + begin_[i]; }
   const Bond* end(std::size_t i) const { return bonds_.data() + begin_[i + 1]; }

@@ -476,6 +476,38 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, doubl
   }
 }
 
+Sculpture Clay::sculpture() const {
+  const Solver& s = *solver_;
+  return {s.time,
+          s.carry,
+          s.statistics.step,
+          s.config.spacing,
+          s.particles.position,
+          s.particles.velocity,
+          s.particles.material,
+          s.particles.body,
+          s.bond_constraint.begins(),
+          s.bond_constraint.all(),
+          s.contact_constraint.contacts()};
+}
+
+void Clay::restore(const Sculpture& sculpture) {
+  Solver& s = *solver_;
+  if (sculpture.material.size() != s.particles.size()) {
+    throw std::invalid_argument("the sculpture has " + std::to_string(sculpture.material.size()) +
+                                " particles, expected " + std::to_string(s.particles.size()));
+  }
+  if (sculpture.material != s.particles.material || sculpture.body != s.particles.body)
+    throw std::invalid_argument("the sculpture's bodies or materials are not those of the scene");
+  require(sculpture.spacing == s.config.spacing, "the sculpture's spacing", sculpture.spacing,
+          std::to_string(s.config.spacing) + " m");
+  s.time = sculpture.time, s.carry = sculpture.carry;
+  s.statistics.step = sculpture.step;
+  s.particles.position = sculpture.position, s.particles.velocity = sculpture.velocity;
+  s.bond_constraint.restore(sculpture.bond_begin, sculpture.bonds);
+  s.contact_constraint.contacts() = sculpture.contacts;
+}
+
 const ClayConfig& Clay::config() const {
   return solver_->config;
 }

@@ -7,6 +7,7 @@
 #include "clay/ghosts.h"
 #include "clay/material.h"
 #include "clay/particles.h"
+#include "clay/sculpture.h"
 #include "clay/solid.h"
 
 namespace tactile_clay::clay {
@@ -77,6 +78,12 @@ class Clay {
   /// Advances by `duration` s in whole time steps, rounded; what remains is carried into the next call. Over
   /// the steps ghosts move straight to their positions, solids move with their velocities from their poses.
   void advance(const Ghosts& ghosts, const std::vector<Solid>& solids, double duration);
+
+  /// What the clay is now.
+  Sculpture sculpture() const;
+  /// Goes on from a sculpture of the same scene: the same particles, materials and spacing.
+  /// \throws std::invalid_argument naming what differs, and the clay stays as it was
+  void restore(const Sculpture& sculpture);
 
   const ClayConfig& config() const;
   const std::vector<Material>& materials() const;

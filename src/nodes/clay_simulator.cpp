@@ -44,6 +44,8 @@ ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
   skin_subscriber_ = nh.subscribe(topic::hands_skin, lockstep_ ? lockstep_queue : 1, &ClaySimulator::receive,
                                   this, ros::TransportHints().tcpNoDelay());
   reset_server_ = private_nh.advertiseService("reset", &ClaySimulator::reset, this);
+  save_server_ = private_nh.advertiseService("save", &ClaySimulator::save, this);
+  load_server_ = private_nh.advertiseService("load", &ClaySimulator::load, this);
   const unsigned queue = lockstep_ ? lockstep_queue : 2;
   particles_ = nh.advertise<Cloud>(topic::clay_particles, queue);
   status_ = nh.advertise<ClayStatus>(topic::clay_status, queue);
@@ -73,6 +75,37 @@ bool ClaySimulator::reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Respon
   restart();
   response.success = true;
   response.message = "scene '" + scene_.name + "' starts again";
+  return true;
+}
+
+bool ClaySimulator::save(SculptureFile::Request& request, SculptureFile::Response& response) {
+  clay::Sculpture sculpture;
+  {
+    const std::lock_guard<std::mutex> lock(clay_mutex_);
+    sculpture = clay_->sculpture();
+  }
+  try {
+    if (request.file.empty() || request.file.front() != '/')
+      throw std::runtime_error("sculpture '" + request.file + "' expected an absolute path");
+    clay::save(sculpture, request.file);
+    response.success = true;
+    response.message = "scene '" + scene_.name + "' saved in " + request.file;
+  } catch (const std::exception& error) {
+    response.message = error.what();
+  }
+  return true;
+}
+
+bool ClaySimulator::load(SculptureFile::Request& request, SculptureFile::Response& response) {
+  try {
+    const clay::Sculpture sculpture = clay::loadSculpture(request.file);
+    const std::lock_guard<std::mutex> lock(clay_mutex_);
+    clay_->restore(sculpture);
+    response.success = true;
+    response.message = "scene '" + scene_.name + "' goes on from " + request.file;
+  } catch (const std::exception& error) {
+    response.message = error.what();
+  }
   return true;
 }
 

@@ -3,6 +3,7 @@
 #include <ros/ros.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <std_srvs/Trigger.h>
+#include <tactile_clay/SculptureFile.h>
 
 #include <condition_variable>
 #include <deque>
@@ -23,6 +24,8 @@ namespace tactile_clay::nodes {
 /// where none comes the clay goes on at `~rate`. A frame never simulates more than 1.5 periods of `~rate`;
 /// when computing takes longer, time is dropped, and said so. In lockstep every skin is one frame, of the
 /// time between its stamp and the one before.
+///
+/// Services: `~reset` starts the scene again, `~save` writes the clay to a file, `~load` goes on from one.
 class ClaySimulator {
  public:
   /// \throws std::runtime_error with one line where a parameter or the scene is wrong
@@ -42,6 +45,8 @@ class ClaySimulator {
   void publishState(ros::Time stamp);
   void restart();
   bool reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
+  bool save(SculptureFile::Request& request, SculptureFile::Response& response);
+  bool load(SculptureFile::Request& request, SculptureFile::Response& response);
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   bool lockstep_;
@@ -49,7 +54,7 @@ class ClaySimulator {
   scene::Scene scene_;
   std::unique_ptr<scene::Solids> solids_;
 
-  std::mutex clay_mutex_;  // guards what a reset replaces and diagnostics read
+  std::mutex clay_mutex_;  // guards what services replace and diagnostics read
   std::unique_ptr<clay::Clay> clay_;
   double simulated_ = 0.0, dropped_ = 0.0, busy_ = 0.0;  // s, since the last diagnostics
   unsigned bad_skins_ = 0, dropped_skins_ = 0;
@@ -64,7 +69,7 @@ class ClaySimulator {
 
   ros::Subscriber skin_subscriber_;
   ros::Publisher particles_, contacts_, status_, joints_;
-  ros::ServiceServer reset_server_;
+  ros::ServiceServer reset_server_, save_server_, load_server_;
   std::unique_ptr<Health> health_;
   std::thread thread_;
 };

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "clay/bonds.h"
+#include "clay/contacts.h"
+#include "clay/particles.h"
+
+namespace tactile_clay::clay {
+
+/// Everything that the clay remembers from one step to the next. Clay that goes on from it goes on to the
+/// bit.
+struct Sculpture {
+  double time = 0.0;       // s, simulated
+  double carry = 0.0;      // s, not yet simulated
+  std::uint64_t step = 0;  // frames
+  double spacing = 0.0;    // m
+  VectorField position, velocity;
+  std::vector<std::uint8_t> material;
+  std::vector<std::uint16_t> body;
+  std::vector<std::uint32_t> bond_begin;  // bonds of particle i are [bond_begin[i], bond_begin[i + 1])
+  std::vector<Bond> bonds;
+  std::vector<Contact> contacts;  // of the last step: their states and anchors
+};
+
+/// Writes a sculpture to a file, whole or not at all.
+/// \throws std::runtime_error with one line naming the file
+void save(const Sculpture& sculpture, const std::string& file);
+
+/// Reads it back. \throws std::runtime_error with one line: the file, what is wrong with it, what was
+/// expected
+Sculpture loadSculpture(const std::string& file);
+
+}  // namespace tactile_clay::clay

@@ -1,0 +1,156 @@
+#include "clay/sculpture.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+#include "clay/clay.h"
+#include "support/setups.h"
+
+namespace tactile_clay::clay {
+namespace {
+
+constexpr double spacing = 0.005;
+
+class SculptureTest : public testing::Test {
+ protected:
+  ~SculptureTest() override { std::remove(file_.c_str()); }
+
+  /// Two blocks of two materials, the upper about to fall onto the lower, both on a sloping floor.
+  Clay start(int threads = 1) {
+    Material soft, stiff;
+    soft.name = "soft", stiff.name = "stiff", stiff.stiffness = 2e5;
+    auto particles = block(6, 6, 4, spacing);
+    for (InitialParticle p : block(4, 4, 4, spacing, {0.0, 0.0, 0.023}, Eigen::Matrix3d::Identity(), 1)) {
+      p.body = 1;
+      particles.push_back(p);
+    }
+    ClayConfig config;
+    config.spacing = spacing;
+    config.threads = threads;
+    return Clay(config, {soft, stiff}, particles);
+  }
+  /// Frames [first, last) of a finger that presses in from above.
+  void press(Clay& clay, int first, int last) {
+    for (int k = first; k < last; ++k) {
+      const Eigen::Vector3d velocity(0.0, 0.0, -0.1), from(0.0, 0.0, 0.055);
+      const double t = (k + 1) * clay.config().frame;
+      clay.advance(ghostPlane(from + t * velocity, -Eigen::Vector3d::UnitZ(), 0.006, 0.003, velocity),
+                   {ground(0.2)}, clay.config().frame);
+    }
+  }
+  std::string bytes() const {
+    std::ifstream in(file_, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  void write(const std::string& text) const { std::ofstream(file_, std::ios::binary) << text; }
+  std::string fault() const {
+    try {
+      loadSculpture(file_);
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  const std::string file_ = testing::TempDir() + "sculpture_test.clay";
+};
+
+bool sameBits(const VectorField& a, const VectorField& b) {
+  return a.size() == b.size() && std::memcmp(&a[0], &b[0], a.size() * sizeof(a[0])) == 0;
+}
+
+/// Saved while the blocks are in motion, bonded, pressed and stuck to the floor; continued in another
+/// process's stead by a new clay, with another number of threads.
+TEST_F(SculptureTest, GoesOnToTheBit) {
+  Clay whole = start();
+  press(whole, 0, 20);
+  ASSERT_GT(whole.statistics().bonds, 1000u);
+  ASSERT_GT(whole.ghostForces().size(), 3u);
+  save(whole.sculpture(), file_);
+  press(whole, 20, 40);
+
+  Clay continued = start(2);
+  press(continued, 0, 3);  // what it was before does not show
+  continued.restore(loadSculpture(file_));
+  press(continued, 20, 40);
+  EXPECT_EQ(continued.time(), whole.time());
+  EXPECT_EQ(continued.statistics().bonds, whole.statistics().bonds);
+  EXPECT_TRUE(sameBits(continued.particles().position, whole.particles().position));
+  EXPECT_TRUE(sameBits(continued.particles().velocity, whole.particles().velocity));
+  ASSERT_EQ(continued.ghostForces().size(), whole.ghostForces().size());
+  for (std::size_t k = 0; k < whole.ghostForces().size(); ++k)
+    EXPECT_EQ(continued.ghostForces()[k].force, whole.ghostForces()[k].force);
+}
+
+TEST_F(SculptureTest, IsSavedAsItIs) {
+  Clay clay = start();
+  press(clay, 0, 10);
+  save(clay.sculpture(), file_);
+  const std::string once = bytes();
+  save(loadSculpture(file_), file_);
+  EXPECT_EQ(bytes(), once);
+}
+
+/// Cut off anywhere, or with any of its bytes' high bits turned over, it is read or refused; nothing breaks.
+TEST_F(SculptureTest, DamageIsSaidOrHarmless) {
+  Clay clay = start();
+  press(clay, 0, 10);
+  save(clay.sculpture(), file_);
+  const std::string whole = bytes();
+  for (std::size_t length = 0; length < whole.size(); length += 1 + whole.size() / 97) {
+    write(whole.substr(0, length));
+    EXPECT_NE(fault().find("sculpture '" + file_ + "'"), std::string::npos) << length;
+  }
+  for (std::size_t at = 0; at < whole.size(); at += 1 + whole.size() / 397) {
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x80);
+    write(damaged);
+    if (!fault().empty()) continue;
+    Clay other = start();
+    try {
+      other.restore(loadSculpture(file_));
+    } catch (const std::invalid_argument&) {
+      continue;
+    }
+    press(other, 10, 12);
+    for (std::size_t i = 0; i < other.particles().size(); ++i)
+      ASSERT_TRUE(other.particles().position.at(i).allFinite()) << "byte " << at;
+  }
+}
+
+TEST_F(SculptureTest, OfAnotherSceneIsRefused) {
+  Clay clay = start();
+  const Sculpture mine = clay.sculpture();
+  ClayConfig config = clay.config();
+  Clay smaller(config, {Material(), Material()}, block(3, 3, 3, spacing));
+  EXPECT_THROW(smaller.restore(mine), std::invalid_argument);
+  auto particles = block(6, 6, 4, spacing);
+  for (const InitialParticle& p : block(4, 4, 4, spacing, {0.0, 0.0, 0.03})) particles.push_back(p);
+  Clay plain(config, {Material(), Material()}, particles);
+  EXPECT_THROW(plain.restore(mine), std::invalid_argument);
+  config.spacing = 0.006;
+  Sculpture coarse = mine;
+  coarse.spacing = 0.006;
+  EXPECT_THROW(clay.restore(coarse), std::invalid_argument);
+}
+
+TEST_F(SculptureTest, SaysWhatIsWrong) {
+  EXPECT_NE(fault().find("cannot be read"), std::string::npos);
+  write("tactile_clay sculpture 0\n");
+  EXPECT_NE(fault().find("is not a sculpture"), std::string::npos);
+  Clay clay = start();
+  try {
+    save(clay.sculpture(), "/nowhere/at/all.clay");
+    ADD_FAILURE();
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("/nowhere/at/all.clay"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace tactile_clay::clay
