@@ -15,6 +15,7 @@
 #include "clay/neighbourhood.h"
 #include "clay/potential.h"
 #include "clay/projection.h"
+#include "clay/sleep.h"
 #include "clay/threads.h"
 
 namespace tactile_clay::clay {
@@ -108,16 +109,22 @@ struct Clay::Solver {
   double precondition(std::size_t first, std::size_t last);
   void translate(float dt);
   void balanceForces();
+  void publishAwake();
+  Sculpture sculpture() const;
+  void restore(const Sculpture& sculpture);
+  void regroup();
   void endStep(float dt);
   void collectForces(int steps);
 
   ClayConfig config;
   std::vector<Material> materials;
   tbb::task_arena arena;
-  Particles particles;
-  VectorField free;        // m, displacements of the step without internal and contact forces
-  VectorField u;           // m, displacements of the step
-  VectorField r, z, p, q;  // residual, preconditioned residual, direction, its product
+  Particles everyone;                // as the world sees them, also those that sleep
+  std::vector<std::uint32_t> awake;  // which of them are awake, ascending
+  Particles particles;               // those awake; everything below is of them
+  VectorField free;                  // m, displacements of the step without internal and contact forces
+  VectorField u;                     // m, displacements of the step
+  VectorField r, z, p, q;            // residual, preconditioned residual, direction, its product
   std::vector<double> partial;
   Kernel kernel;
   Neighbourhood near;
@@ -125,6 +132,12 @@ struct Clay::Solver {
   Projection projection;
   Bonds bond_constraint;
   Contacts contact_constraint;
+  Sleep sleep;
+  // Of those that sleep, with indices into `everyone`: bonds, from begin[i] to begin[i + 1], and contacts,
+  // which press the solids with what they last did.
+  std::vector<std::uint32_t> sleeping_bond_begin;
+  std::vector<Bond> sleeping_bonds;
+  std::vector<Contact> sleeping_contacts;
   bool bonded = false;
   double time = 0.0, carry = 0.0;  // s
   Ghosts target;                   // ghosts at the end of the frame
@@ -147,12 +160,11 @@ Clay::Solver::Solver(const ClayConfig& config_in, std::vector<Material> material
       potential(kernel, static_cast<float>(config.spacing), materials),
       projection(kernel, static_cast<float>(config.spacing), materials),
       bond_constraint(static_cast<float>(config.spacing), materials),
-      contact_constraint(static_cast<float>(config.spacing), materials) {
+      contact_constraint(static_cast<float>(config.spacing), materials),
+      sleep(static_cast<float>(config.spacing)) {
   const std::size_t n = initial.size();
-  for (VectorField* field : {&particles.position, &particles.velocity, &free, &u, &r, &z, &p, &q}) {
-    field->resize(n);
-  }
-  particles.density_ratio.assign(n, 1.0f);
+  everyone.position.resize(n), everyone.velocity.resize(n);
+  everyone.density_ratio.assign(n, 1.0f);
   const double volume = std::pow(config.spacing, 3.0);
   for (std::size_t i = 0; i < n; ++i) {
     if (!initial[i].position.allFinite() || !initial[i].velocity.allFinite()) {
@@ -163,14 +175,26 @@ Clay::Solver::Solver(const ClayConfig& config_in, std::vector<Material> material
                                   std::to_string(initial[i].material) + " of " +
                                   std::to_string(materials.size()));
     }
-    particles.position.set(i, initial[i].position);
-    particles.velocity.set(i, initial[i].velocity);
-    particles.inverse_mass.push_back(
+    everyone.position.set(i, initial[i].position);
+    everyone.velocity.set(i, initial[i].velocity);
+    everyone.inverse_mass.push_back(
         static_cast<float>(1.0 / (materials[initial[i].material].density * volume)));
-    particles.material.push_back(initial[i].material);
-    particles.body.push_back(initial[i].body);
+    everyone.material.push_back(initial[i].material);
+    everyone.body.push_back(initial[i].body);
   }
   for (const Material& m : materials) bonded = bonded || m.stiffness > 0.0;
+  restore({0.0,
+           0.0,
+           0,
+           config.spacing,
+           everyone.position,
+           everyone.velocity,
+           everyone.material,
+           everyone.body,
+           std::vector<std::uint32_t>(n + 1, 0),
+           {},
+           {},
+           {std::vector<std::uint32_t>(n, 0), everyone.position, 0.0}});
   statistics.stages = {{"neighbours"}, {"contact_search"}, {"bonds"}, {"setup"}, {"iterations"}, {"finish"}};
 }
 
@@ -399,7 +423,111 @@ void Clay::Solver::endStep(float dt) {
   });
 }
 
+void Clay::Solver::publishAwake() {
+  for (std::size_t k = 0; k < awake.size(); ++k) {
+    everyone.position[awake[k]] = particles.position[k];
+    everyone.velocity[awake[k]] = particles.velocity[k];
+    everyone.density_ratio[awake[k]] = particles.density_ratio[k];
+  }
+}
+
+Sculpture Clay::Solver::sculpture() const {
+  Sculpture s{time,
+              carry,
+              statistics.step,
+              config.spacing,
+              everyone.position,
+              everyone.velocity,
+              everyone.material,
+              everyone.body,
+              {0},
+              {},
+              sleeping_contacts,
+              sleep.state()};
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < everyone.size(); ++i) {
+    if (k < awake.size() && awake[k] == i) {
+      for (const Bond* b = bond_constraint.begin(k); b != bond_constraint.end(k); ++b)
+        s.bonds.push_back({awake[b->other], b->rest_length});
+      ++k;
+    } else {
+      s.bonds.insert(s.bonds.end(), sleeping_bonds.begin() + sleeping_bond_begin[i],
+                     sleeping_bonds.begin() + sleeping_bond_begin[i + 1]);
+    }
+    s.bond_begin.push_back(static_cast<std::uint32_t>(s.bonds.size()));
+  }
+  for (Contact c : contact_constraint.contacts()) {
+    c.particle = awake[c.particle];
+    s.contacts.push_back(c);
+  }
+  std::stable_sort(s.contacts.begin(), s.contacts.end(),
+                   [](const Contact& a, const Contact& b) { return a.particle < b.particle; });
+  return s;
+}
+
+/// Takes over a sculpture, and parts what is awake from what sleeps.
+void Clay::Solver::restore(const Sculpture& s) {
+  constexpr std::uint32_t nobody = 0xffffffffu;
+  time = s.time, carry = s.carry;
+  statistics.step = s.step;
+  everyone.position = s.position, everyone.velocity = s.velocity;
+  sleep.restore(s.sleep, everyone);
+  awake = sleep.awake();
+
+  const std::size_t n = everyone.size();
+  std::vector<std::uint32_t> index(n, nobody);  // in `awake`
+  particles = {};
+  for (VectorField* field : {&particles.position, &particles.velocity, &free, &u, &r, &z, &p, &q})
+    field->resize(awake.size());
+  for (std::uint32_t k = 0; k < awake.size(); ++k) {
+    const std::uint32_t i = awake[k];
+    index[i] = k;
+    particles.position[k] = everyone.position[i];
+    particles.velocity[k] = everyone.velocity[i];
+    particles.inverse_mass.push_back(everyone.inverse_mass[i]);
+    particles.density_ratio.push_back(everyone.density_ratio[i]);
+    particles.material.push_back(everyone.material[i]);
+    particles.body.push_back(everyone.body[i]);
+  }
+  std::vector<std::uint32_t> begins{0};
+  std::vector<Bond> awake_bonds;
+  sleeping_bond_begin.assign(1, 0), sleeping_bonds.clear();
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::uint32_t b = s.bond_begin[i]; b < s.bond_begin[i + 1]; ++b) {
+      const Bond& bond = s.bonds[b];
+      if (index[i] == nobody)
+        sleeping_bonds.push_back(bond);
+      else if (index[bond.other] != nobody)
+        awake_bonds.push_back({index[bond.other], bond.rest_length});
+    }
+    if (index[i] != nobody) begins.push_back(static_cast<std::uint32_t>(awake_bonds.size()));
+    sleeping_bond_begin.push_back(static_cast<std::uint32_t>(sleeping_bonds.size()));
+  }
+  bond_constraint.restore(std::move(begins), std::move(awake_bonds));
+  sleeping_contacts.clear();
+  std::vector<Contact>& contacts = contact_constraint.contacts();
+  contacts.clear();
+  for (Contact c : s.contacts) {
+    if (index[c.particle] == nobody) {
+      sleeping_contacts.push_back(c);
+      continue;
+    }
+    c.particle = index[c.particle];
+    contacts.push_back(c);
+  }
+}
+
+/// After clay woke or fell asleep.
+void Clay::Solver::regroup() {
+  publishAwake();
+  for (std::size_t i = 0; i < everyone.size(); ++i)
+    if (sleep.state().lump[i] != 0) everyone.velocity[i].setZero();
+  restore(sculpture());
+}
+
 void Clay::Solver::collectForces(int steps) {
+  for (const Contact& c : sleeping_contacts)
+    if (c.solid < solid_forces.size()) solid_forces[c.solid] -= c.force.cast<double>() / steps;
   for (const Contact& c : contact_constraint.contacts()) {
     const Eigen::Vector3d force = -c.force.cast<double>() / steps;
     if (c.solid != Contact::skin) {
@@ -451,61 +579,52 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, doubl
       for (std::size_t g = 0; g < ghosts.size(); ++g) {
         s.moved.position[g] = s.target.position[g] - remaining * s.target.velocity[g];
       }
+      const Surroundings around{s.moved, solids, k * dt, static_cast<float>(dt)};
+      if (s.config.sleeping && s.sleep.wake(s.everyone, s.particles, around)) s.regroup();
       s.step(s.moved, solids, k * dt, static_cast<float>(dt));
       s.collectForces(steps);
     }
     s.particles.density_ratio =
         s.config.budget.method == Method::paper ? s.projection.densityRatio() : s.potential.densityRatio();
+    s.publishAwake();
   });
   s.time += steps * dt;
   double error = 0.0, largest = 0.0;
-  for (const float ratio : s.particles.density_ratio) {
+  for (const float ratio : s.everyone.density_ratio) {
     const double excess = std::max(ratio - 1.0, 0.0);
     error += excess;
     largest = std::max(largest, excess);
   }
-  s.statistics.density_error_mean = s.particles.size() ? error / s.particles.size() : 0.0;
+  s.statistics.density_error_mean = s.everyone.size() ? error / s.everyone.size() : 0.0;
   s.statistics.density_error_max = largest;
-  s.statistics.bonds = s.bond_constraint.size();
-  s.statistics.contacts = s.contact_constraint.contacts().size();
+  s.statistics.awake = s.particles.size();
+  s.statistics.bonds = s.bond_constraint.size() + s.sleeping_bonds.size() / 2;
+  s.statistics.contacts = s.contact_constraint.contacts().size() + s.sleeping_contacts.size();
   s.ghost_forces.clear();
   for (std::size_t g = 0; g < ghosts.size(); ++g) {
     if (s.ghost_touched[g]) {
       s.ghost_forces.push_back({static_cast<std::uint32_t>(g), s.ghost_sum[g].cast<float>()});
     }
   }
+  const Surroundings around{s.moved, solids, (steps - 1) * dt, static_cast<float>(dt)};
+  if (s.config.sleeping && s.sleep.settle(s.particles, s.near, around, steps * dt)) s.regroup();
 }
 
 Sculpture Clay::sculpture() const {
-  const Solver& s = *solver_;
-  return {s.time,
-          s.carry,
-          s.statistics.step,
-          s.config.spacing,
-          s.particles.position,
-          s.particles.velocity,
-          s.particles.material,
-          s.particles.body,
-          s.bond_constraint.begins(),
-          s.bond_constraint.all(),
-          s.contact_constraint.contacts()};
+  return solver_->sculpture();
 }
 
 void Clay::restore(const Sculpture& sculpture) {
   Solver& s = *solver_;
-  if (sculpture.material.size() != s.particles.size()) {
+  if (sculpture.material.size() != s.everyone.size()) {
     throw std::invalid_argument("the sculpture has " + std::to_string(sculpture.material.size()) +
-                                " particles, expected " + std::to_string(s.particles.size()));
+                                " particles, expected " + std::to_string(s.everyone.size()));
   }
-  if (sculpture.material != s.particles.material || sculpture.body != s.particles.body)
+  if (sculpture.material != s.everyone.material || sculpture.body != s.everyone.body)
     throw std::invalid_argument("the sculpture's bodies or materials are not those of the scene");
   require(sculpture.spacing == s.config.spacing, "the sculpture's spacing", sculpture.spacing,
           std::to_string(s.config.spacing) + " m");
-  s.time = sculpture.time, s.carry = sculpture.carry;
-  s.statistics.step = sculpture.step;
-  s.particles.position = sculpture.position, s.particles.velocity = sculpture.velocity;
-  s.bond_constraint.restore(sculpture.bond_begin, sculpture.bonds);
-  s.contact_constraint.contacts() = sculpture.contacts;
+  s.restore(sculpture);
 }
 
 const ClayConfig& Clay::config() const {
@@ -515,7 +634,7 @@ const std::vector<Material>& Clay::materials() const {
   return solver_->materials;
 }
 const Particles& Clay::particles() const {
-  return solver_->particles;
+  return solver_->everyone;
 }
 double Clay::time() const {
   return solver_->time;

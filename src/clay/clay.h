@@ -38,6 +38,7 @@ struct ClayConfig {
   Eigen::Vector3d gravity{0.0, 0.0, -9.81};  // m/s^2
   double world = 1.0;                        // m, half extent of the cube that particles cannot leave
   int threads = 0;                           // 0: as many as there are cores
+  bool sleeping = true;  // leave clay at rest alone until something comes near (class Sleep)
 };
 
 /// Particles to start from.
@@ -55,6 +56,7 @@ struct Stage {
 
 struct Statistics {
   std::uint64_t step = 0;  // frames since the start
+  std::size_t awake = 0;   // particles
   std::size_t bonds = 0;
   std::size_t contacts = 0;         // with ghosts and solids, last substep
   double density_error_mean = 0.0;  // of max(rho / rho0 - 1, 0)

@@ -76,15 +76,16 @@ void save(const Sculpture& s, const std::string& file) {
   if (!out) fail(file, "cannot be written");
   out << magic;
   put(out, s.time), put(out, s.carry), put(out, s.step), put(out, s.spacing);
-  put(out, s.material), put(out, s.body);
-  for (const VectorField* field : {&s.position, &s.velocity})
+  put(out, s.sleep.watched);
+  put(out, s.material), put(out, s.body), put(out, s.sleep.lump);
+  for (const VectorField* field : {&s.position, &s.velocity, &s.sleep.mark})
     for (std::size_t i = 0; i < field->size(); ++i) put(out, field->at(i));
   put(out, s.bond_begin), put(out, static_cast<std::uint64_t>(s.bonds.size()));
   for (const Bond& bond : s.bonds) put(out, bond.other), put(out, bond.rest_length);
   put(out, static_cast<std::uint64_t>(s.contacts.size()));
   for (const Contact& c : s.contacts) {
     put(out, c.particle), put(out, c.solid), put(out, static_cast<std::uint8_t>(c.state));
-    put(out, c.normal), put(out, c.anchor), put(out, c.friction);
+    put(out, c.normal), put(out, c.anchor), put(out, c.friction), put(out, c.force);
   }
   out.close();
   if (!out || std::rename(part.c_str(), file.c_str()) != 0) {
@@ -104,14 +105,20 @@ Sculpture loadSculpture(const std::string& file) {
   Sculpture s;
   s.time = reader.get<double>(), s.carry = reader.get<double>();
   s.step = reader.get<std::uint64_t>(), s.spacing = reader.get<double>();
+  s.sleep.watched = reader.get<double>();
   s.material = reader.values<std::uint8_t>(most);
   s.body = reader.values<std::uint16_t>(most);
+  s.sleep.lump = reader.values<std::uint32_t>(most);
   const std::size_t n = s.material.size();
-  if (s.body.size() != n || !std::isfinite(s.time) || !std::isfinite(s.carry)) fail(file, "is damaged");
-  for (VectorField* field : {&s.position, &s.velocity}) {
+  if (s.body.size() != n || s.sleep.lump.size() != n || !std::isfinite(s.time) || !std::isfinite(s.carry) ||
+      !(s.sleep.watched >= 0.0))
+    fail(file, "is damaged");
+  for (VectorField* field : {&s.position, &s.velocity, &s.sleep.mark}) {
     field->resize(n);
     for (std::size_t i = 0; i < n; ++i) field->set(i, reader.vector());
   }
+  for (const std::uint32_t lump : s.sleep.lump)
+    if (lump > n) fail(file, "is damaged: sleeping lump " + std::to_string(lump));
   s.bond_begin = reader.values<std::uint32_t>(most);
   s.bonds.resize(reader.count(most));
   for (Bond& bond : s.bonds) {
@@ -132,6 +139,7 @@ Sculpture loadSculpture(const std::string& file) {
       fail(file, "is damaged: a contact");
     c.state = static_cast<Contact::State>(state);
     c.normal = reader.vector(), c.anchor = reader.vector(), c.friction = reader.vector();
+    c.force = reader.vector();
   }
   return s;
 }

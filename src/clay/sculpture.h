@@ -7,6 +7,7 @@
 #include "clay/bonds.h"
 #include "clay/contacts.h"
 #include "clay/particles.h"
+#include "clay/sleep.h"
 
 namespace tactile_clay::clay {
 
@@ -22,7 +23,8 @@ struct Sculpture {
   std::vector<std::uint16_t> body;
   std::vector<std::uint32_t> bond_begin;  // bonds of particle i are [bond_begin[i], bond_begin[i + 1])
   std::vector<Bond> bonds;
-  std::vector<Contact> contacts;  // of the last step: their states and anchors
+  std::vector<Contact> contacts;  // of the last step, or the last before sleep, by ascending particle
+  Sleep::State sleep;
 };
 
 /// Writes a sculpture to a file, whole or not at all.

@@ -1,0 +1,160 @@
+#include "clay/sleep.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace tactile_clay::clay {
+namespace {
+
+constexpr double patience = 0.5;   // s without motion, before clay falls asleep
+constexpr float still = 1e-4f;     // spacings; what moves less has not moved. Clay at rest trembles by 1e-6.
+constexpr float reach = 2.0f;      // spacings, the support radius; skin is felt from a little less
+constexpr float pull = 10.0f;      // m/s^2, of what sets particles going that are near
+constexpr std::size_t crumb = 32;  // particles; what is smaller is cheaper awake than looked after
+constexpr float elsewhere = 1e6f;  // m, mark of a particle that has just woken
+
+bool moves(const Solid& solid) {
+  return !solid.linear_velocity.isZero(0.0) || !solid.angular_velocity.isZero(0.0);
+}
+
+}  // namespace
+
+void Sleep::restore(State state, const Particles& particles) {
+  state_ = std::move(state);
+  lumps_.clear();
+  const std::uint32_t most =
+      state_.lump.empty() ? 0 : *std::max_element(state_.lump.begin(), state_.lump.end());
+  std::vector<Lump> all(most);
+  for (std::uint32_t i = 0; i < state_.lump.size(); ++i) {
+    if (state_.lump[i] == 0) continue;
+    Lump& lump = all[state_.lump[i] - 1];
+    lump.number = state_.lump[i];
+    lump.box.extend(particles.position.at(i));
+    lump.members.push_back(i);
+  }
+  for (Lump& lump : all)
+    if (!lump.members.empty()) lumps_.push_back(std::move(lump));
+}
+
+std::vector<std::uint32_t> Sleep::awake() const {
+  std::vector<std::uint32_t> list;
+  for (std::uint32_t i = 0; i < state_.lump.size(); ++i)
+    if (state_.lump[i] == 0) list.push_back(i);
+  return list;
+}
+
+/// Where a particle, and what it reaches, can be in a step.
+Sleep::Box Sleep::swept(const Particles& particles, std::size_t i, float dt) const {
+  const Eigen::Vector3f x = particles.position.at(i);
+  const Eigen::Vector3f room = Eigen::Vector3f::Constant(reach * spacing_ + pull * dt * dt);
+  const Eigen::Vector3f next = x + dt * particles.velocity.at(i);
+  return {x.cwiseMin(next) - room, x.cwiseMax(next) + room};
+}
+
+bool Sleep::reached(const Lump& lump, const VectorField& position, const Solid& solid, float dt) const {
+  const Eigen::Isometry3d to_solid = solid.pose.inverse();
+  const double speed = solid.linear_velocity.norm(), turn = solid.angular_velocity.norm();
+  const auto near = [&](const Eigen::Vector3f& x, double radius) {
+    const Eigen::Vector3d local = to_solid * x.cast<double>();
+    return surface(solid, local).distance <
+           radius + 1.5 * spacing_ + (speed + turn * (local.norm() + radius)) * dt;
+  };
+  return near(lump.box.center(), 0.5 * lump.box.diagonal().norm()) &&
+         std::any_of(lump.members.begin(), lump.members.end(),
+                     [&](std::uint32_t i) { return near(position.at(i), 0.0); });
+}
+
+/// Whether ghosts or moving solids may touch a lump.
+bool Sleep::disturbed(const Lump& lump, const VectorField& position, const Surroundings& around) const {
+  const Eigen::Vector3f room = Eigen::Vector3f::Constant(reach * spacing_);
+  const Box box(lump.box.min() - room, lump.box.max() + room);
+  const Ghosts& ghosts = around.ghosts;
+  for (std::size_t g = 0; g < ghosts.size(); ++g) {
+    const Eigen::Vector3f to = ghosts.position[g], from = to - around.dt * ghosts.velocity[g];
+    if (box.intersects(Box(from.cwiseMin(to), from.cwiseMax(to)))) return true;
+  }
+  for (std::size_t s = 0; s < around.solids.size(); ++s) {
+    Solid solid = around.solids[s];
+    const bool moving = moves(solid);
+    solid.pose = poseAfter(solid, around.from);
+    const bool moved = s < poses_.size() && !(poses_[s].matrix() - solid.pose.matrix()).isZero(1e-9);
+    if ((moving || moved) && reached(lump, position, solid, around.dt)) return true;
+    if (!moved) continue;
+    solid.pose = poses_[s];
+    if (reached(lump, position, solid, around.dt)) return true;
+  }
+  return !poses_.empty() && poses_.size() != around.solids.size();
+}
+
+bool Sleep::wake(const Particles& all, const Particles& awake, const Surroundings& around) {
+  std::vector<std::uint32_t> woken;
+  for (const Lump& lump : lumps_) {
+    bool wakes = disturbed(lump, all.position, around);
+    for (std::size_t i = 0; !wakes && i < awake.size(); ++i)
+      wakes = lump.box.intersects(swept(awake, i, around.dt));
+    if (!wakes) continue;
+    woken.push_back(lump.number);
+    for (const std::uint32_t i : lump.members) {
+      state_.lump[i] = 0;
+      state_.mark.set(i, Eigen::Vector3f::Constant(elsewhere));
+    }
+  }
+  poses_.clear();
+  for (const Solid& solid : around.solids) poses_.push_back(poseAfter(solid, around.from));
+  lumps_.erase(std::remove_if(lumps_.begin(), lumps_.end(),
+                              [&](const Lump& lump) {
+                                return std::find(woken.begin(), woken.end(), lump.number) != woken.end();
+                              }),
+               lumps_.end());
+  return !woken.empty();
+}
+
+bool Sleep::settle(const Particles& at, const Neighbourhood& near, const Surroundings& around,
+                   double duration) {
+  state_.watched += duration;
+  if (state_.watched < patience) return false;
+  state_.watched = 0.0;
+
+  const std::vector<std::uint32_t> awake = this->awake();
+  std::vector<Lump> candidates(near.lumps());
+  std::vector<bool> resting(near.lumps(), true);
+  VectorField position = state_.mark;  // of all; of those awake, now
+  for (std::uint32_t k = 0; k < awake.size(); ++k) {
+    const std::uint32_t i = awake[k];
+    const Eigen::Vector3f now = at.position.at(k);
+    if (!((now - state_.mark.at(i)).norm() < still * spacing_)) resting[near.lump(k)] = false;
+    candidates[near.lump(k)].box.extend(now);
+    candidates[near.lump(k)].members.push_back(i);
+    position.set(i, now);
+  }
+  for (std::size_t l = 0; l < candidates.size(); ++l)
+    resting[l] =
+        resting[l] && candidates[l].members.size() >= crumb && !disturbed(candidates[l], position, around);
+  // What stays awake keeps awake what it reaches.
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (std::uint32_t k = 0; k < awake.size(); ++k) {
+      if (resting[near.lump(k)]) continue;
+      const Box box = swept(at, k, around.dt);
+      for (std::size_t l = 0; l < candidates.size(); ++l) {
+        if (!resting[l] || !candidates[l].box.intersects(box)) continue;
+        resting[l] = false;
+        changed = true;
+      }
+    }
+  }
+  std::uint32_t number = 0;
+  for (const Lump& lump : lumps_) number = std::max(number, lump.number);
+  bool any = false;
+  for (std::size_t l = 0; l < candidates.size(); ++l) {
+    if (!resting[l]) continue;
+    candidates[l].number = ++number;
+    for (const std::uint32_t i : candidates[l].members) state_.lump[i] = number;
+    lumps_.push_back(std::move(candidates[l]));
+    any = true;
+  }
+  state_.mark = std::move(position);
+  return any;
+}
+
+}  // namespace tactile_clay::clay

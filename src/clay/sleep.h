@@ -1,0 +1,73 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
+
+#include "clay/ghosts.h"
+#include "clay/neighbourhood.h"
+#include "clay/particles.h"
+#include "clay/solid.h"
+
+namespace tactile_clay::clay {
+
+/// What may touch clay in a step.
+struct Surroundings {
+  const Ghosts& ghosts;  // at the end of the step
+  const std::vector<Solid>& solids;
+  double from;  // s, at which the step begins in the solids' motions
+  float dt;     // s
+};
+
+/// Clay that has come to rest sleeps: it is left out of the solver, and costs nothing, until something comes
+/// near. What sleeps and wakes is a lump, clay within each other's reach, so that no force crosses between
+/// what sleeps and what does not.
+///
+/// A lump falls asleep when none of its particles has moved by more than 1e-4 spacings in half a second: clay
+/// that went on like that would creep by a tenth of a spacing in eight minutes. It wakes when a ghost,
+/// another particle or a moving solid could touch it within the step, and when a solid has moved from its
+/// place.
+class Sleep {
+ public:
+  /// What is remembered of each particle.
+  struct State {
+    std::vector<std::uint32_t> lump;  // number of the sleeping lump; 0: awake
+    VectorField mark;                 // m, where it was when the half second began
+    double watched = 0.0;             // s, of the half second
+  };
+
+  explicit Sleep(float spacing) : spacing_(spacing) {}
+
+  const State& state() const { return state_; }
+  /// \param particles all of them
+  void restore(State state, const Particles& particles);
+
+  bool anyAsleep() const { return !lumps_.empty(); }
+  std::vector<std::uint32_t> awake() const;  // ascending
+
+  /// Wakes what may be touched in a step. \return whether any clay woke
+  /// \param all particles; \param awake those that move
+  bool wake(const Particles& all, const Particles& awake, const Surroundings& around);
+
+  /// Watches after the last step of a frame. \return whether any clay fell asleep
+  /// \param awake particles, and the lumps they make up; \param duration s, of the frame
+  bool settle(const Particles& awake, const Neighbourhood& near, const Surroundings& around, double duration);
+
+ private:
+  using Box = Eigen::AlignedBox3f;
+  struct Lump {
+    std::uint32_t number;
+    Box box;
+    std::vector<std::uint32_t> members;
+  };
+  Box swept(const Particles& particles, std::size_t i, float dt) const;
+  bool disturbed(const Lump& lump, const VectorField& position, const Surroundings& around) const;
+  bool reached(const Lump& lump, const VectorField& position, const Solid& solid, float dt) const;
+
+  float spacing_;
+  State state_;
+  std::vector<Lump> lumps_;
+  std::vector<Eigen::Isometry3d> poses_;  // of the solids, as last looked at
+};
+
+}  // namespace tactile_clay::clay
