@@ -107,7 +107,9 @@ struct Clay::Solver {
   double residual(float dt);
   double multiply(float dt);
   double precondition(std::size_t first, std::size_t last);
+  void measureLumps();
   void translate(float dt);
+  void ownDirection();
   void balanceForces();
   void publishAwake();
   Sculpture sculpture() const;
@@ -124,7 +126,8 @@ struct Clay::Solver {
   Particles particles;               // those awake; everything below is of them
   VectorField free;                  // m, displacements of the step without internal and contact forces
   VectorField u;                     // m, displacements of the step
-  VectorField r, z, p, q;            // residual, preconditioned residual, direction, its product
+  VectorField d, a_d;
+  VectorField r, z, p, q;  // residual, preconditioned residual, direction, its product
   std::vector<double> partial;
   Kernel kernel;
   Neighbourhood near;
@@ -147,6 +150,16 @@ struct Clay::Solver {
   std::vector<bool> ghost_touched;
   std::vector<GhostForce> ghost_forces;
   std::vector<Eigen::Vector3d> solid_forces;
+  struct Body {                                         // a lump as a rigid body
+    double mass = 0.0;                                  // kg
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();   // m
+    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  // kg m^2, about the centre
+  };
+  /// Its radius of gyration, m; for a single particle, something.
+  double size(const Body& b) const {
+    return std::max(std::sqrt(0.5 * b.inertia.trace() / b.mass), 0.1 * config.spacing);
+  }
+  std::vector<Body> bodies;
   Statistics statistics;
 };
 
@@ -334,14 +347,126 @@ void Clay::Solver::translate(float dt) {
   for (std::size_t i = 0; i < n; ++i) u.add(i, lumps[near.lump(i)].move);
 }
 
+void Clay::Solver::measureLumps() {
+  bodies.assign(near.lumps(), {});
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    Body& body = bodies[near.lump(i)];
+    const double mass = 1.0 / particles.inverse_mass[i];
+    const Eigen::Vector3d x = particles.position.at(i).cast<double>();
+    body.mass += mass;
+    body.centre += mass * x;
+    body.inertia -= mass * x * x.transpose();
+  }
+  for (Body& body : bodies) {
+    body.centre /= body.mass;
+    body.inertia += body.mass * body.centre * body.centre.transpose();
+    body.inertia.diagonal().array() -= body.inertia.trace();
+  }
+}
+
+/// Displacements as a direction: p = u, without the rigid motions of lumps that no contact blocks. These no
+/// internal force resists; along them the momentum is right, and stays so.
+void Clay::Solver::ownDirection() {
+  using Motion = Eigen::Matrix<double, 6, 1>;  // of a lump: translation, rotation
+  constexpr double none = 1e-6, tiny = 1e-9;
+  struct Lump {
+    Eigen::Matrix<double, 6, 6> blocked = Eigen::Matrix<double, 6, 6>::Zero();
+    Motion momentum = Motion::Zero();
+    Motion unblocked = Motion::Zero();
+  };
+  std::vector<Lump> lumps(near.lumps());
+  const std::size_t n = particles.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    Lump& lump = lumps[near.lump(i)];
+    const Eigen::Vector3d arm = particles.position.at(i).cast<double>() - bodies[near.lump(i)].centre;
+    const Eigen::Vector3d momentum = u.at(i).cast<double>() / particles.inverse_mass[i];
+    lump.momentum.head<3>() += momentum;
+    lump.momentum.tail<3>() += arm.cross(momentum);
+  }
+  const auto block = [&](const Contact& c, const Eigen::Vector3d& direction) {
+    Lump& lump = lumps[near.lump(c.particle)];
+    const Body& body = bodies[near.lump(c.particle)];
+    const Eigen::Vector3d arm = particles.position.at(c.particle).cast<double>() - body.centre;
+    Motion motion;
+    motion << direction, arm.cross(direction) / size(body);
+    lump.blocked += motion * motion.transpose();
+  };
+  for (const Contact& c : contact_constraint.contacts()) {
+    if (c.state == Contact::State::slide) block(c, c.normal.cast<double>());
+    if (c.state != Contact::State::stick) continue;
+    for (int a = 0; a < 3; ++a) block(c, Eigen::Vector3d::Unit(a));
+  }
+  for (std::size_t l = 0; l < lumps.size(); ++l) {
+    Lump& lump = lumps[l];
+    const Body& body = bodies[l];
+    // In units in which rotations are lengths, so that eigenvalues can be compared.
+    const double length = size(body);
+    Eigen::Matrix<double, 6, 6> mass = Eigen::Matrix<double, 6, 6>::Zero();
+    mass.topLeftCorner<3, 3>().diagonal().setConstant(body.mass);
+    mass.bottomRightCorner<3, 3>() = body.inertia / (length * length);
+    mass.diagonal().array() += tiny * body.mass;
+    Motion momentum = lump.momentum;
+    momentum.tail<3>() /= length;
+    Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(6, 6);
+    if (lump.blocked.trace() > 0.0) {
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> modes(lump.blocked);
+      int count = 0;
+      while (count < 6 && modes.eigenvalues()[count] < none * lump.blocked.trace()) ++count;
+      basis = modes.eigenvectors().leftCols(count);
+      if (count == 0) continue;
+    }
+    lump.unblocked = basis * (basis.transpose() * mass * basis).llt().solve(basis.transpose() * momentum);
+    lump.unblocked.tail<3>() /= length;
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    const Lump& lump = lumps[near.lump(i)];
+    const Eigen::Vector3d arm = particles.position.at(i).cast<double>() - bodies[near.lump(i)].centre;
+    p.set(i, u.at(i) - (lump.unblocked.head<3>() + lump.unblocked.tail<3>().cross(arm)).cast<float>());
+  }
+}
+
 /// Conjugate gradients on the potential, preconditioned by the masses, in the directions that contacts leave
-/// free.
+/// free. The first direction is that of the displacements themselves, and all others are conjugate to it
+/// (deflation, Saad et al. 2000): the residual stays orthogonal to the displacements, and so, the energies
+/// being convex, a step gains no energy however few directions are tried; see doc/method.md.
 void Clay::Solver::descend(int count, float dt) {
   double rz = residual(dt);
+  ownDirection();
+  ranges(
+      [&](std::size_t, std::size_t first, std::size_t last) { contact_constraint.filter(first, last, p); });
+  double own = multiply(dt);
+  float of_own = 0.0f;  // share of the displacements to take off a direction
+  if (own > 0.0) {
+    const double along = sumOver([&](std::size_t first, std::size_t last) {
+      double product = 0.0;
+      for (std::size_t i = first; i < last; ++i) product += static_cast<double>(r[i].dot(p[i]));
+      return product;
+    });
+    const float alpha = static_cast<float>(along / own);
+    rz = sumOver([&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) {
+        d[i] = p[i], a_d[i] = q[i];
+        u[i] += alpha * p[i];
+        r[i] -= alpha * q[i];
+      }
+      return precondition(first, last);
+    });
+  }
+  const auto share = [&] {
+    if (!(own > 0.0)) return 0.0f;
+    return static_cast<float>(sumOver([&](std::size_t first, std::size_t last) {
+                                double product = 0.0;
+                                for (std::size_t i = first; i < last; ++i)
+                                  product += static_cast<double>(a_d[i].dot(z[i]));
+                                return product;
+                              }) /
+                              own);
+  };
+  of_own = share();
   ranges([&](std::size_t, std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) p[i] = z[i];
+    for (std::size_t i = first; i < last; ++i) p[i] = z[i] - of_own * d[i];
   });
-  for (int k = 0; k < count && rz > 0.0; ++k) {
+  for (int k = 1; k < count && rz > 0.0; ++k) {
     const double pq = multiply(dt);
     if (!(pq > 0.0)) break;
     const float alpha = static_cast<float>(rz / pq);
@@ -355,8 +480,9 @@ void Clay::Solver::descend(int count, float dt) {
     const float beta = static_cast<float>(next / rz);
     rz = next;
     if (k + 1 == count) break;
+    of_own = share();
     ranges([&](std::size_t, std::size_t first, std::size_t last) {
-      for (std::size_t i = first; i < last; ++i) p[i] = z[i] + beta * p[i];
+      for (std::size_t i = first; i < last; ++i) p[i] = z[i] + beta * p[i] - of_own * d[i];
     });
   }
 }
@@ -365,6 +491,7 @@ void Clay::Solver::minimise(float dt) {
   {
     const Stopwatch watch(ms(setup));
     potential.begin(near, particles, bonded ? &bond_constraint : nullptr, free, dt);
+    measureLumps();
   }
   const Stopwatch watch(ms(iterations));
   // Start from the last velocity: what rests starts at rest, however few iterations follow. What falls or
@@ -477,7 +604,7 @@ void Clay::Solver::restore(const Sculpture& s) {
   const std::size_t n = everyone.size();
   std::vector<std::uint32_t> index(n, nobody);  // in `awake`
   particles = {};
-  for (VectorField* field : {&particles.position, &particles.velocity, &free, &u, &r, &z, &p, &q})
+  for (VectorField* field : {&particles.position, &particles.velocity, &free, &u, &r, &z, &p, &q, &d, &a_d})
     field->resize(awake.size());
   for (std::uint32_t k = 0; k < awake.size(); ++k) {
     const std::uint32_t i = awake[k];
