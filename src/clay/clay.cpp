@@ -89,13 +89,14 @@ struct Clay::Solver {
     parallelRanges(particles.size(), range_size,
                    [&](std::size_t first, std::size_t last) { f(first / range_size, first, last); });
   }
-  /// Sum of f(first, last) over fixed ranges, added in order: the same bits for any number of threads.
+  using Sums = Eigen::Vector2d;
+  /// Sums of f(first, last) over fixed ranges, added in order: the same bits for any number of threads.
   template <typename F>
-  double sumOver(const F& f) {
-    partial.assign((particles.size() + range_size - 1) / range_size, 0.0);
+  Sums sumOver(const F& f) {
+    partial.assign((particles.size() + range_size - 1) / range_size, Sums::Zero());
     ranges([&](std::size_t range, std::size_t first, std::size_t last) { partial[range] = f(first, last); });
-    double total = 0.0;
-    for (const double s : partial) total += s;
+    Sums total = Sums::Zero();
+    for (const Sums& s : partial) total += s;
     return total;
   }
 
@@ -104,9 +105,9 @@ struct Clay::Solver {
   void project(float dt);
   void minimise(float dt);
   void descend(int count, float dt);
-  double residual(float dt);
+  Sums residual(float dt);
   double multiply(float dt);
-  double precondition(std::size_t first, std::size_t last);
+  Sums precondition(std::size_t first, std::size_t last);
   void measureLumps();
   void translate(float dt);
   void ownDirection();
@@ -126,9 +127,9 @@ struct Clay::Solver {
   Particles particles;               // those awake; everything below is of them
   VectorField free;                  // m, displacements of the step without internal and contact forces
   VectorField u;                     // m, displacements of the step
-  VectorField d, a_d;
-  VectorField r, z, p, q;  // residual, preconditioned residual, direction, its product
-  std::vector<double> partial;
+  VectorField d, a_d;                // direction of the displacements themselves, its product
+  VectorField r, z, p, q;            // residual, preconditioned residual, direction, its product
+  std::vector<Sums> partial;
   Kernel kernel;
   Neighbourhood near;
   Potential potential;
@@ -265,8 +266,8 @@ void Clay::Solver::project(float dt) {
                    contact_constraint, u);
 }
 
-/// r = forces - M (u - free) / dt^2, z = r / M where contacts leave it free. \return r . z
-double Clay::Solver::residual(float dt) {
+/// r = forces - M (u - free) / dt^2, z = r / M where contacts leave it free. \return as `precondition`
+Clay::Solver::Sums Clay::Solver::residual(float dt) {
   std::atomic<bool> pressing{false};
   ranges([&](std::size_t, std::size_t first, std::size_t last) {
     if (potential.startForce(u, r, first, last)) pressing = true;
@@ -289,22 +290,26 @@ double Clay::Solver::multiply(float dt) {
   return sumOver([&](std::size_t first, std::size_t last) {
     potential.finishChange(q, first, last);
     contact_constraint.addFrictionChange(p, first, last, q);
-    double product = 0.0;
+    Sums product = Sums::Zero();
     for (std::size_t i = first; i < last; ++i) {
       const float inertia = 1.0f / (particles.inverse_mass[i] * dt * dt);
       q[i] = inertia * p[i] - q[i];
-      product += static_cast<double>(p[i].dot(q[i]));
+      product[0] += static_cast<double>(p[i].dot(q[i]));
     }
     return product;
-  });
+  })[0];
 }
 
-double Clay::Solver::precondition(std::size_t first, std::size_t last) {
+/// z = r / M in free directions. \return r . z, and A d . z
+Clay::Solver::Sums Clay::Solver::precondition(std::size_t first, std::size_t last) {
   for (std::size_t i = first; i < last; ++i) z[i] = particles.inverse_mass[i] * r[i];
   contact_constraint.filter(first, last, z);
-  double product = 0.0;
-  for (std::size_t i = first; i < last; ++i) product += static_cast<double>(r[i].dot(z[i]));
-  return product;
+  Sums products = Sums::Zero();
+  for (std::size_t i = first; i < last; ++i) {
+    products[0] += static_cast<double>(r[i].dot(z[i]));
+    products[1] += static_cast<double>(a_d[i].dot(z[i]));
+  }
+  return products;
 }
 
 /// Moves each lump of clay as a whole, in the directions that no contact blocks, by what lowers the potential
@@ -430,20 +435,19 @@ void Clay::Solver::ownDirection() {
 /// (deflation, Saad et al. 2000): the residual stays orthogonal to the displacements, and so, the energies
 /// being convex, a step gains no energy however few directions are tried; see doc/method.md.
 void Clay::Solver::descend(int count, float dt) {
-  double rz = residual(dt);
+  Sums products = residual(dt);
   ownDirection();
   ranges(
       [&](std::size_t, std::size_t first, std::size_t last) { contact_constraint.filter(first, last, p); });
-  double own = multiply(dt);
-  float of_own = 0.0f;  // share of the displacements to take off a direction
+  const double own = multiply(dt);
   if (own > 0.0) {
-    const double along = sumOver([&](std::size_t first, std::size_t last) {
-      double product = 0.0;
-      for (std::size_t i = first; i < last; ++i) product += static_cast<double>(r[i].dot(p[i]));
+    const Sums along = sumOver([&](std::size_t first, std::size_t last) {
+      Sums product = Sums::Zero();
+      for (std::size_t i = first; i < last; ++i) product[0] += static_cast<double>(r[i].dot(p[i]));
       return product;
     });
-    const float alpha = static_cast<float>(along / own);
-    rz = sumOver([&](std::size_t first, std::size_t last) {
+    const float alpha = static_cast<float>(along[0] / own);
+    products = sumOver([&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
         d[i] = p[i], a_d[i] = q[i];
         u[i] += alpha * p[i];
@@ -452,38 +456,28 @@ void Clay::Solver::descend(int count, float dt) {
       return precondition(first, last);
     });
   }
-  const auto share = [&] {
-    if (!(own > 0.0)) return 0.0f;
-    return static_cast<float>(sumOver([&](std::size_t first, std::size_t last) {
-                                double product = 0.0;
-                                for (std::size_t i = first; i < last; ++i)
-                                  product += static_cast<double>(a_d[i].dot(z[i]));
-                                return product;
-                              }) /
-                              own);
+  double rz = products[0];
+  const auto turn = [&](float beta) {
+    const float of_own = own > 0.0 ? static_cast<float>(products[1] / own) : 0.0f;
+    ranges([&](std::size_t, std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) p[i] = z[i] + beta * p[i] - of_own * d[i];
+    });
   };
-  of_own = share();
-  ranges([&](std::size_t, std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) p[i] = z[i] - of_own * d[i];
-  });
+  turn(0.0f);
   for (int k = 1; k < count && rz > 0.0; ++k) {
     const double pq = multiply(dt);
     if (!(pq > 0.0)) break;
     const float alpha = static_cast<float>(rz / pq);
-    const double next = sumOver([&](std::size_t first, std::size_t last) {
+    products = sumOver([&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
         u[i] += alpha * p[i];
         r[i] -= alpha * q[i];
       }
       return precondition(first, last);
     });
-    const float beta = static_cast<float>(next / rz);
-    rz = next;
-    if (k + 1 == count) break;
-    of_own = share();
-    ranges([&](std::size_t, std::size_t first, std::size_t last) {
-      for (std::size_t i = first; i < last; ++i) p[i] = z[i] + beta * p[i] - of_own * d[i];
-    });
+    const float beta = static_cast<float>(products[0] / rz);
+    rz = products[0];
+    if (k + 1 < count) turn(beta);
   }
 }
 

@@ -17,6 +17,7 @@
 #include "hand/kinematic_hand.h"
 #include "scene/scene.h"
 #include "scene/solids.h"
+#include "support/setups.h"
 
 namespace {
 
@@ -120,6 +121,7 @@ void step(benchmark::State& state, int count) {
   config.budget = {1, scene::loadQuality("balanced", TACTILE_CLAY_SHARE).iterations};
   config.frame = frame / 4;
   config.threads = 2;
+  config.sleeping = false;
   const int side = static_cast<int>(std::ceil(std::cbrt(count)));
   const float d = static_cast<float>(config.spacing);
   std::vector<clay::InitialParticle> particles;
@@ -140,6 +142,35 @@ void step(benchmark::State& state, int count) {
     figures.add(1e3 * seconds, clay.statistics());
   }
   figures.report(state);
+}
+
+/// Frames of `count` blocks of 40 mm on a table, 512 particles each, of which a fingertip kneads the first.
+void blocks(benchmark::State& state, int count) {
+  clay::ClayConfig config;
+  config.budget = scene::loadQuality("balanced", TACTILE_CLAY_SHARE);
+  config.threads = 2;
+  std::vector<clay::InitialParticle> particles;
+  for (int k = 0; k < count; ++k) {
+    const Eigen::Vector3d foot(0.1 * (k % 5), 0.1 * (k / 5), 0.0);
+    for (const clay::InitialParticle& p : clay::block(8, 8, 8, config.spacing, foot)) particles.push_back(p);
+  }
+  clay::Clay clay(config, {clay::Material{}}, particles);
+  for (int k = 0; k < 120; ++k) clay.advance({}, {clay::ground()}, frame);
+  const auto height = [](double t) { return 0.048 - 0.016 * std::sin(2.0 * M_PI * t); };
+  Figures figures;
+  for (auto _ : state) {
+    const double t = clay.time(), next = height(t + frame);
+    const Eigen::Vector3d velocity(0.0, 0.0, (next - height(t)) / frame);
+    const clay::Ghosts finger =
+        clay::ghostPlane({0.0, 0.0, next}, -Eigen::Vector3d::UnitZ(), 0.008, 0.002, velocity);
+    const auto start = std::chrono::steady_clock::now();
+    clay.advance(finger, {clay::ground()}, frame);
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    state.SetIterationTime(seconds);
+    figures.add(1e3 * seconds, clay.statistics());
+  }
+  figures.report(state);
+  state.counters["awake"] = static_cast<double>(clay.statistics().awake);
 }
 
 void neighbours(benchmark::State& state) {
@@ -175,6 +206,10 @@ int main(int argc, char** argv) {
   add("without/viscosity", [](auto& s) { without(s, [](auto& m) { m.viscosity = 0.0; }); });
   add("without/bonds", [](auto& s) { without(s, [](auto& m) { m.stiffness = 0.0; }); });
   add("without/friction", [](auto& s) { without(s, [](auto& m) { m.friction = m.skin_friction = 0.0; }); });
+  for (const int count : {10, 1})
+    add("blocks/1_of_" + std::to_string(count) + "_touched", [count](auto& s) {
+      blocks(s, count);
+    })->Iterations(score_frames);
   benchmark::RegisterBenchmark("neighbours/4169", neighbours)->Unit(benchmark::kMillisecond)->UseRealTime();
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
