@@ -177,20 +177,27 @@ void Contacts::detectSolids(const Particles& particles, const VectorField& guess
       for (std::size_t i = c * chunk_size; i < std::min(n, (c + 1) * chunk_size); ++i) {
         const Vector x = particles.position.at(i);
         const Eigen::Vector3d local = to_start * x.cast<double>();
-        const SurfacePoint before = surface(solids[s], local);
+        const Eigen::Vector3d motion = to_end * (x + guess.at(i)).cast<double>() - local;
+        SurfacePoint touch = surface(solids[s], local);
         // No point of a surface comes nearer than the particle moves against it.
-        const Eigen::Vector3d moved = to_end * (x + guess.at(i)).cast<double>();
-        if (before.distance - (moved - local).norm() > (0.5 + margin) * spacing_) continue;
-        const SurfacePoint after = surface(solids[s], moved);
-        if (std::min(before.distance, after.distance) > (0.5 + margin) * spacing_) continue;
+        const double near = (0.5 + margin) * spacing_, way = motion.norm();
+        if (touch.distance - way > near) continue;
+        // Where the particle first comes near, so that nothing is passed by however thin it is.
+        Eigen::Vector3d at = local;
+        for (double gone = 0.0; touch.distance > near && gone < way;) {
+          gone = std::min(gone + std::max(touch.distance - near, 0.01 * spacing_), way);
+          at = local + gone / way * motion;
+          touch = surface(solids[s], at);
+        }
+        if (touch.distance > near) continue;
+        const double distance = touch.distance + touch.normal.dot(local - at);  // of the start, to that side
         Contact contact;
         contact.particle = static_cast<std::uint32_t>(i), contact.solid = static_cast<std::uint32_t>(s);
-        // The way out is that of the start, or a fast particle could leave through the far side.
-        contact.normal = (end[s].linear() * before.normal).cast<float>();
+        contact.normal = (end[s].linear() * touch.normal).cast<float>();
         contact.drift = (end[s] * local).cast<float>() - x;
-        const double allowance = std::max(0.5 * spacing_ - before.distance - recovery_speed * dt, 0.0);
-        contact.gap = static_cast<float>(0.5 * spacing_ - before.distance - allowance) +
-                      contact.normal.dot(contact.drift);
+        const double allowance = std::max(0.5 * spacing_ - distance - recovery_speed * dt, 0.0);
+        contact.gap =
+            static_cast<float>(0.5 * spacing_ - distance - allowance) + contact.normal.dot(contact.drift);
         if (contact.normal.dot(guess.at(i)) < contact.gap + margin * spacing_)
           found_[c].contacts.push_back(contact);
       }
