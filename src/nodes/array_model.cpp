@@ -22,19 +22,12 @@ ArrayModel::ArrayModel(const ros::NodeHandle& private_nh)
   head_point = array.inverse() * pointParam(private_nh, "head_point", "-0.4 0 0.45");
 }
 
-ultrasound::Drive ArrayModel::solve(const device::Emission& emission) const {
-  return ultrasound::solvePhases(layout, acoustics, emission.points, options).drive;
-}
-
-double ArrayModel::headSpl(const ultrasound::Drive& drive) const {
-  return ultrasound::headSpl(layout, acoustics, drive, head_point);
-}
-
-double ArrayModel::focusPressure(const ultrasound::Drive& drive, const device::Emission& emission) const {
+device::Loudness ArrayModel::loudness(const ultrasound::Drive& drive,
+                                      const std::vector<ultrasound::FocalPoint>& points) const {
   double highest = 0.0;
-  for (const ultrasound::FocalPoint& point : emission.points)
+  for (const ultrasound::FocalPoint& point : points)
     highest = std::max(highest, std::abs(ultrasound::pressureAt(layout, acoustics, drive, point.position)));
-  return highest;
+  return {highest, ultrasound::headSpl(layout, acoustics, drive, head_point)};
 }
 
 }  // namespace tactile_clay::nodes

@@ -3,8 +3,9 @@
 #include <ros/node_handle.h>
 
 #include <Eigen/Core>
+#include <vector>
 
-#include "device/array_device.h"
+#include "device/safety_gate.h"
 #include "ultrasound/acoustic_field.h"
 #include "ultrasound/array_layout.h"
 #include "ultrasound/phase_solver.h"
@@ -18,13 +19,9 @@ struct ArrayModel {
   /// wrong
   explicit ArrayModel(const ros::NodeHandle& private_nh);
 
-  ultrasound::Drive solve(const device::Emission& emission) const;
-
-  /// dB SPL of a drive at the head.
-  double headSpl(const ultrasound::Drive& drive) const;
-
-  /// Highest peak pressure of a drive at one of the points, Pa.
-  double focusPressure(const ultrasound::Drive& drive, const device::Emission& emission) const;
+  /// How loud a drive is at these points and at the head.
+  device::Loudness loudness(const ultrasound::Drive& drive,
+                            const std::vector<ultrasound::FocalPoint>& points) const;
 
   ultrasound::ArrayLayout layout;
   ultrasound::Acoustics acoustics;
