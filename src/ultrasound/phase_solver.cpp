@@ -21,6 +21,7 @@ constexpr auto over_turn = static_cast<float>(0.5 / M_PI);
 constexpr int gram_passes = 30;
 constexpr int newton_steps = 12;
 constexpr float newton_tolerance = 5e-4f;  // of an amplitude: below it single precision gains nothing
+constexpr double peak_tolerance = 1e-4;    // m, from a focus to the peak of its amplitude
 constexpr int limited_rounds = 3;
 
 const std::map<std::string, PhaseMethod>& methods() {
@@ -129,8 +130,13 @@ TACTILE_CLAY_CLONES void turnBy(const Lanes* j, const float* lambda, std::size_t
 /// Solves p = G q for |p| = 1 at every focus, up to a common scale.
 class Solver {
  public:
-  Solver(const Propagator& g, std::size_t transducers, const PhaseSolverOptions& options)
-      : g_(g), transducers_(transducers), options_(options), q_(g.width), p_(g.foci) {}
+  Solver(const Propagator& g, std::size_t transducers, double wavenumber, const PhaseSolverOptions& options)
+      : g_(g),
+        transducers_(transducers),
+        options_(options),
+        q_(g.width),
+        p_(g.foci),
+        slope_tolerance_(static_cast<float>(wavenumber * peak_tolerance)) {}
 
   /// From the phases that this drive has at the foci.
   void start(const DriveLanes& q) {
@@ -235,36 +241,50 @@ class Solver {
     return (amplitude / std::max(amplitude.mean(), tiny) - 1.0f).abs().maxCoeff();
   }
 
-  /// Newton steps of the free phases, damped further (Levenberg-Marquardt) until the error falls.
+  /// Newton steps of the free phases, damped further (Levenberg-Marquardt) until the error falls: all
+  /// amplitudes the same, and where foci are to be peaks, no slopes.
   void correct(const LaneArray<Lanes>& free) {
-    LaneArray<Lanes> j(g_.foci * g_.width);
+    const bool slopes = options_.peaks;
+    FocusChange now;
+    FocusChange after;
     DriveLanes trial;
     FocusField reached(g_.foci);
     propagate(g_, q_, p_);
+    focusChange(g_, q_, p_, free, slopes, now);
     double damping = 1e-5;  // foci that no drive can tell apart must not turn it wildly
     Eigen::MatrixXd products;
     bool moved = true;
     for (int step = 0; step < newton_steps; ++step) {
-      const Eigen::ArrayXf amplitude = p_.abs();
-      if (worst(amplitude) < newton_tolerance) return;
-      if (moved) {
-        phaseJacobian(g_, q_, p_, free, j);
-        products = rowProducts(j, g_.width);
-      }
+      const float mean = now.amplitude.mean();
+      if (worst(now.amplitude) < newton_tolerance &&
+          (!slopes || (now.slope / now.peak_width.max(1e-4f)).abs().maxCoeff() < slope_tolerance_))
+        return;
+      if (moved) products = rowProducts(now.j, g_.width);
+      Eigen::VectorXd wanted(products.rows());
+      wanted.head(now.amplitude.size()) = (mean - now.amplitude).matrix().cast<double>();
+      if (slopes) wanted.tail(now.slope.size()) = -now.slope.matrix().cast<double>();
       Eigen::MatrixXd damped = products;
-      damped.diagonal().array() += damping * products.diagonal().mean() + 1e-30;
-      const Eigen::VectorXf lambda =
-          damped.llt().solve((amplitude.mean() - amplitude).matrix().cast<double>()).cast<float>();
+      damped.diagonal() *= 1.0 + damping;
+      damped.diagonal().array() += 1e-30;
+      const Eigen::VectorXf lambda = damped.llt().solve(wanted).cast<float>();
       if (!lambda.allFinite()) return;
       trial = q_;
-      turnBy(j.data(), lambda.data(), g_.foci, trial);
+      turnBy(now.j.data(), lambda.data(), static_cast<std::size_t>(lambda.size()), trial);
       propagate(g_, trial, reached);
-      moved = spread(reached.abs()) < spread(amplitude);
+      focusChange(g_, trial, reached, free, slopes, after);
+      moved = fault(after) < fault(now);
       damping *= moved ? 0.1 : 10.0;
       if (!moved) continue;
       q_.swap(trial);
       std::swap(p_, reached);
+      std::swap(now, after);
     }
+  }
+
+  static float fault(const FocusChange& change) {
+    constexpr float weight = 3.0f;  // of slopes, whose s is some 0.3
+    return spread(change.amplitude) +
+           (change.slope.size() > 0 ? weight * change.slope.square().mean() : 0.0f);
   }
 
   const Propagator& g_;
@@ -273,6 +293,7 @@ class Solver {
   DriveLanes q_;
   FocusField p_;
   bool warm_ = false;
+  float slope_tolerance_;  // of slope over peak width
 };
 
 /// A drive in lanes.
@@ -407,7 +428,7 @@ PhaseSolution solvePhases(const ArrayLayout& layout, const Acoustics& acoustics,
     power(static_cast<Eigen::Index>(m)) = static_cast<float>(std::pow(points[active[m]].intensity, 2));
   }
 
-  Solver solver(g, layout.size(), options);
+  Solver solver(g, layout.size(), acoustics.wavenumber(), options);
   DriveLanes last;
   PhaseLimit limit;
   const bool limited = before != nullptr && options.max_phase_change > 0.0;

@@ -22,6 +22,7 @@ PhaseMethod phaseMethod(const std::string& name);
 struct PhaseSolverOptions {
   PhaseMethod method = PhaseMethod::newton;
   int iterations = 5;             // passes of Gerchberg-Saxton, 1 to 1000; one point needs none
+  bool peaks = true;              // newton: foci are peaks in planes of equal z, not on the slope of others
   bool phase_only = true;         // one amplitude for all transducers; else each has its own
   int phase_levels = 0;           // steps of a turn that the device knows, 2 to 65536; 0: any phase
   int amplitude_levels = 0;       // steps from 0 to 1 that the device knows, 1 to 65536; 0: any amplitude

@@ -46,10 +46,13 @@ def columns(cloud, *names):
             for i in range(cloud.width)]
 
 
+def setUpModule():
+    rospy.init_node('modulation_test')
+
+
 class SimulatedArray(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        rospy.init_node('modulation_test')
         cls.stream, cls.states = Stream(), States()
         cls.addClassCleanup(cls.stream.stop)
 
