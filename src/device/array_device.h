@@ -54,9 +54,9 @@ class ArrayDevice {
     return std::nullopt;
   }
 
-  /// Sends an emission of a modulation that it has named, newest wins, without waiting for the array. It has to be renewed: a device goes
-  /// silent by itself when nothing is submitted for some 0.2 s.
-  /// \throws std::runtime_error when the array is gone
+  /// Sends an emission of a modulation that it has named, newest wins, without waiting for the array. It has
+  /// to be renewed: a device goes silent by itself when nothing is submitted for some 0.2 s. \throws
+  /// std::runtime_error when the array is gone
   virtual void submit(const Emission& emission) = 0;
 
   /// Silences the array, by the surest means that it has. Must not throw.

@@ -101,7 +101,38 @@ Capabilities SonicSurface::capabilities() const {
 }
 
 ultrasound::Drive SonicSurface::solve(const std::vector<ultrasound::FocalPoint>& points) const {
-  return ultrasound::solvePhases(layout_, acoustics_, points).drive;
+  ultrasound::PhaseSolverOptions options;
+  options.peaks = true;
+  options.phase_levels = firmware_ == Firmware::stock ? 32 : 16;
+  const auto whole = ultrasound::solvePhases(layout_, acoustics_, points, options);
+  ultrasound::Drive drive = sonic_surface::emitted(whole.drive, firmware_);
+  // A weaker drive switches channels off; the phases of the others are then solved anew, for without the
+  // missing ones the foci would be neither as strong nor where they were.
+  ultrasound::ArrayLayout on;
+  std::vector<std::size_t> channel;
+  for (std::size_t n = 0; n < layout_.size(); ++n) {
+    if (drive.amplitude[n] == 0.0f) continue;
+    on.position.push_back(layout_.position[n]);
+    on.normal.push_back(layout_.normal[n]);
+    channel.push_back(n);
+  }
+  if (channel.empty() || channel.size() == layout_.size()) return drive;
+  std::vector<ultrasound::FocalPoint> there;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (whole.target[k] > 0.0) there.push_back(points[k]);
+  }
+  std::size_t k = 0;
+  double strongest = 0.0;
+  for (const double target : whole.target) {
+    if (!(target > 0.0)) continue;
+    there[k].intensity = target / ultrasound::focusPressure(on, acoustics_, there[k].position);
+    strongest = std::max(strongest, there[k].intensity);
+    ++k;
+  }
+  for (ultrasound::FocalPoint& point : there) point.intensity /= strongest;  // all that the channels give
+  const ultrasound::Drive part = ultrasound::solvePhases(on, acoustics_, there, options).drive;
+  for (std::size_t n = 0; n < channel.size(); ++n) drive.phase[channel[n]] = part.phase[n];
+  return drive;
 }
 
 std::optional<ultrasound::Drive> SonicSurface::drive(

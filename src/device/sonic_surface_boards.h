@@ -31,8 +31,8 @@ class SonicSurfaceBoards {
 
   /// What plays: the channels of all boards, one board after the other.
   ultrasound::Drive drive() const;
-  bool sounds() const;       // any channel plays
-  bool may_sound() const;    // or will, after a swap
+  bool sounds() const;        // any channel plays
+  bool may_sound() const;     // or will, after a swap
   double modulation() const;  // Hz, of the tactile firmware; stock: 0
   std::size_t faults() const { return faults_; }
 

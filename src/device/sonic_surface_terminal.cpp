@@ -92,7 +92,8 @@ SonicSurfaceTerminal::State SonicSurfaceTerminal::state() const {
     if (boards_.sounds()) state.patterns.push_back({boards_.drive(), always});
     return state;
   }
-  const auto newest = std::find_if(last_.rbegin(), last_.rend(), [](const Swap& swap) { return swap.sounds; });
+  const auto newest =
+      std::find_if(last_.rbegin(), last_.rend(), [](const Swap& swap) { return swap.sounds; });
   if (newest == last_.rend()) return state;
   // Two intervals that begin with swaps i and i + 1, one of which plays the newest pattern.
   double shortest = 0.0;

@@ -14,9 +14,10 @@ namespace tactile_clay::nodes {
 
 /// The physical model of an array: its transducers, the air, the head of a person beside it.
 struct ArrayModel {
-  /// Reads `~layout`, `~temperature`, `~reference_pressure`, `~solver_iterations`, `~head_point` (in world),
-  /// `~array_pose`. \throws std::runtime_error, std::invalid_argument with one line where a parameter is
-  /// wrong
+  /// Reads `~layout`, `~temperature`, `~reference_pressure`, `~head_point` (in world), `~array_pose`, and of
+  /// the phase solver `~phase_method`, `~solver_iterations`, `~peaks` (default true), `~phase_only`,
+  /// `~phase_levels`, `~amplitude_levels`, `~max_phase_change`. \throws std::runtime_error,
+  /// std::invalid_argument with one line where a parameter is wrong
   explicit ArrayModel(const ros::NodeHandle& private_nh);
 
   /// How loud a drive is at these points and at the head.

@@ -122,8 +122,7 @@ void SimulatedArray::listen() {
   message.frames_sent = static_cast<std::uint32_t>(state.swaps);
   message.frames_rejected = static_cast<std::uint32_t>(state.faults);
   double head = 0.0;
-  for (const Sound::Part& part : sound.parts)
-    head = std::max(head, *model_.loudness(part.drive, {}).head);
+  for (const Sound::Part& part : sound.parts) head = std::max(head, *model_.loudness(part.drive, {}).head);
   message.head_spl = static_cast<float>(head);
   wire_.state.publish(message);
 }

@@ -78,8 +78,9 @@ void SoundField::publish(const Sound& sound, const std_msgs::Header& header) {
 }
 
 void SoundField::publishSilence(const std_msgs::Header& header) {
-  publishDrive({std::vector<float>(model_.layout.size(), 0.0f), std::vector<float>(model_.layout.size(), 0.0f)},
-               header);
+  publishDrive(
+      {std::vector<float>(model_.layout.size(), 0.0f), std::vector<float>(model_.layout.size(), 0.0f)},
+      header);
 }
 
 void SoundField::publishDrive(const ultrasound::Drive& drive, const std_msgs::Header& header) {
@@ -132,9 +133,9 @@ void SoundField::publishReport(const Sound& sound, const std_msgs::Header& heade
       message->side_lobe_position.y = lobe.position.y();
       message->side_lobe_position.z = lobe.position.z();
     }
-    message->head_spl = std::max(
-        message->head_spl, static_cast<float>(ultrasound::headSpl(model_.layout, model_.acoustics, part.drive,
-                                                                  model_.head_point)));
+    message->head_spl =
+        std::max(message->head_spl, static_cast<float>(ultrasound::headSpl(model_.layout, model_.acoustics,
+                                                                           part.drive, model_.head_point)));
   }
   std::vector<double> all_achieved, all_commanded;
   for (const ultrasound::FocalPoint& point : sound.points) {
@@ -196,8 +197,7 @@ void SoundField::publishField(const Sound& sound, const std_msgs::Header& header
   std::vector<float> highest(points.size(), 0.0f);
   std::vector<double> power(points.size(), 0.0);  // mean of the squared amplitude
   for (const Sound::Part& part : sound.parts) {
-    const auto pressures =
-        ultrasound::pressuresAt(model_.layout, model_.acoustics, part.drive, points);
+    const auto pressures = ultrasound::pressuresAt(model_.layout, model_.acoustics, part.drive, points);
     for (std::size_t i = 0; i < points.size(); ++i) {
       highest[i] = std::max(highest[i], std::abs(pressures[i]));
       power[i] += part.what.power * std::norm(pressures[i]);
@@ -206,8 +206,8 @@ void SoundField::publishField(const Sound& sound, const std_msgs::Header& header
   CloudWriter cloud(header, "x y z pressure tactile", points.size());
   for (std::size_t i = 0; i < points.size(); ++i)
     cloud.vector(points[i]) << highest[i]
-                            << static_cast<float>(ultrasound::radiationPressure(model_.acoustics,
-                                                                                std::sqrt(power[i])));
+                            << static_cast<float>(
+                                   ultrasound::radiationPressure(model_.acoustics, std::sqrt(power[i])));
   field_.publish(cloud.finish());
 }
 

@@ -21,7 +21,7 @@ constexpr auto over_turn = static_cast<float>(0.5 / M_PI);
 constexpr int gram_passes = 30;
 constexpr int newton_steps = 12;
 constexpr float newton_tolerance = 5e-4f;  // of an amplitude: below it single precision gains nothing
-constexpr double peak_tolerance = 1e-4;    // m, from a focus to the peak of its amplitude
+constexpr double peak_tolerance = 3e-4;    // m, from a focus to the peak of its amplitude
 constexpr int limited_rounds = 3;
 
 const std::map<std::string, PhaseMethod>& methods() {
@@ -113,12 +113,13 @@ TACTILE_CLAY_CLONES void moderate(DriveLanes& q, std::size_t transducers) {
   }
 }
 
-/// Turns each drive by its sum of j lambda over the foci, as an angle up to third order.
-TACTILE_CLAY_CLONES void turnBy(const Lanes* j, const float* lambda, std::size_t foci, DriveLanes& q) {
+/// Turns each drive by the sum of lambda times its row, as an angle up to third order.
+TACTILE_CLAY_CLONES void turnBy(const Lanes* const* rows, const float* lambda, std::size_t count,
+                                DriveLanes& q) {
   constexpr float most = 0.5f;  // rad a step: J holds nearby only
   for (std::size_t i = 0; i < q.size(); ++i) {
     Lanes angle{};
-    for (std::size_t m = 0; m < foci; ++m) angle += lambda[m] * j[m * q.size() + i];
+    for (std::size_t m = 0; m < count; ++m) angle += lambda[m] * rows[m][i];
     angle = larger(smaller(angle, Lanes{} + most), Lanes{} - most);
     const Lanes cosine = inverseRoot(1.0f + angle * angle);
     const Lanes sine = angle * cosine;
@@ -136,7 +137,7 @@ class Solver {
         options_(options),
         q_(g.width),
         p_(g.foci),
-        slope_tolerance_(static_cast<float>(wavenumber * peak_tolerance)) {}
+        most_slope_(static_cast<float>(wavenumber * peak_tolerance)) {}
 
   /// From the phases that this drive has at the foci.
   void start(const DriveLanes& q) {
@@ -242,36 +243,49 @@ class Solver {
   }
 
   /// Newton steps of the free phases, damped further (Levenberg-Marquardt) until the error falls: all
-  /// amplitudes the same, and where foci are to be peaks, no slopes.
+  /// amplitudes the same and, where foci are to be peaks, no slope that moves a peak too far.
   void correct(const LaneArray<Lanes>& free) {
-    const bool slopes = options_.peaks;
     FocusChange now;
     FocusChange after;
     DriveLanes trial;
     FocusField reached(g_.foci);
     propagate(g_, q_, p_);
-    focusChange(g_, q_, p_, free, slopes, now);
+    focusChange(g_, q_, p_, free, options_.peaks, now);
+    std::vector<bool> held(static_cast<std::size_t>(now.slope.size()), false);  // slopes that were too large
+    std::vector<const Lanes*> rows;
+    std::vector<double> wanted;
     double damping = 1e-5;  // foci that no drive can tell apart must not turn it wildly
     Eigen::MatrixXd products;
     bool moved = true;
     for (int step = 0; step < newton_steps; ++step) {
-      const float mean = now.amplitude.mean();
-      if (worst(now.amplitude) < newton_tolerance &&
-          (!slopes || (now.slope / now.peak_width.max(1e-4f)).abs().maxCoeff() < slope_tolerance_))
-        return;
-      if (moved) products = rowProducts(now.j, g_.width);
-      Eigen::VectorXd wanted(products.rows());
-      wanted.head(now.amplitude.size()) = (mean - now.amplitude).matrix().cast<double>();
-      if (slopes) wanted.tail(now.slope.size()) = -now.slope.matrix().cast<double>();
+      if (worst(now.amplitude) < newton_tolerance && (tooLarge(now) == 0.0f).all()) return;
+      if (moved) {
+        rows.clear();
+        wanted.clear();
+        const float mean = now.amplitude.mean();
+        for (std::size_t m = 0; m < g_.foci; ++m) {
+          rows.push_back(&now.j[m * g_.width]);
+          wanted.push_back(mean - now.amplitude(static_cast<Eigen::Index>(m)));
+        }
+        const Eigen::ArrayXf excess = tooLarge(now);
+        for (std::size_t k = 0; k < held.size(); ++k) {
+          held[k] = held[k] || excess(static_cast<Eigen::Index>(k)) != 0.0f;
+          if (!held[k]) continue;
+          rows.push_back(&now.j[(g_.foci + k) * g_.width]);
+          wanted.push_back(-now.slope(static_cast<Eigen::Index>(k)));
+        }
+        products = rowProducts(rows, g_.width);
+      }
       Eigen::MatrixXd damped = products;
       damped.diagonal() *= 1.0 + damping;
       damped.diagonal().array() += 1e-30;
-      const Eigen::VectorXf lambda = damped.llt().solve(wanted).cast<float>();
+      const Eigen::VectorXf lambda =
+          damped.llt().solve(Eigen::Map<const Eigen::VectorXd>(wanted.data(), products.rows())).cast<float>();
       if (!lambda.allFinite()) return;
       trial = q_;
-      turnBy(now.j.data(), lambda.data(), static_cast<std::size_t>(lambda.size()), trial);
+      turnBy(rows.data(), lambda.data(), rows.size(), trial);
       propagate(g_, trial, reached);
-      focusChange(g_, trial, reached, free, slopes, after);
+      focusChange(g_, trial, reached, free, options_.peaks, after);
       moved = fault(after) < fault(now);
       damping *= moved ? 0.1 : 10.0;
       if (!moved) continue;
@@ -281,10 +295,17 @@ class Solver {
     }
   }
 
-  static float fault(const FocusChange& change) {
+  /// What of each slope moves a peak by more than the tolerance.
+  Eigen::ArrayXf tooLarge(const FocusChange& change) const {
+    constexpr float flat = 1e-4f;  // no peak at all
+    const Eigen::ArrayXf bound = most_slope_ * change.peak_width.max(flat);
+    return change.slope - change.slope.max(-bound).min(bound);
+  }
+
+  float fault(const FocusChange& change) const {
     constexpr float weight = 3.0f;  // of slopes, whose s is some 0.3
     return spread(change.amplitude) +
-           (change.slope.size() > 0 ? weight * change.slope.square().mean() : 0.0f);
+           (change.slope.size() > 0 ? weight * tooLarge(change).square().mean() : 0.0f);
   }
 
   const Propagator& g_;
@@ -293,7 +314,7 @@ class Solver {
   DriveLanes q_;
   FocusField p_;
   bool warm_ = false;
-  float slope_tolerance_;  // of slope over peak width
+  float most_slope_;  // over peak width
 };
 
 /// A drive in lanes.

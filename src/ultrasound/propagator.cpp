@@ -120,10 +120,21 @@ TACTILE_CLAY_CLONES void slopeRows(const ComplexLanes* s, const Lanes* along, co
   }
 }
 
-TACTILE_CLAY_CLONES void rowProductsOf(const Lanes* j, std::size_t width, std::size_t m, float* products) {
-  for (std::size_t k = 0; k <= m; ++k) {
+/// Products of row m with the rows up to it.
+TACTILE_CLAY_CLONES void rowProductsOf(const Lanes* const* rows, std::size_t width, std::size_t m,
+                                       float* products) {
+  const Lanes* row = rows[m];
+  std::size_t k = 0;
+  for (; k + 3 <= m; k += 4) {  // four at a time, so that each lane of the row is loaded once for them
+    Lanes total[4] = {};
+    for (std::size_t i = 0; i < width; ++i) {
+      for (std::size_t n = 0; n < 4; ++n) total[n] += row[i] * rows[k + n][i];
+    }
+    for (std::size_t n = 0; n < 4; ++n) products[k + n] = sum(total[n]);
+  }
+  for (; k <= m; ++k) {
     Lanes total{};
-    for (std::size_t i = 0; i < width; ++i) total += j[m * width + i] * j[k * width + i];
+    for (std::size_t i = 0; i < width; ++i) total += row[i] * rows[k][i];
     products[k] = sum(total);
   }
 }
@@ -155,9 +166,9 @@ TransducerLanes::TransducerLanes(const ArrayLayout& layout) {
 float Propagator::addFocus(const TransducerLanes& transducers, const Acoustics& acoustics,
                            const Eigen::Vector3d& point) {
   const Eigen::Vector3f at = point.cast<float>();
-  const float reach = fillRow(transducers, PistonConstants(acoustics),
-                              static_cast<float>(acoustics.reference_pressure), at.data(), row(foci),
-                              &s[foci * width]);
+  const float reach =
+      fillRow(transducers, PistonConstants(acoustics), static_cast<float>(acoustics.reference_pressure),
+              at.data(), row(foci), &s[foci * width]);
   if (reach > 0.0f) ++foci;
   return reach;
 }
@@ -211,12 +222,12 @@ void focusChange(const Propagator& g, const DriveLanes& q, const FocusField& p, 
   }
 }
 
-Eigen::MatrixXd rowProducts(const LaneArray<Lanes>& j, std::size_t width) {
-  const auto n = static_cast<Eigen::Index>(j.size() / width);
+Eigen::MatrixXd rowProducts(const std::vector<const Lanes*>& rows, std::size_t width) {
+  const auto n = static_cast<Eigen::Index>(rows.size());
   Eigen::MatrixXd products(n, n);
   Eigen::ArrayXf row(n);
   for (Eigen::Index m = 0; m < n; ++m) {
-    rowProductsOf(j.data(), width, static_cast<std::size_t>(m), row.data());
+    rowProductsOf(rows.data(), width, static_cast<std::size_t>(m), row.data());
     for (Eigen::Index k = 0; k <= m; ++k) products(m, k) = products(k, m) = row(k);
   }
   return products;

@@ -75,7 +75,7 @@ struct FocusChange {
 void focusChange(const Propagator& g, const DriveLanes& q, const FocusField& p, const LaneArray<Lanes>& free,
                  bool slopes, FocusChange& change);
 
-/// J J^T. \param j rows of `width` lanes
-Eigen::MatrixXd rowProducts(const LaneArray<Lanes>& j, std::size_t width);
+/// J J^T. \param rows of J, `width` lanes each
+Eigen::MatrixXd rowProducts(const std::vector<const Lanes*>& rows, std::size_t width);
 
 }  // namespace tactile_clay::ultrasound
