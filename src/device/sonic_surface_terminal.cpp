@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -19,9 +20,15 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::chrono::duration<double> byte_time(10.0 / 230400.0);
-constexpr std::size_t remembered = 12;  // swaps
+constexpr std::size_t remembered = 24;  // swaps
 constexpr auto steady = 100ms;          // without a swap: what plays is not modulated by swaps
 constexpr int look = 50;                // ms, between looks at `ending_`
+
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
 
 bool same(const ultrasound::Drive& a, const ultrasound::Drive& b) {
   return a.phase == b.phase && a.amplitude == b.amplitude;
@@ -95,22 +102,25 @@ SonicSurfaceTerminal::State SonicSurfaceTerminal::state() const {
   const auto newest =
       std::find_if(last_.rbegin(), last_.rend(), [](const Swap& swap) { return swap.sounds; });
   if (newest == last_.rend()) return state;
-  // Two intervals that begin with swaps i and i + 1, one of which plays the newest pattern.
-  double shortest = 0.0;
-  for (std::size_t i = 0; i + 2 < last_.size(); ++i) {
-    const Swap &a = last_[i], &b = last_[i + 1], &c = last_[i + 2];
-    if (!same(a.drive, newest->drive) && !same(b.drive, newest->drive)) continue;
-    const double period = std::chrono::duration<double>(c.when - a.when).count();
-    if (period <= 0.0 || (shortest > 0.0 && period >= shortest)) continue;
-    shortest = period;
-    state.patterns.clear();
-    if (a.sounds)
-      state.patterns.push_back({a.drive, std::chrono::duration<double>(b.when - a.when).count() / period});
-    if (b.sounds)
-      state.patterns.push_back({b.drive, std::chrono::duration<double>(c.when - b.when).count() / period});
-    state.frequency = 1.0 / period;
+  // Intervals between swaps in which the newest pattern plays, and the others: s, with what plays.
+  std::vector<double> its, others;
+  std::optional<ultrasound::Drive> other;
+  for (std::size_t i = 0; i + 1 < last_.size(); ++i) {
+    const double time = std::chrono::duration<double>(last_[i + 1].when - last_[i].when).count();
+    const bool newest_plays = same(last_[i].drive, newest->drive);
+    (newest_plays ? its : others).push_back(time);
+    if (!newest_plays && last_[i].sounds) other = last_[i].drive;
   }
-  if (shortest == 0.0) state.patterns.push_back({newest->drive, always});
+  if (its.empty() || others.empty()) {
+    state.patterns.push_back({newest->drive, always});
+    return state;
+  }
+  const double on = median(its), off = median(others);
+  state.frequency = 1.0 / (on + off);
+  state.patterns.push_back({newest->drive, on / (on + off)});
+  // The pattern before the newest one is on its way out; two that take turns for good are both heard.
+  const bool both_sound = last_.back().sounds && last_[last_.size() - 2].sounds;
+  if (other && both_sound) state.patterns.push_back({*other, off / (on + off)});
   return state;
 }
 

@@ -35,8 +35,9 @@ class SonicSurfaceTerminal {
   SonicSurfaceTerminal(const SonicSurfaceTerminal&) = delete;
   SonicSurfaceTerminal& operator=(const SonicSurfaceTerminal&) = delete;
 
-  /// Modulation by swapping is told by the shortest two intervals between the last swaps in which the newest
-  /// pattern plays, for uploads make others longer. The tactile firmware's is on for half of each period.
+  /// Modulation by swapping is told by the medians of the last intervals between swaps, with the newest
+  /// pattern and without it, for uploads make some longer. The tactile firmware's is on for half of each
+  /// period.
   State state() const;
 
  private:

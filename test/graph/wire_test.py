@@ -2,6 +2,7 @@
 """The driver of SonicSurface boards on the simulated array behind a serial port: see wire.test."""
 import math
 import os
+import statistics
 import sys
 import tempfile
 import time
@@ -56,7 +57,7 @@ class Wire(unittest.TestCase):
         with self.boards(), self.driver() as driver:
             steady = lambda: self.heard['field'] and len(self.heard['measured']) > 60
             wait_until(steady, 20, 'a field; the driver says\n' + driver.words())
-            drive, cloud, measured = self.heard['drive'][-1], self.heard['field'][-1], self.heard['measured'][-1]
+            drive, measured = self.heard['drive'][-1], self.heard['measured'][-1]
             state = self.heard['wire_state'][-1]
             self.assertTrue(state.emitting)
             self.assertEqual(state.frames_rejected, 0)
@@ -66,10 +67,10 @@ class Wire(unittest.TestCase):
             peak, pressure = acoustic_field.peak(playing, (0.02, -0.01, 0.17))
             self.assertLess(math.dist(peak, (0.02, -0.01, 0.17)), 0.001)
             self.assertAlmostEqual(measured.points[0].pressure / acoustic_field.pressure(playing, (0.02, -0.01, 0.17)), 1, delta=0.01)
-            shares = [tactile / radiation(amplitude ** 2)
+            shares = [tactile / radiation(amplitude ** 2) for cloud in self.heard['field'][-30:]
                       for amplitude, tactile in columns(cloud, 'pressure', 'tactile') if amplitude > 50]
-            self.assertGreater(len(shares), 3)
-            self.assertAlmostEqual(shares[0], 0.5, delta=0.15)  # the timer of a busy machine is late by some 0.1 ms
+            self.assertGreater(len(shares), 100)
+            self.assertAlmostEqual(statistics.median(shares), 0.5, delta=0.15)  # timers of a busy machine are late
             self.stream.points = []
             wait_until(lambda: not self.heard['wire_state'][-1].emitting, 10, 'silence')
             wait_until(lambda: not any(self.heard['drive'][-1].amplitude), 10, 'a silent drive')

@@ -166,26 +166,36 @@ TEST_F(PhaseSolver, FociArePeaks) {
     }
     return (here - focus).norm();
   };
-  // Two rows of four on a palm, 15 mm apart, with intensities of a press that is strongest in the middle.
-  std::vector<FocalPoint> foci(8);
-  const double intensities[] = {0.7, 1.0, 0.9, 0.6, 0.8, 0.9, 1.0, 0.7};
-  for (std::size_t k = 0; k < foci.size(); ++k) {
-    foci[k].position = {0.015 * static_cast<double>(k % 4) - 0.02, 0.015 * static_cast<double>(k / 4), 0.18};
-    foci[k].intensity = intensities[k];
+  // On a palm of 60 x 60 mm, 12 mm apart and more, so that neighbours overlap.
+  std::mt19937 dice(7);
+  std::uniform_real_distribution<double> place(-0.03, 0.03);
+  std::uniform_real_distribution<double> intensity(0.6, 1.0);
+  std::vector<std::vector<FocalPoint>> sets(10);
+  for (auto& foci : sets) {
+    while (foci.size() < 8) {
+      FocalPoint next;
+      next.position = {place(dice), place(dice), 0.18};
+      next.intensity = intensity(dice);
+      bool free = true;
+      for (const FocalPoint& f : foci) free = free && (f.position - next.position).norm() > 0.012;
+      if (free) foci.push_back(next);
+    }
   }
-  const auto farthest = [&](bool peaks, int levels) {
+  const auto missed = [&](bool peaks, int levels) {
     PhaseSolverOptions options;
     options.peaks = peaks;
     options.phase_levels = levels;
-    const PhaseSolution solution = solvePhases(layout, air, foci, options);
-    EXPECT_LE(rmsError(solution, foci), 0.02);
-    double most = 0.0;
-    for (const FocalPoint& focus : foci) most = std::max(most, distance(solution.drive, focus.position));
-    return most;
+    int count = 0;
+    for (const auto& foci : sets) {
+      const PhaseSolution solution = solvePhases(layout, air, foci, options);
+      EXPECT_LE(rmsError(solution, foci), 0.02);
+      for (const FocalPoint& focus : foci) count += distance(solution.drive, focus.position) < 0.002 ? 0 : 1;
+    }
+    return count;
   };
-  EXPECT_LT(farthest(true, 0), 0.002);
-  EXPECT_LT(farthest(true, 32), 0.002);
-  EXPECT_GT(farthest(false, 0), 0.003) << "else this test tests nothing";
+  EXPECT_LE(missed(true, 0), 2) << "of 80";
+  EXPECT_LE(missed(true, 32), 2) << "of 80";
+  EXPECT_GE(missed(false, 0), 8) << "else this test tests nothing";
 }
 
 TEST_F(PhaseSolver, AmplitudesStayInRange) {
