@@ -18,7 +18,7 @@ generate_messages(DEPENDENCIES std_msgs geometry_msgs)
 # that `#include <tactile_clay/hand/hand_source.h>` is right in both.
 set(TACTILE_CLAY_PUBLIC_HEADERS
   hand/hand_source.h hand/tracked_hand.h device/array_device.h ultrasound/acoustic_field.h ultrasound/acoustics.h
-  ultrasound/array_layout.h ultrasound/focal_point.h)
+  ultrasound/array_layout.h ultrasound/focal_point.h ultrasound/modulation.h ultrasound/phase_solver.h)
 foreach(header ${TACTILE_CLAY_PUBLIC_HEADERS})
   get_filename_component(room ${header} DIRECTORY)
   configure_file(src/${header} ${CATKIN_DEVEL_PREFIX}/include/tactile_clay/${header} COPYONLY)

@@ -9,20 +9,27 @@
 #include "ultrasound/acoustic_field.h"
 #include "ultrasound/array_layout.h"
 #include "ultrasound/focal_point.h"
+#include "ultrasound/modulation.h"
 
 namespace tactile_clay::device {
 
 /// What one update of the array carries.
 struct Emission {
-  std::vector<ultrasound::FocalPoint> points;  // empty: silence
-  double modulation_frequency = 200.0;         // Hz, amplitude modulation
+  std::vector<ultrasound::FocalPoint> points;  // empty: silence; STM: the path of one focus, in order
+  double modulation_frequency = 200.0;         // Hz; 0: amplitude modulation without it, always on
+  ultrasound::Modulation modulation = ultrasound::Modulation::amplitude;
 };
+
+/// A period of its modulation: the points that have to be there at once, one instant after the other.
+std::vector<ultrasound::Instant> period(const Emission& emission);
 
 /// What an open array is and can do.
 struct Capabilities {
   ultrasound::ArrayLayout layout;  // its transducers; none: the device does not tell
   std::size_t max_points = 0;      // focal points at a time; 0: any number
   double max_rate = 0.0;           // updates a second that reach the transducers; 0: any number
+  std::vector<ultrasound::Modulation> modulations = {
+      ultrasound::Modulation::amplitude};  // that submit() can play
 };
 
 /// An ultrasound array behind its own protocol, loaded by pluginlib under this base class. The safety gate
@@ -40,14 +47,16 @@ class ArrayDevice {
   /// Of the open array.
   virtual Capabilities capabilities() const { return {}; }
 
-  /// The drive that submit() would send while it is not modulated down, in the channels of the layout: from
-  /// it the safety gate computes pressures. Nothing where the array computes its drive itself; the gate then
-  /// models it.
-  virtual std::optional<ultrasound::Drive> drive(const Emission&) const { return std::nullopt; }
+  /// The drive that submit() would send for points that are there at once (an instant of the emission's
+  /// period), not modulated down, in the channels of the layout: from it the safety gate computes pressures.
+  /// Nothing where the array computes its drive itself; the gate then models it.
+  virtual std::optional<ultrasound::Drive> drive(const std::vector<ultrasound::FocalPoint>&) const {
+    return std::nullopt;
+  }
 
-  /// Sends an emission, newest wins, without waiting for the array. It has to be renewed: a device goes
-  /// silent by itself when nothing is submitted for some 0.2 s.
-  /// \throws std::runtime_error when the array is gone
+  /// Sends an emission of a modulation that it has named, newest wins, without waiting for the array. It has
+  /// to be renewed: a device goes silent by itself when nothing is submitted for some 0.2 s. \throws
+  /// std::runtime_error when the array is gone
   virtual void submit(const Emission& emission) = 0;
 
   /// Silences the array, by the surest means that it has. Must not throw.

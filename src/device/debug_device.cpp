@@ -24,8 +24,8 @@ double logRate(const std::string& text) {
 std::string describe(const Emission& emission) {
   if (emission.points.empty()) return "debug array: silence";
   char buffer[160];
-  std::snprintf(buffer, sizeof buffer, "debug array: %zu points at %g Hz:", emission.points.size(),
-                emission.modulation_frequency);
+  std::snprintf(buffer, sizeof buffer, "debug array: %zu points at %g Hz %s:", emission.points.size(),
+                emission.modulation_frequency, ultrasound::nameOf(emission.modulation));
   std::string line = buffer;
   for (const auto& point : emission.points) {
     std::snprintf(buffer, sizeof buffer, " [%u] (%.4f %.4f %.4f) m %.0f Pa intensity %.3f", point.id,
@@ -53,6 +53,13 @@ void DebugDevice::open(const std::map<std::string, std::string>& options) {
   said_any_ = false;
   open_ = true;
   sink_("debug array: open");
+}
+
+Capabilities DebugDevice::capabilities() const {
+  using ultrasound::Modulation;
+  Capabilities capabilities;
+  capabilities.modulations = {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal};
+  return capabilities;
 }
 
 void DebugDevice::submit(const Emission& emission) {

@@ -26,6 +26,7 @@ class DebugDevice : public ArrayDevice {
   DebugDevice(Sink sink, Clock clock);
 
   void open(const std::map<std::string, std::string>& options) override;
+  Capabilities capabilities() const override;  // every modulation
   void submit(const Emission& emission) override;
   void stop() noexcept override;
   std::string fault() const override;

@@ -126,15 +126,22 @@ std::string SafetyGate::objection(const Emission& emission, const Occasion& occa
   if (applies(Rule::modulation) && !(frequency >= 0.0 && frequency <= max_modulation))
     return "modulation: frequency is " + text(frequency) + " Hz, expected 0 to " + text(max_modulation) +
            " Hz";
-  for (const ultrasound::FocalPoint& point : emission.points) {
-    const std::string reason = objection(point);
-    if (!reason.empty()) return reason;
+  if (applies(Rule::modulation) && frequency == 0.0 &&
+      emission.modulation != ultrasound::Modulation::amplitude)
+    return std::string("modulation: frequency is 0 Hz, expected more for ") +
+           ultrasound::nameOf(emission.modulation);
+  for (const ultrasound::Part& part : ultrasound::parts(period(emission))) {
+    for (const ultrasound::FocalPoint& point : part.points) {
+      const std::string reason = objection(point);
+      if (!reason.empty()) return reason;
+    }
   }
   return "";
 }
 
-void SafetyGate::limitSlew(Verdict& verdict, double since_last) const {
-  if (!applies(Rule::slew)) return;
+bool SafetyGate::limitSlew(Verdict& verdict, double since_last) const {
+  if (!applies(Rule::slew)) return false;
+  bool limited = false;
   const double time = since_last > 0.0 ? std::min(since_last, longest_rise) : 0.0;  // NaN: no time
   for (ultrasound::FocalPoint& point : verdict.emission.points) {
     const auto before = intensities_.find(point.id);
@@ -142,7 +149,25 @@ void SafetyGate::limitSlew(Verdict& verdict, double since_last) const {
     if (point.intensity <= most) continue;
     point.intensity = most;
     verdict.lowered = "slew: intensity rises by at most " + text(config_.intensity_slew) + " a second";
+    limited = true;
   }
+  return limited;
+}
+
+Loudness SafetyGate::loudest(const Emission& emission, const Meter& meter) {
+  Loudness loudest;
+  bool first = true;
+  const auto raise = [&first](std::optional<double>& most, const std::optional<double>& now) {
+    // Unknown or NaN at one instant is unknown or NaN for all.
+    if (first || !now || (most && !(*now <= *most) && !std::isnan(*most))) most = now;
+  };
+  for (const ultrasound::Part& part : ultrasound::parts(period(emission))) {
+    const Loudness now = meter(part.points);
+    if (first || loudest.focus) raise(loudest.focus, now.focus);
+    if (first || loudest.head) raise(loudest.head, now.head);
+    first = false;
+  }
+  return loudest;
 }
 
 void SafetyGate::limitLoudness(Verdict& verdict, const Meter& meter) const {
@@ -150,7 +175,7 @@ void SafetyGate::limitLoudness(Verdict& verdict, const Meter& meter) const {
   constexpr int rounds = 6;
   constexpr double margin = 0.995;
   for (int round = 0; round < rounds; ++round) {
-    const Loudness loudness = meter(verdict.emission);
+    const Loudness loudness = loudest(verdict.emission, meter);
     verdict.head_spl = loudness.head;
     verdict.reason.clear();
     double factor = 1.0;
@@ -189,13 +214,15 @@ Verdict SafetyGate::check(const Emission& emission, const Occasion& occasion, co
     verdict.reason = objection(emission, occasion);
     if (verdict.passes()) {
       verdict.emission = emission;
-      limitSlew(verdict, occasion.since_last);
+      // Loudness first: a rise counts from what was emitted, and so does what it may rise to.
       limitLoudness(verdict, meter);
+      if (verdict.passes() && limitSlew(verdict, occasion.since_last)) limitLoudness(verdict, meter);
     }
   }
   intensities_.clear();
   if (verdict.passes()) {
     verdict.emission.modulation_frequency = emission.modulation_frequency;
+    verdict.emission.modulation = emission.modulation;
     for (const auto& point : verdict.emission.points) intensities_[point.id] = point.intensity;
   } else {
     verdict.emission = {};

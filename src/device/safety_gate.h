@@ -44,14 +44,14 @@ struct SafetyGateConfig {
   void validate() const;
 };
 
-/// How loud an emission is.
+/// How loud points are that are there at once.
 struct Loudness {
-  std::optional<double> focus;  // Pa, highest peak pressure at one of its focal points, if known
+  std::optional<double> focus;  // Pa, highest peak pressure at one of the points, if known
   std::optional<double> head;   // dB re 20 uPa rms at the head, if known
 };
 
-/// Computes it, from the drive that the array would be given.
-using Meter = std::function<Loudness(const Emission&)>;
+/// Computes it, from the drive that the array would be given. Asked of every instant of a period.
+using Meter = std::function<Loudness(const std::vector<ultrasound::FocalPoint>&)>;
 
 /// When an emission came, and what is known of the hands at that time.
 struct Occasion {
@@ -92,11 +92,12 @@ class SafetyGate {
   /// What of this emission may reach the array? Rules, first come first named:
   /// - silent: emergency stop, not yet started, stale (older than the timeout, or from further than that in
   ///   the future); and, where there are points: hand lost (no hand is tracked, or no word of the hands for
-  ///   longer than the timeout), modulation frequency outside 0 to 1000 Hz, a position or intensity that is
-  ///   not finite, a position outside the workspace, an intensity outside 0 to the cap
-  /// - weaker: a point's intensity rises no faster than the slew, from 0 for a new point; then all
-  /// intensities
-  ///   are lowered together until the loudest focal point and the level at the head keep to their caps.
+  ///   longer than the timeout), modulation frequency outside 0 to 1000 Hz (0: amplitude modulation only), a
+  ///   position or intensity that is not finite, a position outside the workspace at any instant of the
+  ///   period, an intensity outside 0 to the cap
+  /// - weaker: all intensities are lowered together until the loudest focal point and the level at the head
+  ///   keep to their caps at every instant of the period; then a point's intensity rises no faster than the
+  ///   slew, from 0 for a new point (STM: each place of the path is a point).
   ///   Silent where the meter does not know them, or where that does not come about
   Verdict check(const Emission& emission, const Occasion& occasion, const Meter& meter);
 
@@ -109,8 +110,9 @@ class SafetyGate {
   bool applies(Rule rule) const { return config_.without.count(rule) == 0; }
   std::string objection(const Emission& emission, const Occasion& occasion) const;
   std::string objection(const ultrasound::FocalPoint& point) const;
-  void limitSlew(Verdict& verdict, double since_last) const;
+  bool limitSlew(Verdict& verdict, double since_last) const;  // whether it did
   void limitLoudness(Verdict& verdict, const Meter& meter) const;
+  static Loudness loudest(const Emission& emission, const Meter& meter);
 
   SafetyGateConfig config_;
   bool started_ = false;

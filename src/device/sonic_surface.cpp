@@ -75,14 +75,17 @@ void SonicSurface::open(const std::map<std::string, std::string>& options) {
   layout_ =
       layoutOf(boards_, pose(numbers(options, self, "second_board", {0.168, 0, 0, 0, 0, 0}, -10.0, 10.0)));
 
-  const auto deadline = Clock::now() + open_patience;
+  const auto start = Clock::now();
+  const auto patience = std::chrono::duration_cast<Clock::duration>(
+      std::chrono::duration<double>(number(options, self, "wait", 0.0, 0.0, 600.0)));
   while (!port_) {
     try {
       connect();
     } catch (const std::exception& error) {
       port_.reset();
       const bool busy = std::string(error.what()).find("in use") != std::string::npos;
-      if (!busy || Clock::now() > deadline) throw std::runtime_error(std::string(self) + ": " + error.what());
+      const auto until = start + (busy ? std::max<Clock::duration>(patience, open_patience) : patience);
+      if (Clock::now() > until) throw std::runtime_error(std::string(self) + ": " + error.what());
       std::this_thread::sleep_for(20ms);
     }
   }
@@ -93,22 +96,58 @@ void SonicSurface::open(const std::map<std::string, std::string>& options) {
 Capabilities SonicSurface::capabilities() const {
   // Bytes of a frame; 2 boards are selected by one byte each.
   const std::size_t bytes = boards_ == 1 ? 258 : 517;
-  return {layout_, 0, 1.0 / sonic_surface::secondsOnWire(bytes)};
+  // Steps of lateral modulation and STM would need 160 and more.
+  return {layout_, 0, 1.0 / sonic_surface::secondsOnWire(bytes), {ultrasound::Modulation::amplitude}};
 }
 
-ultrasound::Drive SonicSurface::solve(const Emission& emission) const {
-  return ultrasound::solvePhases(layout_, acoustics_, emission.points).drive;
+ultrasound::Drive SonicSurface::solve(const std::vector<ultrasound::FocalPoint>& points) const {
+  ultrasound::PhaseSolverOptions options;
+  options.peaks = true;
+  options.phase_levels = firmware_ == Firmware::stock ? 32 : 16;
+  const auto whole = ultrasound::solvePhases(layout_, acoustics_, points, options);
+  ultrasound::Drive drive = sonic_surface::emitted(whole.drive, firmware_);
+  // A weaker drive switches channels off; the phases of the others are then solved anew, for without the
+  // missing ones the foci would be neither as strong nor where they were.
+  ultrasound::ArrayLayout on;
+  std::vector<std::size_t> channel;
+  for (std::size_t n = 0; n < layout_.size(); ++n) {
+    if (drive.amplitude[n] == 0.0f) continue;
+    on.position.push_back(layout_.position[n]);
+    on.normal.push_back(layout_.normal[n]);
+    channel.push_back(n);
+  }
+  if (channel.empty() || channel.size() == layout_.size()) return drive;
+  std::vector<ultrasound::FocalPoint> there;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (whole.target[k] > 0.0) there.push_back(points[k]);
+  }
+  std::size_t k = 0;
+  double strongest = 0.0;
+  for (const double target : whole.target) {
+    if (!(target > 0.0)) continue;
+    there[k].intensity = target / ultrasound::focusPressure(on, acoustics_, there[k].position);
+    strongest = std::max(strongest, there[k].intensity);
+    ++k;
+  }
+  for (ultrasound::FocalPoint& point : there) point.intensity /= strongest;  // all that the channels give
+  const ultrasound::Drive part = ultrasound::solvePhases(on, acoustics_, there, options).drive;
+  for (std::size_t n = 0; n < channel.size(); ++n) drive.phase[channel[n]] = part.phase[n];
+  return drive;
 }
 
-std::optional<ultrasound::Drive> SonicSurface::drive(const Emission& emission) const {
-  return sonic_surface::emitted(solve(emission), firmware_);
+std::optional<ultrasound::Drive> SonicSurface::drive(
+    const std::vector<ultrasound::FocalPoint>& points) const {
+  return sonic_surface::emitted(solve(points), firmware_);
 }
 
 void SonicSurface::submit(const Emission& emission) {
+  if (emission.modulation != ultrasound::Modulation::amplitude)
+    throw std::runtime_error(std::string(self) + ": modulation " + ultrasound::nameOf(emission.modulation) +
+                             ", expected am: the wire is too slow to move points");
   std::optional<Pattern> pattern;
   if (!emission.points.empty()) {
     pattern.emplace();
-    pattern->bytes = sonic_surface::frame(solve(emission), firmware_);
+    pattern->bytes = sonic_surface::frame(solve(emission.points), firmware_);
     if (firmware_ == Firmware::tactile)
       pattern->bytes.insert(pattern->bytes.begin(), sonic_surface::modulation(emission.modulation_frequency));
     else if (emission.modulation_frequency > 0.0)

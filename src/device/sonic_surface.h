@@ -33,6 +33,7 @@ namespace tactile_clay::device {
 ///   default beside it, at x = 0.168
 /// - `temperature` of the air, degrees C, default 20
 /// - `hold`: s, default 0.2
+/// - `wait`: s to wait for a port that is not there yet, default 0
 /// - `guard`: `true` (default) or `false`, for tests
 class SonicSurface : public ArrayDevice {
  public:
@@ -41,7 +42,7 @@ class SonicSurface : public ArrayDevice {
 
   void open(const std::map<std::string, std::string>& options) override;
   Capabilities capabilities() const override;
-  std::optional<ultrasound::Drive> drive(const Emission& emission) const override;
+  std::optional<ultrasound::Drive> drive(const std::vector<ultrasound::FocalPoint>& points) const override;
   void submit(const Emission& emission) override;
   void stop() noexcept override;
   std::string fault() const override;
@@ -62,7 +63,7 @@ class SonicSurface : public ArrayDevice {
   void play();
   void write(const std::vector<std::uint8_t>& bytes);
   void silence();
-  ultrasound::Drive solve(const Emission& emission) const;
+  ultrasound::Drive solve(const std::vector<ultrasound::FocalPoint>& points) const;
 
   // Set by open().
   std::string path_;

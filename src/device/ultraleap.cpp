@@ -1,5 +1,6 @@
 #include "device/ultraleap.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -40,7 +41,7 @@ void Ultraleap::open(const std::map<std::string, std::string>& options) {
   const auto granted = emitter_->getControlPointCount();
   require(granted, "number of control points", "a number");
   max_points_ = std::min(count, static_cast<std::size_t>(granted.value()));
-  start_ = renewed_ = sdk::LocalTimeClock::now();
+  played_ = renewed_ = sdk::LocalTimeClock::now();
   require(emitter_->setEmissionCallback(&Ultraleap::fill, this), "no callback", "one");
   require(emitter_->start(), "the array does not start", "a start");
   require(emitter_->pause(), "the array does not pause", "a pause");
@@ -49,17 +50,23 @@ void Ultraleap::open(const std::map<std::string, std::string>& options) {
 Capabilities Ultraleap::capabilities() const {
   Capabilities capabilities;
   capabilities.max_points = max_points_;
+  using ultrasound::Modulation;
+  capabilities.modulations = {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal};
   return capabilities;
 }
 
 void Ultraleap::submit(const Emission& emission) {
   if (!emitter_) throw std::runtime_error("ultraleap: emission before it was opened");
-  if (emission.points.size() > max_points_)
-    throw std::runtime_error("ultraleap: " + std::to_string(emission.points.size()) +
-                             " focal points, expected at most " + std::to_string(max_points_));
+  std::vector<ultrasound::Instant> instants = period(emission);
+  for (const ultrasound::Instant& instant : instants) {
+    if (instant.points.size() > max_points_)
+      throw std::runtime_error("ultraleap: " + std::to_string(instant.points.size()) +
+                               " focal points at a time, expected at most " + std::to_string(max_points_));
+  }
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     emission_ = emission;
+    period_ = std::move(instants);
     renewed_ = sdk::LocalTimeClock::now();
   }
   if (emission.points.empty()) {
@@ -97,16 +104,24 @@ void Ultraleap::fill(sdk::OutputInterval& interval) {
   for (auto& sample : interval) {
     const sdk::LocalTimePoint& at = sample;
     const bool held = at - renewed_ > hold_;
-    const double time = std::chrono::duration<double>(at - start_).count();
-    const double frequency = emission_.modulation_frequency;
-    const double envelope = frequency > 0.0 ? 0.5 - 0.5 * std::cos(2.0 * M_PI * frequency * time) : 1.0;
+    // Counted on, so that another frequency does not make the modulation jump.
+    phase_ += emission_.modulation_frequency * std::chrono::duration<double>(at - played_).count();
+    phase_ -= std::floor(phase_);
+    played_ = at;
+    const double envelope =
+        emission_.modulation == ultrasound::Modulation::amplitude && emission_.modulation_frequency > 0.0
+            ? 0.5 - 0.5 * std::cos(2.0 * M_PI * phase_)
+            : 1.0;
+    const auto now = std::min(static_cast<std::size_t>(phase_ * static_cast<double>(period_.size())),
+                              std::max<std::size_t>(period_.size(), 1) - 1);
+    const std::size_t count = held || emission_.points.empty() ? 0 : period_[now].points.size();
     for (std::size_t i = 0; i < max_points_; ++i) {
       auto&& control_point = sample.controlPoint(i);
-      if (held || i >= emission_.points.size()) {
+      if (i >= count) {
         control_point.setIntensity(0.0f);
         continue;
       }
-      const ultrasound::FocalPoint& point = emission_.points[i];
+      const ultrasound::FocalPoint& point = period_[now].points[i];
       const Eigen::Vector3f position = point.position.cast<float>();
       sdk::Vector3 where;
       where.x = position.x();

@@ -13,8 +13,9 @@ namespace tactile_clay::device {
 /// Arrays of Ultraleap through the vendor's Haptics SDK 3, which computes the phases: the device takes focal
 /// points. Compiled only where CMake finds the SDK.
 ///
-/// Amplitude modulation is the raised cosine (1 - cos(2 pi f t)) / 2 in the SDK's own sample times. The SDK
-/// asks for samples in a thread of its own; they are silent when no emission was submitted for `hold`.
+/// Amplitude modulation is the raised cosine (1 - cos(2 pi f t)) / 2 in the SDK's own sample times; lateral
+/// modulation and STM move the control points from instant to instant of their period. The SDK asks for
+/// samples in a thread of its own; they are silent when no emission was submitted for `hold`.
 ///
 /// Options: `max_points` to ask the array for (default 8; it may grant fewer), `hold` in s (default 0.2).
 class Ultraleap : public ArrayDevice {
@@ -40,7 +41,9 @@ class Ultraleap : public ArrayDevice {
 
   mutable std::mutex mutex_;  // of what follows
   Emission emission_;
-  ::Ultraleap::Haptics::LocalTimePoint start_, renewed_;
+  std::vector<ultrasound::Instant> period_;  // of it
+  double phase_ = 0.0;                       // of the modulation, periods, at the sample of `played_`
+  ::Ultraleap::Haptics::LocalTimePoint played_, renewed_;
 
   std::unique_ptr<::Ultraleap::Haptics::StreamingEmitter> emitter_;  // goes first: it calls fill()
 };

@@ -1,5 +1,6 @@
 #include "nodes/array_driver.h"
 
+#include <algorithm>
 #include <map>
 #include <sstream>
 
@@ -50,19 +51,16 @@ ArrayDriver::ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh)
   if (capabilities.layout.size() > 0) model_.layout = capabilities.layout;
 
   GatedArray::Output output;
-  output.head_spl = [this](const device::Emission& emission) -> std::optional<double> {
-    const auto drive = driveOf(emission);
-    return drive ? std::optional<double>(model_.headSpl(*drive)) : std::nullopt;
-  };
-  output.focus_pressure = [this](const device::Emission& emission) -> std::optional<double> {
-    const auto drive = driveOf(emission);
-    return drive ? std::optional<double>(model_.focusPressure(*drive, emission)) : std::nullopt;
-  };
+  output.loudness = [this](const auto& points) { return loudness(points); };
+  output.modulations = capabilities.modulations;
+  output.max_rate = capabilities.max_rate;
   output.emit = [this, most = capabilities.max_points](const device::Emission& emission,
                                                        const std_msgs::Header&) {
-    if (most > 0 && emission.points.size() > most)
-      throw std::runtime_error(name_ + ": " + std::to_string(emission.points.size()) +
-                               " focal points, expected at most " + std::to_string(most));
+    std::size_t at_once = 0;
+    for (const auto& instant : device::period(emission)) at_once = std::max(at_once, instant.points.size());
+    if (most > 0 && at_once > most)
+      throw std::runtime_error(name_ + ": " + std::to_string(at_once) +
+                               " focal points at a time, expected at most " + std::to_string(most));
     device_->submit(emission);
   };
   output.silence = [this](const std_msgs::Header&) { device_->stop(); };
@@ -70,12 +68,14 @@ ArrayDriver::ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh)
   array_ = std::make_unique<GatedArray>(nh, private_nh, name_, true, std::move(output));
 }
 
-std::optional<ultrasound::Drive> ArrayDriver::driveOf(const device::Emission& emission) const {
+device::Loudness ArrayDriver::loudness(const std::vector<ultrasound::FocalPoint>& points) const {
   try {
-    const auto drive = device_->drive(emission);
-    return drive ? drive : model_.solve(emission);
+    auto drive = device_->drive(points);
+    if (!drive)
+      drive = ultrasound::solvePhases(model_.layout, model_.acoustics, points, model_.options).drive;
+    return model_.loudness(*drive, points);
   } catch (const std::exception&) {
-    return std::nullopt;  // the gate says that it is not known
+    return {};  // the gate says that it is not known
   }
 }
 

@@ -21,7 +21,7 @@ class ArrayDriver {
   ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
  private:
-  std::optional<ultrasound::Drive> driveOf(const device::Emission& emission) const;
+  device::Loudness loudness(const std::vector<ultrasound::FocalPoint>& points) const;
 
   std::string name_;
   ArrayModel model_;

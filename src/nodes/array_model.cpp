@@ -15,6 +15,7 @@ ArrayModel::ArrayModel(const ros::NodeHandle& private_nh)
   options.iterations = paramIn(private_nh, "solver_iterations", options.iterations, 1, 1000);
   options.method = ultrasound::phaseMethod(param<std::string>(private_nh, "phase_method", "newton"));
   options.phase_only = param(private_nh, "phase_only", options.phase_only);
+  options.peaks = param(private_nh, "peaks", true);
   options.phase_levels = paramIn(private_nh, "phase_levels", options.phase_levels, 0, 65536);
   options.amplitude_levels = paramIn(private_nh, "amplitude_levels", options.amplitude_levels, 0, 65536);
   options.max_phase_change = paramIn(private_nh, "max_phase_change", options.max_phase_change, 0.0, 3.2);
@@ -22,19 +23,12 @@ ArrayModel::ArrayModel(const ros::NodeHandle& private_nh)
   head_point = array.inverse() * pointParam(private_nh, "head_point", "-0.4 0 0.45");
 }
 
-ultrasound::Drive ArrayModel::solve(const device::Emission& emission) const {
-  return ultrasound::solvePhases(layout, acoustics, emission.points, options).drive;
-}
-
-double ArrayModel::headSpl(const ultrasound::Drive& drive) const {
-  return ultrasound::headSpl(layout, acoustics, drive, head_point);
-}
-
-double ArrayModel::focusPressure(const ultrasound::Drive& drive, const device::Emission& emission) const {
+device::Loudness ArrayModel::loudness(const ultrasound::Drive& drive,
+                                      const std::vector<ultrasound::FocalPoint>& points) const {
   double highest = 0.0;
-  for (const ultrasound::FocalPoint& point : emission.points)
+  for (const ultrasound::FocalPoint& point : points)
     highest = std::max(highest, std::abs(ultrasound::pressureAt(layout, acoustics, drive, point.position)));
-  return highest;
+  return {highest, ultrasound::headSpl(layout, acoustics, drive, head_point)};
 }
 
 }  // namespace tactile_clay::nodes

@@ -3,8 +3,9 @@
 #include <ros/node_handle.h>
 
 #include <Eigen/Core>
+#include <vector>
 
-#include "device/array_device.h"
+#include "device/safety_gate.h"
 #include "ultrasound/acoustic_field.h"
 #include "ultrasound/array_layout.h"
 #include "ultrasound/phase_solver.h"
@@ -13,18 +14,15 @@ namespace tactile_clay::nodes {
 
 /// The physical model of an array: its transducers, the air, the head of a person beside it.
 struct ArrayModel {
-  /// Reads `~layout`, `~temperature`, `~reference_pressure`, `~solver_iterations`, `~head_point` (in world),
-  /// `~array_pose`. \throws std::runtime_error, std::invalid_argument with one line where a parameter is
-  /// wrong
+  /// Reads `~layout`, `~temperature`, `~reference_pressure`, `~head_point` (in world), `~array_pose`, and of
+  /// the phase solver `~phase_method`, `~solver_iterations`, `~peaks` (default true), `~phase_only`,
+  /// `~phase_levels`, `~amplitude_levels`, `~max_phase_change`. \throws std::runtime_error,
+  /// std::invalid_argument with one line where a parameter is wrong
   explicit ArrayModel(const ros::NodeHandle& private_nh);
 
-  ultrasound::Drive solve(const device::Emission& emission) const;
-
-  /// dB SPL of a drive at the head.
-  double headSpl(const ultrasound::Drive& drive) const;
-
-  /// Highest peak pressure of a drive at one of the points, Pa.
-  double focusPressure(const ultrasound::Drive& drive, const device::Emission& emission) const;
+  /// How loud a drive is at these points and at the head.
+  device::Loudness loudness(const ultrasound::Drive& drive,
+                            const std::vector<ultrasound::FocalPoint>& points) const;
 
   ultrasound::ArrayLayout layout;
   ultrasound::Acoustics acoustics;

@@ -34,6 +34,7 @@ ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
   if (const int n = paramIn(private_nh, "substeps", 0, 0, 1000)) scene_.config.budget.substeps = n;
   if (const int n = paramIn(private_nh, "iterations", 0, 0, 1000)) scene_.config.budget.iterations = n;
   scene_.config.threads = paramIn(private_nh, "threads", 0, 0, 1024);
+  scene_.config.sleeping = param(private_nh, "sleeping", true);
 
   // The clay collides with what the rest of the graph knows as the robot.
   std::string urdf;
@@ -257,7 +258,8 @@ void ClaySimulator::publishState(ros::Time stamp) {
   auto status = boost::make_shared<ClayStatus>();
   status->header = header;
   status->step = statistics.step;
-  status->particles = status->active_particles = static_cast<std::uint32_t>(clay_->particles().size());
+  status->particles = static_cast<std::uint32_t>(clay_->particles().size());
+  status->active_particles = static_cast<std::uint32_t>(statistics.awake);
   status->bonds = static_cast<std::uint32_t>(statistics.bonds);
   status->contacts = static_cast<std::uint32_t>(statistics.contacts);
   status->density_error_mean = static_cast<float>(statistics.density_error_mean);
@@ -290,6 +292,7 @@ void ClaySimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
   }
   status.add("scene", scene_.name);
   status.add("particles", clay_->particles().size());
+  status.add("particles awake", clay_->statistics().awake);
   status.add("real-time factor", real_time_factor_);
   status.add("simulated s", simulated_);
   status.add("dropped s", dropped_);

@@ -3,6 +3,8 @@
 #include <tactile_clay/ArrayState.h>
 
 #include <algorithm>
+#include <cmath>
+#include <sstream>
 #include <stdexcept>
 
 #include "nodes/conversions.h"
@@ -17,7 +19,7 @@ const ros::WallDuration watch_period(0.02);
 
 /// \param real whether somebody may be hurt: a simulated array keeps to no level at the head unless one is
 /// given
-device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh, const GatedArray::Output& output, bool real) {
+device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh, bool real) {
   device::SafetyGateConfig config;
   if (!real) config.head_spl_cap = 200.0;
   config.stale_timeout = paramIn(nh, "stale_timeout", config.stale_timeout, 0.001, 10.0);
@@ -30,7 +32,6 @@ device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh, const GatedArray:
   config.intensity_slew = paramIn(nh, "intensity_slew", config.intensity_slew, 0.001, 1e6);
   config.pressure_cap = paramIn(nh, "pressure_cap", config.pressure_cap, 1.0, 1e6);
   config.head_spl_cap = paramIn(nh, "head_spl_cap", config.head_spl_cap, 0.0, 200.0);
-  if (!output.focus_pressure) config.without.insert(device::Rule::pressure);
   for (const std::string& rule : param(nh, "gate_without", std::vector<std::string>())) {
     config.without.insert(device::ruleOf(rule));
     ROS_WARN("safety gate without its rule %s, as ~gate_without says", rule.c_str());
@@ -43,9 +44,13 @@ device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh, const GatedArray:
 GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std::string& device,
                        bool watch_in_lockstep, Output output)
     : device_(device),
-      gate_(gateConfig(private_nh, output, watch_in_lockstep)),
+      gate_(gateConfig(private_nh, watch_in_lockstep)),
       output_(std::move(output)),
       health_(nh, private_nh, "array", [this](auto& status) { diagnose(status); }) {
+  const auto coming = ultrasound::modulation(param<std::string>(private_nh, "modulation", "am"));
+  const std::string objection = cannotPlay(static_cast<unsigned>(coming));
+  if (!objection.empty())
+    throw std::runtime_error("parameter " + private_nh.resolveName("modulation") + ": " + objection);
   lockstep_ = param(private_nh, "lockstep", false);
   // Stamps of a recording are of another clock; what is too old is then told by when it arrives.
   check_stamps_ = param(private_nh, "check_stamps", true) && !lockstep_;
@@ -97,6 +102,23 @@ device::Occasion GatedArray::occasion(ros::Time stamp) {
   return occasion;
 }
 
+std::string GatedArray::cannotPlay(unsigned modulation) const {
+  std::string list;
+  for (const ultrasound::Modulation known : output_.modulations) {
+    if (modulation == static_cast<unsigned>(known)) return "";
+    list += (list.empty() ? "" : ", ") + std::string(ultrasound::nameOf(known));
+  }
+  const unsigned last = static_cast<unsigned>(ultrasound::Modulation::spatiotemporal);
+  const std::string name = modulation > last
+                               ? std::to_string(modulation)
+                               : ultrasound::nameOf(static_cast<ultrasound::Modulation>(modulation));
+  std::ostringstream line;
+  line << "modulation is '" << name << "', array '" << device_ << "' can do " << list;
+  if (output_.max_rate > 0.0)
+    line << " only, for it takes " << std::lround(output_.max_rate) << " updates a second";
+  return line.str();
+}
+
 void GatedArray::receive(const FocalPointArray::ConstPtr& message) {
   ++frames_;
   device::Emission emission;
@@ -108,20 +130,16 @@ void GatedArray::receive(const FocalPointArray::ConstPtr& message) {
   in_force_ = message->header;
 
   device::Verdict verdict;
+  const std::string cannot_play = cannotPlay(message->modulation);
   const bool in_time = gate_.tick(latency_).passes();
   if (message->header.frame_id != frame::array) {
     verdict.reason =
         "focal points in frame '" + message->header.frame_id + "', expected '" + frame::array + "'";
-  } else if (message->modulation != 0) {
-    verdict.reason =
-        "modulation " + std::to_string(message->modulation) + " of focal points, expected 0 (AM)";
+  } else if (!cannot_play.empty()) {
+    verdict.reason = cannot_play;
   } else {
-    verdict = gate_.check(emission, occasion, [this](const device::Emission& candidate) {
-      device::Loudness loudness;
-      loudness.head = output_.head_spl(candidate);
-      if (output_.focus_pressure) loudness.focus = output_.focus_pressure(candidate);
-      return loudness;
-    });
+    emission.modulation = static_cast<ultrasound::Modulation>(message->modulation);
+    verdict = gate_.check(emission, occasion, output_.loudness);
   }
   head_spl_ = verdict.head_spl.value_or(0.0);
   lowered_ = verdict.lowered;

@@ -18,15 +18,16 @@ namespace tactile_clay::nodes {
 
 /// What the nodes of a real and of a simulated array share: `array/focal_points` and `hands/tracked` in, the
 /// safety gate, `array/state` out, the services `~stop` and `~reset`, the frame `array`. The array is silent
-/// whenever the gate is closed, and in the end.
+/// whenever the gate is closed, and in the end. `~modulation` is the one that is going to come: an array that
+/// cannot play it says so at once.
 class GatedArray {
  public:
   struct Output {
-    /// Sound pressure level that the emission would cause at the head, dB, where it can be known.
-    std::function<std::optional<double>(const device::Emission&)> head_spl;
-    /// Highest peak pressure that it would cause at one of its focal points, Pa, where it can be known. Not
-    /// set: the gate does without its rule of pressure.
-    std::function<std::optional<double>(const device::Emission&)> focus_pressure = {};
+    /// How loud points that are there at once would be, where it can be known.
+    device::Meter loudness;
+    /// That the array can play, and how many updates a second it takes, 0: any number.
+    std::vector<ultrasound::Modulation> modulations;
+    double max_rate = 0.0;
     /// Emits. \throws std::runtime_error when the array is gone
     std::function<void(const device::Emission&, const std_msgs::Header&)> emit;
     /// Goes silent. The header is that of the frame in force. Must not throw.
@@ -45,6 +46,8 @@ class GatedArray {
   void receive(const FocalPointArray::ConstPtr& message);
   void seeHands(const TrackedHands::ConstPtr& hands);
   device::Occasion occasion(ros::Time stamp);
+  /// Empty, or why the array cannot play it.
+  std::string cannotPlay(unsigned modulation) const;
   void emit(const device::Emission& emission);
   void watch();
   void close(const std::string& reason);

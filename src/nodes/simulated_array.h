@@ -1,52 +1,54 @@
 #pragma once
 
 #include <ros/ros.h>
-#include <sensor_msgs/PointCloud2.h>
+#include <tactile_clay/FocalPointArray.h>
 
 #include <memory>
 #include <vector>
 
+#include "device/sonic_surface_terminal.h"
 #include "nodes/array_model.h"
 #include "nodes/gated_array.h"
-#include "nodes/transforms.h"
+#include "nodes/sound_field.h"
 
 namespace tactile_clay::nodes {
 
 /// Stands in for a real array: same input, gate and state. Solves the phases of the arrays `~layout` and
-/// publishes them (`array/drive`), with the pressure of their true field at each focal point
-/// (`array/measured`). While somebody subscribes: how that compares with what was commanded, side lobes and
-/// the level at the head
-/// (`array/acoustics`); on the skin and on a slice the acoustic amplitude and the tactile pressure, the
-/// radiation pressure averaged over a period of the modulation (`array/field`).
+/// publishes them with their true field (SoundField).
+///
+/// With `~wire`, the name of a serial port, it stands in for the SonicSurface boards behind that port
+/// instead: a driver writes the boards' bytes there, and what is published is the field of the phases that
+/// these bytes make the boards play. Gate and `array/state` are then the driver's; what the boards do is in
+/// `array/wire_state` (silent_reason, frames_sent: swaps, frames_rejected: bytes that are none of the
+/// protocol). `~wire_boards` is 1 or 2, `~wire_firmware` stock or tactile, `~wire_second_board` the pose of
+/// the second board.
 class SimulatedArray {
  public:
   /// \throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
   SimulatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
  private:
-  std::optional<double> solve(const device::Emission& emission);
+  /// Behind a serial port.
+  struct Wire {
+    std::unique_ptr<device::SonicSurfaceTerminal> terminal;
+    FocalPointArray::ConstPtr commanded;  // the newest
+    std::size_t swaps = 0;                // told so far
+    bool sounds = false;
+    ros::Publisher state;
+    ros::Subscriber focal_points;
+    ros::WallTimer timer;
+  };
+
+  void startGate(ros::NodeHandle nh, ros::NodeHandle private_nh);
+  void startWire(ros::NodeHandle nh, ros::NodeHandle private_nh);
+  ultrasound::PhaseSolution solve(const std::vector<ultrasound::FocalPoint>& points) const;
   void emit(const device::Emission& emission, const std_msgs::Header& header);
-  void silence(const std_msgs::Header& header);
-  ultrasound::PhaseSolution solution(const device::Emission& emission) const;
-  void publishDrive(const std_msgs::Header& header);
-  void publishReport(const device::Emission& emission, const std_msgs::Header& header);
-  void publishMeasured(const device::Emission& emission, const std_msgs::Header& header);
-  void publishField(const device::Emission& emission, const std_msgs::Header& header);
-  std::vector<Eigen::Vector3f> slice(const device::Emission& emission) const;
-  std::vector<Eigen::Vector3f> facingSkin();
+  void listen();
 
   ArrayModel model_;
-  ultrasound::PhaseSolution solution_;  // of the emission in force
-
-  double slice_height_;  // m above the array; 0: of the strongest focal point
-  double slice_size_, slice_step_;
-  bool skin_field_, slice_field_;
-  Transforms transforms_;
-  sensor_msgs::PointCloud2::ConstPtr skin_;
-
-  ros::NodeHandle nh_;
-  ros::Subscriber skin_subscriber_;
-  ros::Publisher drive_publisher_, measured_, report_, field_, geometry_;
+  ultrasound::Drive last_;  // of the emission in force; empty: none
+  std::unique_ptr<SoundField> field_;
+  Wire wire_;
   std::unique_ptr<GatedArray> array_;  // goes first, and silences the rest
 };
 

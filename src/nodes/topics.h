@@ -15,6 +15,7 @@ constexpr char focal_points[] = "array/focal_points";
 constexpr char rendering[] = "array/rendering";
 constexpr char acoustics[] = "array/acoustics";
 constexpr char array_state[] = "array/state";
+constexpr char wire_state[] = "array/wire_state";
 constexpr char array_drive[] = "array/drive";
 constexpr char array_measured[] = "array/measured";
 constexpr char array_field[] = "array/field";

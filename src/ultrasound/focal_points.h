@@ -25,7 +25,8 @@ struct FocalPointConfig {
   IntensityFit fit = IntensityFit::least_squares;
   bool perceptual_weights = true;  // alpha of Eq. 8; off: 1 everywhere
   double full_scale_pressure =
-      60000.0;                    // Pa of the clay that ask for all that the array can give (see render)
+      500000.0;                   // Pa of the clay that ask for all that the array can give (see render); so
+                                  // many that recorded hands rarely ask for more (doc/rendering.md)
   double compression_knee = 0.5;  // share of that up to which pressures stay in proportion, 0 to 1
   double minimum_pressure = 1.0;  // Pa; samples below it are not rendered
   double minimum_force = 0.001;   // N; contacts that press less in sum get no point

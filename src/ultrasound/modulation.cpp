@@ -25,6 +25,17 @@ Modulation modulation(const std::string& name) {
   throw std::invalid_argument("unknown modulation '" + name + "', expected one of: am, lateral, stm");
 }
 
+const char* nameOf(Modulation modulation) {
+  switch (modulation) {
+    case Modulation::lateral:
+      return "lateral";
+    case Modulation::spatiotemporal:
+      return "stm";
+    default:
+      return "am";
+  }
+}
+
 std::vector<PathPoint> samplePath(const std::vector<Eigen::Vector3d>& position,
                                   const std::vector<double>& weight, const std::vector<double>& pressure,
                                   double spacing, std::size_t at_most) {
@@ -129,6 +140,20 @@ std::vector<Instant> period(const std::vector<FocalPoint>& points, Modulation mo
   return instants;
 }
 
+std::vector<Part> parts(const std::vector<Instant>& instants) {
+  std::vector<Part> parts;
+  const double share = 1.0 / static_cast<double>(std::max<std::size_t>(instants.size(), 1));
+  for (std::size_t i = 0; i < instants.size(); ++i) {
+    auto part = std::find_if(parts.begin(), parts.end(),
+                             [&](const Part& known) { return same(known.points, instants[i].points); });
+    if (part == parts.end()) part = parts.insert(parts.end(), {instants[i].points, {}, 0.0, 0.0});
+    part->instants.push_back(i);
+    part->time += share;
+    part->power += share * instants[i].amplitude * instants[i].amplitude;
+  }
+  return parts;
+}
+
 double spatiotemporalFrequency(const std::vector<FocalPoint>& points, double speed) {
   return std::clamp(speed / std::max(tourLength(points), 1e-6), 10.0, 200.0);
 }
@@ -136,24 +161,16 @@ double spatiotemporalFrequency(const std::vector<FocalPoint>& points, double spe
 std::vector<float> tactilePressure(const ArrayLayout& layout, const Acoustics& acoustics,
                                    const std::vector<Instant>& instants, const PhaseSolverOptions& options,
                                    const std::vector<Eigen::Vector3f>& at) {
-  std::vector<double> sum(at.size(), 0.0);  // of squared amplitudes
-  for (std::size_t first = 0; first < instants.size();) {
-    double power = 0.0;
-    std::size_t next = first;
-    for (; next < instants.size() && same(instants[next].points, instants[first].points); ++next) {
-      power += instants[next].amplitude * instants[next].amplitude;
-    }
-    const Drive drive = solvePhases(layout, acoustics, instants[first].points, options).drive;
+  std::vector<double> mean(at.size(), 0.0);  // of squared amplitudes
+  for (const Part& part : parts(instants)) {
+    const Drive drive = solvePhases(layout, acoustics, part.points, options).drive;
     const auto field = pressuresAt(layout, acoustics, drive, at);
-    for (std::size_t i = 0; i < at.size(); ++i) sum[i] += power * std::norm(field[i]);
-    first = next;
+    for (std::size_t i = 0; i < at.size(); ++i) mean[i] += part.power * std::norm(field[i]);
   }
   std::vector<float> average;
   average.reserve(at.size());
-  for (const double s : sum) {
-    const double amplitude = instants.empty() ? 0.0 : std::sqrt(s / static_cast<double>(instants.size()));
-    average.push_back(static_cast<float>(radiationPressure(acoustics, amplitude)));
-  }
+  for (const double m : mean)
+    average.push_back(static_cast<float>(radiationPressure(acoustics, std::sqrt(m))));
   return average;
 }
 

@@ -21,6 +21,7 @@ enum class Modulation : std::uint8_t {
 
 /// `am`, `lateral` or `stm`. \throws std::invalid_argument listing them
 Modulation modulation(const std::string& name);
+const char* nameOf(Modulation modulation);
 
 /// Modulations are made of three functions: `samplePath` says where points are (STM; others take those of
 /// FocalPointRenderer), `tour` and `lateralOffset` in which order places are visited, `envelope` how strong
@@ -67,6 +68,18 @@ constexpr std::size_t period_steps =
 /// One period in instants of the same length.
 std::vector<Instant> period(const std::vector<FocalPoint>& points, Modulation modulation,
                             double stroke = lateral_stroke);
+
+/// What an array has to solve once of a period: points that are there at once, whenever they are.
+struct Part {
+  std::vector<FocalPoint> points;
+  std::vector<std::size_t> instants;  // indices into the period
+  double time = 0.0;                  // share of the period, 0-1
+  double power = 0.0;                 // mean over the period of the squared amplitude while it is there, 0-1
+};
+
+/// The parts of a period, in the order of their first instants: one of AM, nine of lateral modulation (to and
+/// fro pass the same places), one a place of STM.
+std::vector<Part> parts(const std::vector<Instant>& instants);
 
 /// Period of a tour at the speed at which surface waves run along the skin, where STM is felt most: 5-8 m/s.
 /// \return Hz, 10 to 200

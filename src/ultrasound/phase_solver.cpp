@@ -21,6 +21,7 @@ constexpr auto over_turn = static_cast<float>(0.5 / M_PI);
 constexpr int gram_passes = 30;
 constexpr int newton_steps = 12;
 constexpr float newton_tolerance = 5e-4f;  // of an amplitude: below it single precision gains nothing
+constexpr double peak_tolerance = 3e-4;    // m, from a focus to the peak of its amplitude
 constexpr int limited_rounds = 3;
 
 const std::map<std::string, PhaseMethod>& methods() {
@@ -112,12 +113,13 @@ TACTILE_CLAY_CLONES void moderate(DriveLanes& q, std::size_t transducers) {
   }
 }
 
-/// Turns each drive by its sum of j lambda over the foci, as an angle up to third order.
-TACTILE_CLAY_CLONES void turnBy(const Lanes* j, const float* lambda, std::size_t foci, DriveLanes& q) {
+/// Turns each drive by the sum of lambda times its row, as an angle up to third order.
+TACTILE_CLAY_CLONES void turnBy(const Lanes* const* rows, const float* lambda, std::size_t count,
+                                DriveLanes& q) {
   constexpr float most = 0.5f;  // rad a step: J holds nearby only
   for (std::size_t i = 0; i < q.size(); ++i) {
     Lanes angle{};
-    for (std::size_t m = 0; m < foci; ++m) angle += lambda[m] * j[m * q.size() + i];
+    for (std::size_t m = 0; m < count; ++m) angle += lambda[m] * rows[m][i];
     angle = larger(smaller(angle, Lanes{} + most), Lanes{} - most);
     const Lanes cosine = inverseRoot(1.0f + angle * angle);
     const Lanes sine = angle * cosine;
@@ -129,8 +131,13 @@ TACTILE_CLAY_CLONES void turnBy(const Lanes* j, const float* lambda, std::size_t
 /// Solves p = G q for |p| = 1 at every focus, up to a common scale.
 class Solver {
  public:
-  Solver(const Propagator& g, std::size_t transducers, const PhaseSolverOptions& options)
-      : g_(g), transducers_(transducers), options_(options), q_(g.width), p_(g.foci) {}
+  Solver(const Propagator& g, std::size_t transducers, double wavenumber, const PhaseSolverOptions& options)
+      : g_(g),
+        transducers_(transducers),
+        options_(options),
+        q_(g.width),
+        p_(g.foci),
+        most_slope_(static_cast<float>(wavenumber * peak_tolerance)) {}
 
   /// From the phases that this drive has at the foci.
   void start(const DriveLanes& q) {
@@ -235,36 +242,70 @@ class Solver {
     return (amplitude / std::max(amplitude.mean(), tiny) - 1.0f).abs().maxCoeff();
   }
 
-  /// Newton steps of the free phases, damped further (Levenberg-Marquardt) until the error falls.
+  /// Newton steps of the free phases, damped further (Levenberg-Marquardt) until the error falls: all
+  /// amplitudes the same and, where foci are to be peaks, no slope that moves a peak too far.
   void correct(const LaneArray<Lanes>& free) {
-    LaneArray<Lanes> j(g_.foci * g_.width);
+    FocusChange now;
+    FocusChange after;
     DriveLanes trial;
     FocusField reached(g_.foci);
     propagate(g_, q_, p_);
+    focusChange(g_, q_, p_, free, options_.peaks, now);
+    std::vector<bool> held(static_cast<std::size_t>(now.slope.size()), false);  // slopes that were too large
+    std::vector<const Lanes*> rows;
+    std::vector<double> wanted;
     double damping = 1e-5;  // foci that no drive can tell apart must not turn it wildly
     Eigen::MatrixXd products;
     bool moved = true;
     for (int step = 0; step < newton_steps; ++step) {
-      const Eigen::ArrayXf amplitude = p_.abs();
-      if (worst(amplitude) < newton_tolerance) return;
+      if (worst(now.amplitude) < newton_tolerance && (tooLarge(now) == 0.0f).all()) return;
       if (moved) {
-        phaseJacobian(g_, q_, p_, free, j);
-        products = rowProducts(j, g_.width);
+        rows.clear();
+        wanted.clear();
+        const float mean = now.amplitude.mean();
+        for (std::size_t m = 0; m < g_.foci; ++m) {
+          rows.push_back(&now.j[m * g_.width]);
+          wanted.push_back(mean - now.amplitude(static_cast<Eigen::Index>(m)));
+        }
+        const Eigen::ArrayXf excess = tooLarge(now);
+        for (std::size_t k = 0; k < held.size(); ++k) {
+          held[k] = held[k] || excess(static_cast<Eigen::Index>(k)) != 0.0f;
+          if (!held[k]) continue;
+          rows.push_back(&now.j[(g_.foci + k) * g_.width]);
+          wanted.push_back(-now.slope(static_cast<Eigen::Index>(k)));
+        }
+        products = rowProducts(rows, g_.width);
       }
       Eigen::MatrixXd damped = products;
-      damped.diagonal().array() += damping * products.diagonal().mean() + 1e-30;
+      damped.diagonal() *= 1.0 + damping;
+      damped.diagonal().array() += 1e-30;
       const Eigen::VectorXf lambda =
-          damped.llt().solve((amplitude.mean() - amplitude).matrix().cast<double>()).cast<float>();
+          damped.llt().solve(Eigen::Map<const Eigen::VectorXd>(wanted.data(), products.rows())).cast<float>();
       if (!lambda.allFinite()) return;
       trial = q_;
-      turnBy(j.data(), lambda.data(), g_.foci, trial);
+      turnBy(rows.data(), lambda.data(), rows.size(), trial);
       propagate(g_, trial, reached);
-      moved = spread(reached.abs()) < spread(amplitude);
+      focusChange(g_, trial, reached, free, options_.peaks, after);
+      moved = fault(after) < fault(now);
       damping *= moved ? 0.1 : 10.0;
       if (!moved) continue;
       q_.swap(trial);
       std::swap(p_, reached);
+      std::swap(now, after);
     }
+  }
+
+  /// What of each slope moves a peak by more than the tolerance.
+  Eigen::ArrayXf tooLarge(const FocusChange& change) const {
+    constexpr float flat = 1e-4f;  // no peak at all
+    const Eigen::ArrayXf bound = most_slope_ * change.peak_width.max(flat);
+    return change.slope - change.slope.max(-bound).min(bound);
+  }
+
+  float fault(const FocusChange& change) const {
+    constexpr float weight = 3.0f;  // of slopes, whose s is some 0.3
+    return spread(change.amplitude) +
+           (change.slope.size() > 0 ? weight * tooLarge(change).square().mean() : 0.0f);
   }
 
   const Propagator& g_;
@@ -273,6 +314,7 @@ class Solver {
   DriveLanes q_;
   FocusField p_;
   bool warm_ = false;
+  float most_slope_;  // over peak width
 };
 
 /// A drive in lanes.
@@ -407,7 +449,7 @@ PhaseSolution solvePhases(const ArrayLayout& layout, const Acoustics& acoustics,
     power(static_cast<Eigen::Index>(m)) = static_cast<float>(std::pow(points[active[m]].intensity, 2));
   }
 
-  Solver solver(g, layout.size(), options);
+  Solver solver(g, layout.size(), acoustics.wavenumber(), options);
   DriveLanes last;
   PhaseLimit limit;
   const bool limited = before != nullptr && options.max_phase_change > 0.0;

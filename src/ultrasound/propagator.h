@@ -22,8 +22,10 @@ struct Propagator {
   std::size_t foci = 0;
   std::size_t width = 0;      // lanes a row
   LaneArray<ComplexLanes> g;  // row by row
+  LaneArray<ComplexLanes> s;  // x and y of the unit vectors from transducers to foci, row by row
 
-  Propagator(std::size_t room, std::size_t row_width) : width(row_width), g(room * row_width) {}
+  Propagator(std::size_t room, std::size_t row_width)
+      : width(row_width), g(room * row_width), s(room * row_width) {}
   const ComplexLanes* row(std::size_t m) const { return &g[m * width]; }
   ComplexLanes* row(std::size_t m) { return &g[m * width]; }
 
@@ -55,12 +57,25 @@ void backpropagate(const Propagator& g, const FocusField& p, DriveLanes& q);
 /// R = G G^H, foci x foci.
 Eigen::MatrixXcf gram(const Propagator& g);
 
-/// Rows of the change of each |p_m| with the phase of each transducer, d|p_m| / d phi_n, where `free` is 1
-/// and 0 where it is 0. \param j of foci x width \param free of width
-void phaseJacobian(const Propagator& g, const DriveLanes& q, const FocusField& p,
-                   const LaneArray<Lanes>& free, LaneArray<Lanes>& j);
+/// How the field at the foci changes with the phases, rows of `width` lanes. With a + i b the part of each
+/// transducer in p_m, turned so that p_m is real (sum a = |p_m|, sum b = 0), and s the x or y of the unit
+/// vector to the focus:
+/// - |p_m|: value sum a, d / dphi_n = -b_n
+/// - its slope along x and y, -k sum s b, where the amplitudes' own slopes are left out (they move a peak by
+///   0.2 mm): value sum s b / sum a, d / dphi_n = a_n (s_n - sum s a / sum a) / sum a
+struct FocusChange {
+  Eigen::ArrayXf amplitude;   // |p_m|
+  Eigen::ArrayXf slope;       // of x, then y of each focus; empty: not asked for
+  Eigen::ArrayXf peak_width;  // sum a (s - mean)^2 / sum a, as `slope`: slope / (k peak_width) is how far the
+                              // peak is away, m
+  LaneArray<Lanes> j;         // d amplitude / d phi, then d slope / d phi
+};
 
-/// J J^T. \param j rows of `width` lanes
-Eigen::MatrixXd rowProducts(const LaneArray<Lanes>& j, std::size_t width);
+/// \param free 1 where a phase may change, 0 where not; of width
+void focusChange(const Propagator& g, const DriveLanes& q, const FocusField& p, const LaneArray<Lanes>& free,
+                 bool slopes, FocusChange& change);
+
+/// J J^T. \param rows of J, `width` lanes each
+Eigen::MatrixXd rowProducts(const std::vector<const Lanes*>& rows, std::size_t width);
 
 }  // namespace tactile_clay::ultrasound

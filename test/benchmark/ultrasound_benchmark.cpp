@@ -67,12 +67,16 @@ class Times {
 struct Case {
   PhaseMethod method;
   int iterations;
+  bool peaks;
+  double attenuation;  // Np/m
 };
-constexpr Case cases[] = {{PhaseMethod::naive, 1},
-                          {PhaseMethod::weighted_gerchberg_saxton, 20},
-                          {PhaseMethod::weighted_gerchberg_saxton, 100},
-                          {PhaseMethod::gs_pat, 100},
-                          {PhaseMethod::newton, 5}};
+constexpr Case cases[] = {{PhaseMethod::naive, 1, false, 0.0},
+                          {PhaseMethod::weighted_gerchberg_saxton, 20, false, 0.0},
+                          {PhaseMethod::weighted_gerchberg_saxton, 100, false, 0.0},
+                          {PhaseMethod::gs_pat, 100, false, 0.0},
+                          {PhaseMethod::newton, 5, false, 0.0},
+                          {PhaseMethod::newton, 5, true, 0.0},
+                          {PhaseMethod::newton, 5, true, 0.15}};
 constexpr std::size_t trials = 100;
 
 /// Arguments: case, foci, steps of a turn (0: any phase), 1 for unequal foci (intensities 0.3 to 1).
@@ -82,11 +86,12 @@ constexpr std::size_t trials = 100;
 void phases(benchmark::State& state) {
   const ArrayLayout layout = arrayLayout("usx");
   Acoustics air;
-  air.attenuation = 0.0;
   const Case& c = cases[state.range(0)];
+  air.attenuation = c.attenuation;
   PhaseSolverOptions options;
   options.method = c.method;
   options.iterations = c.iterations;
+  options.peaks = c.peaks;
   options.phase_levels = static_cast<int>(state.range(2));
   std::mt19937 random(1);
   std::uniform_real_distribution<double> intensity(0.3, 1.0);
@@ -126,11 +131,12 @@ void phases(benchmark::State& state) {
   state.counters["worst_percent"] = 100.0 * worst;
   state.counters["mean_Pa"] = pressure;
   constexpr const char* names[] = {"naive", "weighted_gerchberg_saxton", "gs_pat", "newton"};
-  state.SetLabel(std::string(names[static_cast<int>(c.method)]) + ", " + std::to_string(c.iterations));
+  state.SetLabel(std::string(names[static_cast<int>(c.method)]) + ", " + std::to_string(c.iterations) +
+                 (c.peaks ? ", peaks" : "") + (c.attenuation > 0.0 ? ", air takes 0.15 Np/m" : ""));
 }
 BENCHMARK(phases)
     ->ArgNames({"case", "foci", "levels", "unequal"})
-    ->ArgsProduct({{0, 1, 2, 3, 4}, {1, 2, 4, 8, 16}, {0, 32}, {0, 1}})
+    ->ArgsProduct({{0, 1, 2, 3, 4, 5, 6}, {1, 2, 4, 8, 16}, {0, 32}, {0, 1}})
     ->Unit(benchmark::kMicrosecond);
 
 /// Argument: points of the slice or skin. Time: of the clock, on all cores; CPU: of all threads together.

@@ -13,7 +13,8 @@ import rig_run
 
 RATE = 60.0      # Hz
 PATIENCE = 20.0  # s, for what has no time of its own
-PROGRAM = os.path.join(rig_run.build_space(), 'devel', 'lib', 'tactile_clay', 'array_driver')
+PROGRAMS = os.path.join(rig_run.build_space(), 'devel', 'lib', 'tactile_clay')
+PROGRAM = os.path.join(PROGRAMS, 'array_driver')
 
 
 def focus(x=0.0, y=0.0, z=0.17, intensity=0.5, number=1):
@@ -33,11 +34,13 @@ class Stream:
 
     def reset(self):
         self.points, self.frame, self.age, self.modulation_frequency = [focus()], 'array', 0.0, 200.0
+        self.modulation = 0
         self.hands = [TrackedHand()]  # None: no word of the hands
 
     def run(self):
         while self.running:
-            message = FocalPointArray(points=self.points, modulation_frequency=self.modulation_frequency)
+            message = FocalPointArray(points=self.points, modulation_frequency=self.modulation_frequency,
+                                      modulation=self.modulation)
             message.header.frame_id = self.frame
             message.header.stamp = rospy.Time.now() - rospy.Duration(self.age)
             if self.hands is not None:
@@ -79,18 +82,18 @@ class States:
 
 
 class Driver:
-    """An array_driver with private parameters. Use in a `with` statement: the end stops it."""
+    """An array_driver, or another program, with private parameters. Use in a `with` statement: the end stops it."""
 
-    def __init__(self, **parameters):
-        self.parameters = parameters
+    def __init__(self, program='array_driver', **parameters):
+        self.program, self.parameters = program, parameters
 
     def __enter__(self):
         # An earlier driver leaves its parameters on the server.
-        if rospy.has_param('/array_driver'):
-            rospy.delete_param('/array_driver')
+        if rospy.has_param('/' + self.program):
+            rospy.delete_param('/' + self.program)
         for name, value in self.parameters.items():
-            rospy.set_param('/array_driver/' + name, value)
-        self.process = subprocess.Popen([PROGRAM], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+            rospy.set_param('/%s/%s' % (self.program, name), value)
+        self.process = subprocess.Popen([os.path.join(PROGRAMS, self.program)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                         stderr=subprocess.STDOUT, start_new_session=True, errors='replace')
         self.lines = []
         self.reader = threading.Thread(target=lambda: self.lines.extend(self.process.stdout), daemon=True)

@@ -77,8 +77,10 @@ class KneadingField(unittest.TestCase):
         self.assertLess(max(self.knead(max_points='1')), TOLERANCE)
 
     def test_peaks_of_eight_focal_points(self):
-        """Foci 12 to 20 mm apart, each some 14 mm wide, overlap: what they add up to has its peaks elsewhere, but not far."""
-        self.assertLess(statistics.median(self.knead(every=12)), TOLERANCE)
+        """Foci 12 to 20 mm apart, each some 14 mm wide, overlap; the phases are solved so that they are peaks all the same. One
+        in ten may be too weak beside its neighbours to be one."""
+        distances = sorted(self.knead(every=12))
+        self.assertLess(distances[int(0.9 * len(distances))], TOLERANCE)
 
 
 if __name__ == '__main__':

@@ -32,7 +32,7 @@ TEST_F(DebugDeviceTest, SaysWhatItWouldEmit) {
   ASSERT_EQ(lines.size(), 2u);
   EXPECT_EQ(lines[0], "debug array: open");
   EXPECT_EQ(lines[1],
-            "debug array: 1 points at 200 Hz: [3] (0.0100 -0.0200 0.2000) m 2500 Pa intensity 0.500");
+            "debug array: 1 points at 200 Hz am: [3] (0.0100 -0.0200 0.2000) m 2500 Pa intensity 0.500");
   EXPECT_TRUE(device.emitting());
   now += milliseconds(1000);
   device.submit({});

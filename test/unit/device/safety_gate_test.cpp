@@ -35,14 +35,16 @@ Occasion now(double since_last = 1.0) {
 }
 
 /// A meter whose array gives 3000 Pa and 120 dB at intensity 1, in proportion to the loudest intensity.
-Loudness loudness(const Emission& e) {
+using Points = std::vector<ultrasound::FocalPoint>;
+
+Loudness loudness(const Points& points) {
   double strongest = 0.0;
-  for (const auto& p : e.points) strongest = std::max(strongest, p.intensity);
+  for (const auto& p : points) strongest = std::max(strongest, p.intensity);
   return {3000.0 * strongest, 120.0 + 20.0 * std::log10(std::max(strongest, 1e-9))};
 }
 
 /// A meter for the rules that have nothing to do with loudness.
-Loudness quiet(const Emission&) {
+Loudness quiet(const Points&) {
   return {0.0, 0.0};
 }
 
@@ -205,9 +207,9 @@ TEST_F(StartedGate, LowersWhatIsTooLoud) {
   const Verdict verdict = gate.check(emission(point(0, 0, 0.2, 1.0)), now(), loudness);
   EXPECT_EQ(verdict.reason, "");
   EXPECT_TRUE(begins(verdict.lowered, "head level")) << verdict.lowered;
-  EXPECT_LE(*loudness(verdict.emission).head, 110.0);
+  EXPECT_LE(*loudness(verdict.emission.points).head, 110.0);
   EXPECT_NEAR(verdict.emission.points[0].intensity, 0.316, 0.004);
-  EXPECT_DOUBLE_EQ(*verdict.head_spl, *loudness(verdict.emission).head);
+  EXPECT_DOUBLE_EQ(*verdict.head_spl, *loudness(verdict.emission.points).head);
 
   SafetyGateConfig config;
   config.head_spl_cap = 200.0;
@@ -217,7 +219,7 @@ TEST_F(StartedGate, LowersWhatIsTooLoud) {
   two.points.push_back(point(0.05, 0, 0.2, 0.5, 2));
   const Verdict capped = pressure_only.check(two, now(), loudness);
   EXPECT_TRUE(begins(capped.lowered, "pressure: 3000 Pa")) << capped.lowered;
-  EXPECT_LE(*loudness(capped.emission).focus, 2000.0);
+  EXPECT_LE(*loudness(capped.emission.points).focus, 2000.0);
   EXPECT_NEAR(capped.emission.points[0].intensity, 2.0 / 3.0, 0.01);
   EXPECT_DOUBLE_EQ(capped.emission.points[1].intensity, 0.5 * capped.emission.points[0].intensity)
       << "all are lowered together";
@@ -226,7 +228,7 @@ TEST_F(StartedGate, LowersWhatIsTooLoud) {
 TEST_F(StartedGate, SilencesWhatCannotBeMeasuredOrLowered) {
   const Emission good = emission(point(0, 0, 0.2));
   const auto reason = [&](const Loudness& loudness) {
-    return gate.check(good, now(), [&](const Emission&) { return loudness; }).reason;
+    return gate.check(good, now(), [&](const Points&) { return loudness; }).reason;
   };
   EXPECT_EQ(reason({1.0, std::nullopt}), "head level: not known, expected at most 110 dB");
   EXPECT_EQ(reason({std::nullopt, 1.0}), "pressure: not known, expected at most 2000 Pa");
@@ -237,22 +239,71 @@ TEST_F(StartedGate, SilencesWhatCannotBeMeasuredOrLowered) {
   EXPECT_EQ(reason({2000.0, 110.0}), "");
 }
 
+TEST_F(StartedGate, LooksAtEveryInstantOfAModulation) {
+  using ultrasound::Modulation;
+  // A point within the workspace, which lateral modulation takes 3 mm out of it.
+  Emission edge = emission(point(0.199, 0, 0.2));
+  EXPECT_TRUE(gate.check(edge, now(), quiet).passes());
+  edge.modulation = Modulation::lateral;
+  edge.modulation_frequency = 10.0;
+  EXPECT_TRUE(begins(gate.check(edge, now(), quiet).reason, "outside the workspace: x of focal point 7"));
+  edge.points[0].position.x() = 0.1969;
+  const Verdict passed = gate.check(edge, now(), quiet);
+  EXPECT_EQ(passed.reason, "");
+  EXPECT_EQ(passed.emission.modulation, Modulation::lateral);
+  EXPECT_EQ(passed.emission.modulation_frequency, 10.0);
+  edge.modulation_frequency = 0.0;
+  EXPECT_TRUE(begins(gate.check(edge, now(), quiet).reason, "modulation: frequency is 0 Hz"));
+
+  // A path with one place that is too loud: the meter hears the places one by one, and all become weaker.
+  Emission path{{point(0.0, 0, 0.2, 0.4, 0), point(0.02, 0, 0.2, 0.9, 1), point(0.04, 0, 0.2, 0.5, 2)},
+                100.0,
+                Modulation::spatiotemporal};
+  std::size_t most = 0;
+  const auto meter = [&most](const Points& points) {
+    most = std::max(most, points.size());
+    return Loudness{4000.0 * points.at(0).intensity, 0.0};
+  };
+  const Verdict lowered = gate.check(path, now(), meter);
+  ASSERT_EQ(lowered.reason, "");
+  EXPECT_EQ(most, 1u);
+  EXPECT_LE(4000.0 * lowered.emission.points[1].intensity, 2000.0);
+  EXPECT_NEAR(lowered.emission.points[1].intensity / lowered.emission.points[0].intensity, 0.9 / 0.4, 1e-9);
+  EXPECT_TRUE(begins(lowered.lowered, "pressure"));
+  // Not known, or not a number, at one place: silent, wherever the place is.
+  for (const std::size_t bad : {0u, 1u, 2u}) {
+    for (const std::optional<double> what : {std::optional<double>(), std::optional<double>(nan)}) {
+      const auto part = [&](const Points& points) {
+        return points[0].id == bad ? Loudness{what, 0.0} : Loudness{100.0, 0.0};
+      };
+      EXPECT_TRUE(begins(gate.check(path, now(), part).reason, "pressure")) << bad;
+    }
+  }
+  path.points[2].position.y() = 0.5;
+  EXPECT_TRUE(begins(gate.check(path, now(), quiet).reason, "outside the workspace: y of focal point 2"));
+  path.points[2].position.y() = 0.0;
+  // The slew holds each place back.
+  ASSERT_TRUE(gate.check(path, now(), quiet).passes());
+  path.points[0].intensity = 0.9;
+  EXPECT_NEAR(gate.check(path, now(0.01), quiet).emission.points[0].intensity, 0.6, 1e-9);
+}
+
 /// The rules for loudness with the field of a real drive, measured again by another formula: 20 log10 of the
 /// rms over 20 uPa.
 TEST_F(StartedGate, KeepsARealArrayBelowItsCaps) {
   const auto layout = ultrasound::arrayLayout("usx");
   const ultrasound::Acoustics air;
   const Eigen::Vector3d head(-0.4, 0, 0.6);
-  const auto meter = [&](const Emission& e) {
-    const auto drive = ultrasound::solvePhases(layout, air, e.points).drive;
+  const auto meter = [&](const Points& points) {
+    const auto drive = ultrasound::solvePhases(layout, air, points).drive;
     double focus = 0.0;
-    for (const auto& p : e.points)
+    for (const auto& p : points)
       focus = std::max(focus, std::abs(ultrasound::pressureAt(layout, air, drive, p.position)));
     return Loudness{focus, ultrasound::headSpl(layout, air, drive, head)};
   };
   const Emission loud = emission(point(-0.02, 0, 0.15, 1.0));
-  EXPECT_GT(*meter(loud).focus, 4000.0);
-  EXPECT_GT(*meter(loud).head, 110.0);
+  EXPECT_GT(*meter(loud.points).focus, 4000.0);
+  EXPECT_GT(*meter(loud.points).head, 110.0);
   const Verdict verdict = gate.check(loud, now(), meter);
   ASSERT_EQ(verdict.reason, "");
   const auto drive = ultrasound::solvePhases(layout, air, verdict.emission.points).drive;
@@ -345,13 +396,13 @@ const std::vector<Offence>& offences() {
       {Rule::slew, [](SafetyGate& gate) { return atOnce(gate, emission(point(0, 0, 0.2, 0.9)), now(0.01)); }},
       {Rule::pressure,
        [](SafetyGate& gate) {
-         return gate.check(emission(point(0, 0, 0.2)), now(), [](const Emission&) {
+         return gate.check(emission(point(0, 0, 0.2)), now(), [](const Points&) {
            return Loudness{5000.0, 0.0};
          });
        }},
       {Rule::head_level,
        [](SafetyGate& gate) {
-         return gate.check(emission(point(0, 0, 0.2)), now(), [](const Emission&) {
+         return gate.check(emission(point(0, 0, 0.2)), now(), [](const Points&) {
            return Loudness{0.0, 130.0};
          });
        }},

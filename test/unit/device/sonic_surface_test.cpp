@@ -174,7 +174,7 @@ TEST_F(SonicSurfaceOnATerminal, SendsWhatItSaysThatItSends) {
     EXPECT_NEAR(device.capabilities().max_rate, 89.3, 0.1);
     device.submit(focus());
     const auto bytes = read(258);
-    EXPECT_EQ(bytes, sonic_surface::frame(*device.drive(focus()), Firmware::stock));
+    EXPECT_EQ(bytes, sonic_surface::frame(*device.drive(focus().points), Firmware::stock));
     EXPECT_EQ(read(3), (std::vector<std::uint8_t>{0xFD, 0xFD, 0xFD})) << "modulation";
     EXPECT_EQ(device.fault(), "");
   }
@@ -182,6 +182,16 @@ TEST_F(SonicSurfaceOnATerminal, SendsWhatItSaysThatItSends) {
   std::vector<std::uint8_t> rest = read(4096);
   ASSERT_GE(rest.size(), 516u);
   EXPECT_EQ(std::vector<std::uint8_t>(rest.end() - 516, rest.end()), silence);
+}
+
+TEST_F(SonicSurfaceOnATerminal, DoesNotPlayWhatTheWireIsTooSlowFor) {
+  SonicSurface device;
+  device.open(options);
+  EXPECT_EQ(device.capabilities().modulations,
+            std::vector<ultrasound::Modulation>{ultrasound::Modulation::amplitude});
+  Emission path = focus();
+  path.modulation = ultrasound::Modulation::spatiotemporal;
+  EXPECT_THROW(device.submit(path), std::runtime_error);
 }
 
 TEST_F(SonicSurfaceOnATerminal, GoesSilentWhenNotRenewed) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <stdexcept>
 
 namespace tactile_clay::device {
@@ -95,6 +96,39 @@ TEST_F(UltraleapTest, UnmodulatedPointsAreSteady) {
   device.open({});
   device.submit(emission(1, 0.0));
   for (const auto& sample : stream()) EXPECT_FLOAT_EQ(sample.points_[0].intensity_, 0.8f);
+}
+
+TEST_F(UltraleapTest, MovesPointsToAndFro) {
+  device.open({});
+  Emission lateral = emission(2, 100.0);
+  lateral.modulation = ultrasound::Modulation::lateral;
+  device.submit(lateral);
+  float low = 1.0f, high = -1.0f;
+  for (const auto& sample : stream()) {  // one period
+    const auto& points = sample.points_;
+    EXPECT_FLOAT_EQ(points[0].intensity_, 0.8f);
+    EXPECT_NEAR(points[1].position_.x - points[0].position_.x, 0.01, 1e-6) << "all points move as one";
+    low = std::min(low, points[0].position_.x);
+    high = std::max(high, points[0].position_.x);
+  }
+  EXPECT_NEAR(low, -0.003, 1e-6);
+  EXPECT_NEAR(high, 0.003, 1e-6);
+}
+
+TEST_F(UltraleapTest, RunsAlongAPathWithOnePoint) {
+  device.open({});
+  Emission path = emission(20, 100.0);  // more places than the array has points
+  path.modulation = ultrasound::Modulation::spatiotemporal;
+  device.submit(path);
+  std::map<int, int> visits;  // samples at each place, by cm
+  for (const auto& sample : stream()) {
+    const auto& points = sample.points_;
+    EXPECT_FLOAT_EQ(points[0].intensity_, 0.8f);
+    for (std::size_t i = 1; i < points.size(); ++i) EXPECT_EQ(points[i].intensity_, 0.0f);
+    ++visits[static_cast<int>(std::lround(100.0f * points[0].position_.x))];
+  }
+  ASSERT_EQ(visits.size(), 20u) << "10 ms are a period of 20 places";
+  for (const auto& [place, samples] : visits) EXPECT_NEAR(samples, 20, 1) << place;
 }
 
 TEST_F(UltraleapTest, IsSilentWhenToldSoAndGoesOn) {

@@ -296,7 +296,9 @@ TEST(FocalPoints, KeepOneGainWhereverTheyAreUpToTheLimitsOfTheArray) {
 }
 
 TEST(FocalPoints, ThatTheArrayCannotGiveAreReported) {
-  FocalPointRenderer renderer;
+  FocalPointConfig config;
+  config.full_scale_pressure = 60000.0;
+  FocalPointRenderer renderer(config);
   renderer.setArray(ArrayReach(arrayLayout("usx"), Acoustics()));
   // One of them would do with a third of the array; four ask for more than there is.
   const auto one = renderer.render({sample(0, 0, 20000)});

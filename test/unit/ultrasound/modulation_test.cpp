@@ -86,6 +86,33 @@ TEST(Modulation, LateralStepsAreUnderAMillimetreAndReturn) {
   EXPECT_NEAR((mean - Eigen::Vector3d(0.01, 0.02, 0.2)).norm(), 0.0, 1e-12);
 }
 
+TEST(Modulation, PartsAreTheDifferentInstantsOfAPeriod) {
+  const std::vector<FocalPoint> points = {point(0.0, 0.0), point(0.03, 0.0, 0.5)};
+  // AM: one, there all the time, with half its power: the mean of (1 - cos) / 2.
+  const auto am = parts(period(points, Modulation::amplitude));
+  ASSERT_EQ(am.size(), 1u);
+  EXPECT_NEAR(am[0].time, 1.0, 1e-12);
+  EXPECT_NEAR(am[0].power, 0.5, 1e-12);
+  EXPECT_EQ(am[0].instants.size(), period_steps);
+  // To and fro: the turning points once, all between twice.
+  const auto lateral = parts(period(points, Modulation::lateral));
+  ASSERT_EQ(lateral.size(), period_steps / 2 + 1);
+  double time = 0.0;
+  for (const Part& part : lateral) {
+    const double x = part.points[0].position.x();
+    EXPECT_NEAR(part.points[1].position.x() - x, 0.03, 1e-12);
+    EXPECT_EQ(part.instants.size(), std::abs(std::abs(x) - 0.003) < 1e-9 ? 1u : 2u);
+    EXPECT_NEAR(part.power, part.time, 1e-12);
+    time += part.time;
+  }
+  EXPECT_NEAR(time, 1.0, 1e-12);
+  const auto stm = parts(period(points, Modulation::spatiotemporal));
+  ASSERT_EQ(stm.size(), 2u);
+  EXPECT_EQ(stm[1].points.size(), 1u);
+  EXPECT_NEAR(stm[1].time, 0.5, 1e-12);
+  EXPECT_TRUE(parts({}).empty());
+}
+
 TEST(Modulation, PathCoversTheContactWithSpacing) {
   std::vector<Eigen::Vector3d> position;
   std::vector<double> pressure;

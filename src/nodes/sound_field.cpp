@@ -1,0 +1,214 @@
+#include "nodes/sound_field.h"
+
+#include <tactile_clay/AcousticReport.h>
+#include <tactile_clay/ArrayDrive.h>
+#include <tactile_clay/FocalPointArray.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "nodes/array_markers.h"
+#include "nodes/cloud.h"
+#include "nodes/conversions.h"
+#include "nodes/params.h"
+#include "nodes/topics.h"
+#include "ultrasound/side_lobes.h"
+
+namespace tactile_clay::nodes {
+namespace {
+
+constexpr double height_without_focus = 0.15;  // m, of the slice
+
+/// The part that plays at a time.
+const Sound::Part& partAt(const Sound& sound, double time) {
+  std::size_t count = 0;
+  for (const Sound::Part& part : sound.parts) count += part.what.instants.size();
+  const double phase = sound.frequency * time;
+  const auto now = static_cast<std::size_t>((phase - std::floor(phase)) * static_cast<double>(count));
+  for (const Sound::Part& part : sound.parts)
+    for (const std::size_t instant : part.what.instants)
+      if (instant == now) return part;
+  return sound.parts.front();
+}
+
+/// Means, over the time that each focal point is there, by its id.
+struct Pressures {
+  struct Mean {
+    double sum = 0.0, time = 0.0;
+  };
+  std::map<std::uint32_t, Mean> means;
+
+  void add(std::uint32_t id, double pressure, double time) {
+    means[id].sum += pressure * time;
+    means[id].time += time;
+  }
+  double operator[](std::uint32_t id) {
+    const Mean mean = means[id];
+    return mean.time > 0.0 ? mean.sum / mean.time : 0.0;
+  }
+};
+
+}  // namespace
+
+SoundField::SoundField(ros::NodeHandle nh, ros::NodeHandle private_nh, const ArrayModel& model)
+    : model_(model),
+      slice_height_(paramIn(private_nh, "slice_height", 0.0, 0.0, 1.0)),
+      slice_size_(paramIn(private_nh, "slice_size", 0.16, 0.01, 1.0)),
+      slice_step_(paramIn(private_nh, "slice_step", 0.004, 0.0005, 0.1)),
+      skin_field_(param(private_nh, "skin_field", true)),
+      slice_field_(param(private_nh, "slice_field", true)),
+      nh_(nh) {
+  const unsigned queue = param(private_nh, "lockstep", false) ? 0 : 1;
+  drive_ = nh.advertise<ArrayDrive>(topic::array_drive, queue);
+  measured_ = nh.advertise<FocalPointArray>(topic::array_measured, queue);
+  report_ = nh.advertise<AcousticReport>(topic::acoustics, queue);
+  field_ = nh.advertise<sensor_msgs::PointCloud2>(topic::array_field, queue);
+  geometry_ = nh.advertise<visualization_msgs::MarkerArray>(topic::array_geometry, 1, true);
+  geometry_.publish(arrayMarkers(model_.layout));
+}
+
+void SoundField::publish(const Sound& sound, const std_msgs::Header& header) {
+  if (sound.parts.empty()) return publishSilence(header);
+  publishDrive(partAt(sound, header.stamp.toSec()).drive, header);
+  publishMeasured(sound, header);
+  publishReport(sound, header);
+  publishField(sound, header);
+}
+
+void SoundField::publishSilence(const std_msgs::Header& header) {
+  publishDrive(
+      {std::vector<float>(model_.layout.size(), 0.0f), std::vector<float>(model_.layout.size(), 0.0f)},
+      header);
+}
+
+void SoundField::publishDrive(const ultrasound::Drive& drive, const std_msgs::Header& header) {
+  auto message = boost::make_shared<ArrayDrive>();
+  message->header = header;
+  message->layout = model_.layout.name;
+  message->phase = drive.phase;
+  message->amplitude = drive.amplitude;
+  drive_.publish(message);
+}
+
+void SoundField::publishMeasured(const Sound& sound, const std_msgs::Header& header) {
+  Pressures pressures;
+  for (const Sound::Part& part : sound.parts)
+    for (const ultrasound::FocalPoint& point : part.what.points)
+      pressures.add(
+          point.id,
+          std::abs(ultrasound::pressureAt(model_.layout, model_.acoustics, part.drive, point.position)),
+          part.what.time);
+  auto message = boost::make_shared<FocalPointArray>();
+  message->header = header;
+  message->modulation = static_cast<std::uint8_t>(sound.modulation);
+  message->modulation_frequency = static_cast<float>(sound.frequency);
+  message->points = toMessage(sound.points);
+  for (FocalPoint& point : message->points) point.pressure = static_cast<float>(pressures[point.id]);
+  measured_.publish(message);
+}
+
+void SoundField::publishReport(const Sound& sound, const std_msgs::Header& header) {
+  if (report_.getNumSubscribers() == 0) return;
+  auto message = boost::make_shared<AcousticReport>();
+  message->header = header;
+  Pressures achieved, commanded;
+  const auto points = slice(sound);
+  for (const Sound::Part& part : sound.parts) {
+    std::vector<double> here;
+    for (std::size_t k = 0; k < part.what.points.size(); ++k) {
+      const ultrasound::FocalPoint& point = part.what.points[k];
+      here.push_back(
+          std::abs(ultrasound::pressureAt(model_.layout, model_.acoustics, part.drive, point.position)));
+      achieved.add(point.id, here.back(), part.what.time);
+      if (!part.target.empty()) commanded.add(point.id, part.target[k], part.what.time);
+    }
+    const auto lobe = ultrasound::strongestSideLobe(
+        points, ultrasound::pressuresAt(model_.layout, model_.acoustics, part.drive, points),
+        part.what.points, here, 2.0 * model_.acoustics.wavelength());
+    if (lobe.share > message->side_lobe) {
+      message->side_lobe = static_cast<float>(lobe.share);
+      message->side_lobe_position.x = lobe.position.x();
+      message->side_lobe_position.y = lobe.position.y();
+      message->side_lobe_position.z = lobe.position.z();
+    }
+    message->head_spl =
+        std::max(message->head_spl, static_cast<float>(ultrasound::headSpl(model_.layout, model_.acoustics,
+                                                                           part.drive, model_.head_point)));
+  }
+  std::vector<double> all_achieved, all_commanded;
+  for (const ultrasound::FocalPoint& point : sound.points) {
+    message->id.push_back(point.id);
+    all_achieved.push_back(achieved[point.id]);
+    all_commanded.push_back(commanded[point.id]);
+  }
+  message->commanded.assign(all_commanded.begin(), all_commanded.end());
+  message->achieved.assign(all_achieved.begin(), all_achieved.end());
+  message->error = static_cast<float>(ultrasound::relativeError(all_achieved, all_commanded));
+  report_.publish(message);
+}
+
+std::vector<Eigen::Vector3f> SoundField::slice(const Sound& sound) const {
+  double height = slice_height_;
+  if (height == 0.0) {
+    const auto strongest =
+        std::max_element(sound.points.begin(), sound.points.end(),
+                         [](const auto& a, const auto& b) { return a.intensity < b.intensity; });
+    height = strongest == sound.points.end() ? height_without_focus : strongest->position.z();
+  }
+  std::vector<Eigen::Vector3f> points;
+  const int half = static_cast<int>(0.5 * slice_size_ / slice_step_);
+  for (int row = -half; row <= half; ++row)
+    for (int column = -half; column <= half; ++column)
+      points.emplace_back(Eigen::Vector3d(column * slice_step_, row * slice_step_, height).cast<float>());
+  return points;
+}
+
+std::vector<Eigen::Vector3f> SoundField::facingSkin() {
+  if (!skin_subscriber_)
+    skin_subscriber_ = nh_.subscribe<sensor_msgs::PointCloud2>(
+        topic::hands_skin, 1, [this](const sensor_msgs::PointCloud2::ConstPtr& skin) { skin_ = skin; });
+  std::vector<Eigen::Vector3f> points;
+  if (!skin_ || pointCount(*skin_) == 0) return points;
+  const auto pose = transforms_.lookup(frame::array, skin_->header.frame_id, ros::Time(0));
+  if (!pose) return points;
+  const PressureSkin skin = pressureSkin(*skin_);
+  const Eigen::Isometry3f to_array = pose->cast<float>();
+  for (std::size_t i = 0; i < skin.position.size(); ++i) {
+    const Eigen::Vector3f position = to_array * skin.position[i];
+    if (position.dot(to_array.linear() * skin.normal[i]) < 0.0f) points.push_back(position);
+  }
+  return points;
+}
+
+void SoundField::publishField(const Sound& sound, const std_msgs::Header& header) {
+  if (field_.getNumSubscribers() == 0) {
+    skin_subscriber_.shutdown();
+    skin_.reset();
+    return;
+  }
+  std::vector<Eigen::Vector3f> points;
+  if (skin_field_) points = facingSkin();
+  if (slice_field_) {
+    const auto plane = slice(sound);
+    points.insert(points.end(), plane.begin(), plane.end());
+  }
+  std::vector<float> highest(points.size(), 0.0f);
+  std::vector<double> power(points.size(), 0.0);  // mean of the squared amplitude
+  for (const Sound::Part& part : sound.parts) {
+    const auto pressures = ultrasound::pressuresAt(model_.layout, model_.acoustics, part.drive, points);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      highest[i] = std::max(highest[i], std::abs(pressures[i]));
+      power[i] += part.what.power * std::norm(pressures[i]);
+    }
+  }
+  CloudWriter cloud(header, "x y z pressure tactile", points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    cloud.vector(points[i]) << highest[i]
+                            << static_cast<float>(
+                                   ultrasound::radiationPressure(model_.acoustics, std::sqrt(power[i])));
+  field_.publish(cloud.finish());
+}
+
+}  // namespace tactile_clay::nodes

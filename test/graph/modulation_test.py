@@ -1,0 +1,175 @@
+#!/usr/bin/env python3
+"""AM, lateral modulation and STM on their way to the arrays: see modulation.test."""
+import math
+import os
+import struct
+import sys
+import tempfile
+import time
+import unittest
+
+import rospy
+from sensor_msgs.msg import PointCloud2
+from tactile_clay.msg import ArrayDrive, FocalPointArray
+
+import rig_run
+from array_stream import Driver, States, Stream, focus
+from rig_run import wait_until
+
+sys.path.insert(0, os.path.join(rig_run.PACKAGE, 'test', 'emulator'))
+import acoustic_field  # noqa: E402  pylint: disable=wrong-import-position
+import sonic_surface  # noqa: E402  pylint: disable=wrong-import-position
+
+AM, LATERAL, STM = range(3)
+AIR = 101325.0 / (287.05 * 293.15)             # kg/m^3, dry at 20 degrees C
+FREE = dict(pressure_cap=1e6, head_spl_cap=200.0)  # a gate that makes nothing weaker
+WAVENUMBER = acoustic_field.WAVENUMBER
+
+
+def radiation(amplitude_squared):
+    return amplitude_squared / (AIR * acoustic_field.SOUND_SPEED ** 2)
+
+
+def channels():
+    """(x, y) in m of each transducer of the layout usx: 16 x 16, 10.3 mm, along x and then y."""
+    return [((column - 7.5) * 0.0103, (row - 7.5) * 0.0103) for row in range(16) for column in range(16)]
+
+
+def sources_of_focus(x, y, z):
+    """The exact drive of one focus: each transducer in phase there."""
+    return [(cx, cy, -WAVENUMBER * math.dist((x, y, z), (cx, cy, 0.0))) for cx, cy in channels()]
+
+
+def columns(cloud, *names):
+    offset = {field.name: field.offset for field in cloud.fields}
+    return [tuple(struct.unpack_from('<f', cloud.data, i * cloud.point_step + offset[name])[0] for name in names)
+            for i in range(cloud.width)]
+
+
+def setUpModule():
+    rospy.init_node('modulation_test')
+
+
+class SimulatedArray(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.stream, cls.states = Stream(), States()
+        cls.addClassCleanup(cls.stream.stop)
+
+    def setUp(self):
+        self.stream.reset()
+
+    def play(self, points, modulation, frequency, **parameters):
+        """The field and the measured points of a simulated array that has played them for a while, and its drives."""
+        self.stream.points, self.stream.modulation, self.stream.modulation_frequency = points, modulation, frequency
+        fields, drives, measured = [], [], []
+        parameters = dict(FREE, skin_field=False, slice_size=0.06, slice_step=0.01, **parameters)
+        with Driver('simulated_array', **parameters):
+            subscribers = [rospy.Subscriber('array/field', PointCloud2, fields.append),
+                           rospy.Subscriber('array/drive', ArrayDrive, drives.append),
+                           rospy.Subscriber('array/measured', FocalPointArray, measured.append)]
+            self.states.wait(lambda state: state.emitting)
+            time.sleep(0.5)  # for the slew
+            del fields[:], drives[:]
+            wait_until(lambda: len(fields) > 3 and len(drives) > 20, 20, 'fields and drives')
+            for subscriber in subscribers:
+                subscriber.unregister()
+        return fields[-1], measured[-1], drives
+
+    def expect_tactile(self, cloud, sources):
+        """`sources`: of each instant of the period, with the share of power that it has."""
+        strongest = 0.0
+        for x, y, z, tactile in columns(cloud, 'x', 'y', 'z', 'tactile'):
+            expected = sum(power * radiation(acoustic_field.pressure(playing, (x, y, z)) ** 2) for playing, power in sources)
+            strongest = max(strongest, tactile)
+            self.assertAlmostEqual(tactile, expected, delta=0.01 * expected + 0.02)
+        self.assertGreater(strongest, 1.0)
+
+    def test_amplitude(self):
+        cloud, measured, _ = self.play([focus(0.01, 0.0, 0.17, 1.0)], AM, 200.0)
+        # (1 - cos) / 2 leaves half.
+        self.expect_tactile(cloud, [(sources_of_focus(0.01, 0.0, 0.17), 0.5)])
+        self.assertEqual(measured.modulation, AM)
+
+    def test_unmodulated(self):
+        cloud, _, _ = self.play([focus(0.01, 0.0, 0.17, 1.0)], AM, 0.0)
+        self.expect_tactile(cloud, [(sources_of_focus(0.01, 0.0, 0.17), 1.0)])
+
+    def test_lateral(self):
+        cloud, measured, drives = self.play([focus(0.01, 0.0, 0.17, 1.0)], LATERAL, 10.0)
+        # 16 steps of 0.75 mm from +3 mm to -3 mm and back.
+        offsets = [0.003 - 0.00075 * min(step, 16 - step) for step in range(16)]
+        self.expect_tactile(cloud, [(sources_of_focus(0.01 + offset, 0.0, 0.17), 1 / 16) for offset in offsets])
+        self.assertEqual(measured.modulation, LATERAL)
+        self.assertGreater(len({drive.phase for drive in drives}), 4, 'the drive moves with the stamps')
+
+    def test_stm(self):
+        places = [(0.02, 0.0, 1.0), (0.0, 0.02, 0.8), (-0.02, 0.0, 0.6), (0.0, -0.02, 0.9)]
+        points = [focus(x, y, 0.17, intensity, number) for number, (x, y, intensity) in enumerate(places)]
+        cloud, measured, drives = self.play(points, STM, 37.0)
+        self.expect_tactile(cloud, [(sources_of_focus(x, y, 0.17), intensity ** 2 / 4) for x, y, intensity in places])
+        self.assertEqual(measured.modulation, STM)
+        self.assertEqual(len({drive.phase for drive in drives}), 4)
+        for point, (x, y, intensity) in zip(measured.points, places):
+            alone = intensity * acoustic_field.pressure(sources_of_focus(x, y, 0.17), (x, y, 0.17))
+            self.assertAlmostEqual(point.pressure / alone, 1, delta=0.005)
+
+    def test_the_gate_looks_at_every_instant(self):
+        """A point 1 mm inside the workspace: in with AM, out with lateral modulation; a path with one place that is too loud."""
+        edge = [focus(0.199, 0.0, 0.2, 0.5)]
+        with Driver('simulated_array', **FREE):
+            self.stream.points = edge
+            self.states.wait(lambda state: state.emitting)
+            self.stream.modulation, self.stream.modulation_frequency = LATERAL, 10.0
+            _, state = self.states.wait(lambda state: not state.emitting)
+            self.assertIn('outside the workspace', state.silent_reason)
+            self.stream.modulation = 7
+            _, state = self.states.wait(lambda state: "modulation is '7'" in state.silent_reason)
+            self.assertFalse(state.emitting)
+        path = [focus(0.0, 0.0, 0.2, 0.3, 0), focus(0.02, 0.0, 0.2, 1.0, 1)]
+        _, measured, _ = self.play(path, STM, 100.0, pressure_cap=1000.0)
+        self.assertLess(measured.points[1].pressure, 1000.0)
+        self.assertGreater(measured.points[1].pressure, 950.0)
+        self.assertAlmostEqual(measured.points[0].pressure / measured.points[1].pressure, 0.3, delta=0.02)
+
+
+class Devices(unittest.TestCase):
+    def test_boards_refuse_at_start_what_their_wire_is_too_slow_for(self):
+        with tempfile.TemporaryDirectory() as folder, sonic_surface.Emulator(os.path.join(folder, 'port')) as emulator:
+            for modulation in ('lateral', 'stm'):
+                with Driver(device='sonic_surface', port=emulator.link, modulation=modulation) as driver:
+                    self.assertEqual(driver.process.wait(20), 1)
+                    driver.reader.join(5)
+                    lines = [line for line in driver.lines if 'modulation' in line]
+                    self.assertEqual(len(lines), 1, driver.words())
+                    self.assertIn("modulation is '%s', array 'sonic_surface' can do am only, for it takes 89 updates a second" %
+                                  modulation, lines[0])
+            self.assertFalse(emulator.sounds())
+
+    def test_debug_takes_all(self):
+        states, stream = States(), Stream()
+        self.addCleanup(stream.stop)
+        stream.modulation, stream.modulation_frequency = STM, 100.0
+        with Driver(device='debug', modulation='stm', head_spl_cap=200.0):
+            states.wait(lambda state: state.emitting)
+
+
+class Rig(unittest.TestCase):
+    def test_each_modulation_comes_through(self):
+        for number, modulation in enumerate(('am', 'lateral', 'stm')):
+            with self.subTest(modulation):
+                run = rig_run.Run(dict(rig_run.LOCKSTEP, hands='bag', file=rig_run.bag('press_deeper'), quality='fast',
+                                       modulation=modulation), rig_run.CHAIN + ['/array/measured'])
+                self.assertEqual(run.code, 0, run.words)
+                points, states = run.messages.by_stamp('/array/focal_points'), run.messages.by_stamp('/array/state')
+                touched = [stamp for stamp, message in points.items() if message.points]
+                self.assertGreater(len(touched), 30)
+                for stamp in touched:
+                    self.assertEqual(points[stamp].modulation, number)
+                    self.assertTrue(states[stamp].emitting, states[stamp].silent_reason)
+                measured = run.messages.by_stamp('/array/measured')
+                self.assertEqual({measured[stamp].modulation for stamp in touched}, {number})
+
+
+if __name__ == '__main__':
+    rig_run.main('modulation')
