@@ -23,18 +23,32 @@ std::string name(hand::Side side) {
   return side == hand::Side::left ? "left" : "right";
 }
 
+// No namespace: rviz's search takes a parameter for there, and empty, whose namespace is there.
+std::string description(hand::Side side) {
+  return "hand_" + name(side) + "_description";
+}
+
 }  // namespace
 
 HandSkeleton::HandSkeleton(ros::NodeHandle nh, ros::NodeHandle private_nh)
-    : private_nh_(private_nh),
+    : nh_(nh),
       world_(param<std::string>(private_nh, "world_frame", frame::world)),
       health_(nh, private_nh, "hand skeleton", [this](auto& status) { diagnose(status); }) {
   const unsigned queue = param(private_nh, "lockstep", false) ? 0 : 1;
+  forgetModels();  // those of an earlier run
   for (const hand::Side side : {hand::Side::left, hand::Side::right})
     sides_[static_cast<int>(side)].publisher = nh.advertise<sensor_msgs::JointState>(
         side == hand::Side::left ? topic::joint_states_left : topic::joint_states_right, queue);
   subscriber_ = nh.subscribe(topic::hands_tracked, queue, &HandSkeleton::receive, this,
                              ros::TransportHints().tcpNoDelay());
+}
+
+HandSkeleton::~HandSkeleton() {
+  forgetModels();
+}
+
+void HandSkeleton::forgetModels() {
+  for (const hand::Side side : {hand::Side::left, hand::Side::right}) nh_.deleteParam(description(side));
 }
 
 void HandSkeleton::receive(const TrackedHands& message) {
@@ -78,7 +92,7 @@ void HandSkeleton::measure(State& state, const hand::TrackedHand& tracked) {
   if (state.samples.size() < samples_to_measure) return;
   try {
     state.skeleton = hand::measureSkeleton(state.samples);
-    private_nh_.setParam("robot_description_" + name(tracked.side), hand::skeletonUrdf(*state.skeleton));
+    nh_.setParam(description(tracked.side), hand::skeletonUrdf(*state.skeleton));
   } catch (const std::invalid_argument& error) {
     ROS_WARN_THROTTLE(5.0, "hand_skeleton: the %s hand is not measured: %s", name(tracked.side).c_str(),
                       error.what());

@@ -25,6 +25,7 @@ class HandSkeleton {
  public:
   /// \throws std::runtime_error with one line where a parameter is wrong
   HandSkeleton(ros::NodeHandle nh, ros::NodeHandle private_nh);
+  ~HandSkeleton();
 
  private:
   struct State {
@@ -36,6 +37,7 @@ class HandSkeleton {
     ros::Publisher publisher;
   };
 
+  void forgetModels();
   void receive(const TrackedHands& message);
   void follow(hand::Side side, const hand::TrackedHand* tracked, const ros::Time& stamp);
   void measure(State& state, const hand::TrackedHand& tracked);
@@ -43,7 +45,7 @@ class HandSkeleton {
                  const ros::Time& stamp);
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
-  ros::NodeHandle private_nh_;
+  ros::NodeHandle nh_;
   std::string world_;
   std::array<State, 2> sides_;
   Transforms transforms_;
