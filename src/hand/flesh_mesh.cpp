@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -99,11 +100,12 @@ class Stuffing {
       Vector3d to;
     };
     std::vector<Snap> snaps(value_.size());
+    std::set<std::pair<int, int>> seen;  // an edge stands in many tetrahedra
     for (const std::array<int, 4>& t : cells_)
       for (int i = 0; i < 4; ++i)
         for (int k = 0; k < 4; ++k) {
           const int a = t[i], b = t[k];
-          if ((value_[a] < 0.0) == (value_[b] < 0.0)) continue;
+          if ((value_[a] < 0.0) == (value_[b] < 0.0) || !seen.insert({a, b}).second) continue;
           const double share = crossing(a, b);
           if (share < snaps[a].share)
             snaps[a] = {share, mesh_.nodes[a] + share * (mesh_.nodes[b] - mesh_.nodes[a])};

@@ -14,7 +14,7 @@ struct FingerAngles {
   double abduction = 0.0;           // positive toward the thumb; of the thumb: away from the palm
 };
 
-/// A hand by its 21 angles and the pose of its wrist.
+/// A hand by its 20 angles and the pose of its wrist.
 struct HandPose {
   Side side = Side::right;
   Eigen::Isometry3d wrist = Eigen::Isometry3d::Identity();  // -Z along the palm to the fingers, +Y dorsal

@@ -6,6 +6,8 @@ namespace tactile_clay::nodes {
 namespace topic {
 constexpr char hands_tracked[] = "hands/tracked";
 constexpr char hands_skin[] = "hands/skin";
+constexpr char joint_states_left[] = "hands/joint_states_left";
+constexpr char joint_states_right[] = "hands/joint_states_right";
 constexpr char hands_pressure[] = "hands/pressure";
 constexpr char clay_particles[] = "clay/particles";
 constexpr char clay_contacts[] = "clay/contacts";

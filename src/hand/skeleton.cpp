@@ -1,0 +1,385 @@
+#include "hand/skeleton.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "hand/hand_pose.h"
+
+namespace tactile_clay::hand {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Positions = std::array<Vector3d, joint_count>;
+
+constexpr int bone_count = 3;     // moving bones of a finger
+constexpr int most_angles = 5;    // of a finger
+constexpr int most_steps = 30;    // of Levenberg-Marquardt
+constexpr double settled = 1e-6;  // rad, of a step
+constexpr double thumb_mp_abduction = 10.0 * M_PI / 180.0;
+
+// The thumb's frame at zero angles, in that of its metacarpal in palm_anatomy: the rotation vector with which
+// the ranges of motion hold its tracked directions best. Fitted to six recordings of both sides; leaving out
+// any one changes the mean error of its thumb by less than 1.2 mm.
+const Vector3d thumb_straight(0.24, 0.23, -0.48);  // rad
+
+const std::array<const char*, finger_count> finger_names = {"thumb", "index", "middle", "ring", "little"};
+const std::array<const char*, bone_count> thumb_names = {"cmc", "mp", "ip"};
+const std::array<const char*, bone_count> names_of_fingers = {"mcp", "pip", "dip"};
+
+// What does not move in the palm.
+constexpr std::array<Joint, 11> palm_joints = {palm,
+                                               wrist,
+                                               thumb_metacarpal,
+                                               index_metacarpal,
+                                               index_proximal,
+                                               middle_metacarpal,
+                                               middle_proximal,
+                                               ring_metacarpal,
+                                               ring_proximal,
+                                               little_metacarpal,
+                                               little_proximal};
+
+// Where the finger begins in the list of joints, and which joints it has.
+int firstAngle(int finger) {
+  return finger == 0 ? 0 : 4 * finger + 1;
+}
+int angleCount(int finger) {
+  return finger == 0 ? 5 : 4;
+}
+bool hasAbduction(int finger, int bone) {
+  return bone == 0 || (finger == 0 && bone == 1);
+}
+
+struct JointPlace {
+  int finger, bone;
+  bool abduction;
+};
+JointPlace placeOf(int joint) {
+  const int finger = joint < firstAngle(1) ? 0 : (joint - 1) / 4;
+  int k = firstAngle(finger);
+  for (int bone = 0;; ++bone) {
+    if (hasAbduction(finger, bone) && k++ == joint) return {finger, bone, true};
+    if (k++ == joint) return {finger, bone, false};
+  }
+}
+
+// The moving joints of a finger: of bone i from movingJoint(finger, i) to movingJoint(finger, i + 1).
+Joint movingJoint(int finger, int i) {
+  return fingers[finger][(finger == 0 ? 0 : 1) + i];
+}
+
+std::string prefix(Side side) {
+  return side == Side::left ? "hand_left_" : "hand_right_";
+}
+
+// As positions of a right hand, a left one seen in a mirror.
+Positions rightHanded(const TrackedHand& hand) {
+  Positions positions;
+  for (int j = 0; j < joint_count; ++j)
+    positions[j] = hand.side == Side::left ? mirrored(hand.joints[j].position) : hand.joints[j].position;
+  return positions;
+}
+Isometry3d mirrored(const Isometry3d& pose) {
+  return Eigen::Translation3d(hand::mirrored(Vector3d(pose.translation()))) *
+         hand::mirrored(Quaterniond(pose.rotation()));
+}
+
+// The rigid motion that brings the palm's joints of `from` nearest to those of `to`.
+Isometry3d palmMotion(const Positions& from, const Positions& to) {
+  Eigen::Matrix<double, 3, palm_joints.size()> a, b;
+  for (std::size_t i = 0; i < palm_joints.size(); ++i) {
+    a.col(static_cast<Eigen::Index>(i)) = from[palm_joints[i]];
+    b.col(static_cast<Eigen::Index>(i)) = to[palm_joints[i]];
+  }
+  return Isometry3d(Eigen::umeyama(a, b, false));
+}
+
+// A finger in the wrist's frame of a right hand, with the axis of every angle.
+struct Chain {
+  std::array<Vector3d, bone_count + 1> joint;  // m
+  std::array<Vector3d, most_angles> axis, origin;
+};
+
+Chain chain(const Skeleton::Finger& finger, int number, const double* angles) {
+  Chain out;
+  Quaterniond frame = finger.straight;
+  out.joint[0] = finger.root;
+  int k = 0;
+  for (int bone = 0; bone < bone_count; ++bone) {
+    const auto turn = [&](const Vector3d& axis) {
+      out.axis[k] = frame * axis;
+      out.origin[k] = out.joint[bone];
+      frame = frame * AngleAxisd(angles[k++], axis);
+    };
+    if (hasAbduction(number, bone)) turn(Vector3d::UnitY());  // toward the thumb
+    turn(-Vector3d::UnitX());                                 // toward the palm
+    out.joint[bone + 1] = out.joint[bone] + frame * Vector3d(0.0, 0.0, -finger.bone[bone]);
+  }
+  return out;
+}
+
+using Targets = std::array<Vector3d, bone_count>;  // the far ends of the bones
+using Residual = Eigen::Matrix<double, 3 * bone_count, 1>;
+
+Residual residual(const Chain& chain, const Targets& targets) {
+  Residual r;
+  for (int i = 0; i < bone_count; ++i) r.segment<3>(3 * i) = chain.joint[i + 1] - targets[i];
+  return r;
+}
+
+void fitFinger(const Skeleton::Finger& finger, int number, const Targets& targets, double* angles) {
+  const int n = angleCount(number), first = firstAngle(number);
+  using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_angles, 1>;
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_angles, most_angles>;
+  for (int k = 0; k < n; ++k) {
+    const Vector2d limit = skeletonLimits(first + k);
+    angles[k] = std::clamp(angles[k], limit[0], limit[1]);
+  }
+  Chain at = chain(finger, number, angles);
+  Residual r = residual(at, targets);
+  double damping = 1e-3;
+  for (int step = 0; step < most_steps; ++step) {
+    Eigen::Matrix<double, 3 * bone_count, Eigen::Dynamic, 0, 3 * bone_count, most_angles> j(3 * bone_count,
+                                                                                            n);
+    for (int k = 0; k < n; ++k)
+      for (int i = 0; i < bone_count; ++i)
+        j.block<3, 1>(3 * i, k) = at.axis[k].cross(at.joint[i + 1] - at.origin[k]);
+    // A joint bends only what lies behind it.
+    for (int k = 0; k < n; ++k)
+      for (int i = 0; i < placeOf(first + k).bone; ++i) j.block<3, 1>(3 * i, k).setZero();
+    Square normal = j.transpose() * j;
+    Unknowns gradient = j.transpose() * r;
+    // An angle at its limit that would go past it stays there.
+    for (int k = 0; k < n; ++k) {
+      const Vector2d limit = skeletonLimits(first + k);
+      if (!((angles[k] <= limit[0] && gradient[k] > 0.0) || (angles[k] >= limit[1] && gradient[k] < 0.0)))
+        continue;
+      normal.row(k).setZero();
+      normal.col(k).setZero();
+      normal(k, k) = 1.0;
+      gradient[k] = 0.0;
+    }
+    for (int k = 0; k < n; ++k) normal(k, k) += damping * normal(k, k) + 1e-12;
+    const Unknowns by = -normal.ldlt().solve(gradient);
+    std::array<double, most_angles> next{};
+    double moved = 0.0;
+    for (int k = 0; k < n; ++k) {
+      const Vector2d limit = skeletonLimits(first + k);
+      next[k] = std::clamp(angles[k] + by[k], limit[0], limit[1]);
+      moved = std::max(moved, std::abs(next[k] - angles[k]));
+    }
+    const Chain there = chain(finger, number, next.data());
+    const Residual next_r = residual(there, targets);
+    if (next_r.squaredNorm() <= r.squaredNorm()) {
+      std::copy_n(next.begin(), n, angles);
+      at = there;
+      r = next_r;
+      damping = std::max(0.3 * damping, 1e-9);
+      if (moved < settled) return;
+    } else if ((damping *= 10.0) > 1e6) {
+      return;
+    }
+  }
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::string text(const Vector3d& v) {
+  std::ostringstream out;
+  out.precision(9);
+  out << v.x() << " " << v.y() << " " << v.z();
+  return out.str();
+}
+
+// Origin of a URDF element: its turn as roll, pitch, yaw, R = Rz(yaw) Ry(pitch) Rx(roll).
+std::string origin(const Vector3d& position, const Quaterniond& turn = Quaterniond::Identity()) {
+  const Matrix3d r = turn.toRotationMatrix();
+  const Vector3d rpy(std::atan2(r(2, 1), r(2, 2)), std::asin(std::clamp(-r(2, 0), -1.0, 1.0)),
+                     std::atan2(r(1, 0), r(0, 0)));
+  return "<origin xyz=\"" + text(position) + "\" rpy=\"" + text(rpy) + "\"/>";
+}
+
+void writeVisual(std::ostream& out, const std::string& where, const std::string& shape) {
+  out << "    <visual>" << where << "<geometry>" << shape
+      << "</geometry><material name=\"bone\"/></visual>\n";
+}
+
+// A bone, thinner than the flesh about it, between balls.
+void writeBone(std::ostream& out, const Vector3d& from, const Vector3d& to, double radius) {
+  const Vector3d along = to - from;
+  std::ostringstream shaft, ball;
+  shaft << "<cylinder radius=\"" << 0.3 * radius << "\" length=\"" << along.norm() << "\"/>";
+  ball << "<sphere radius=\"" << 0.45 * radius << "\"/>";
+  writeVisual(out, origin(0.5 * (from + to), Quaterniond::FromTwoVectors(Vector3d::UnitZ(), along)),
+              shaft.str());
+  writeVisual(out, origin(from), ball.str());
+  writeVisual(out, origin(to), ball.str());
+}
+
+}  // namespace
+
+Vector2d skeletonLimits(int joint) {
+  const JointPlace place = placeOf(joint);
+  const FingerLimits& limits = finger_limits[place.finger];
+  if (!place.abduction) return limits.flexion[place.bone];
+  return place.bone == 0 ? limits.abduction : Vector2d(-thumb_mp_abduction, thumb_mp_abduction);
+}
+
+std::string skeletonJointName(Side side, int joint) {
+  const JointPlace place = placeOf(joint);
+  const auto& names = place.finger == 0 ? thumb_names : names_of_fingers;
+  return prefix(side) + finger_names[place.finger] + "_" + names[place.bone] +
+         (place.abduction ? "_abduction" : "_flexion");
+}
+
+Skeleton measureSkeleton(const std::vector<TrackedHand>& samples) {
+  if (samples.empty())
+    throw std::invalid_argument("a skeleton is to be measured of no sample, expected some");
+  const Positions reference = rightHanded(forwardKinematics(HandPose()));
+  Positions mean;
+  mean.fill(Vector3d::Zero());
+  Vector3d ahead = Vector3d::Zero();  // where middle and ring finger point
+  std::vector<double> scales;
+  std::array<std::vector<double>, finger_count * bone_count> lengths;
+  for (const TrackedHand& hand : samples) {
+    const Positions positions = rightHanded(hand);
+    const Isometry3d to_reference = palmMotion(positions, reference);
+    for (const Joint joint : palm_joints)
+      mean[joint] += to_reference * positions[joint] / static_cast<double>(samples.size());
+    for (int finger = 0; finger < finger_count; ++finger)
+      for (int i = 0; i < bone_count; ++i) {
+        const Vector3d bone = positions[movingJoint(finger, i + 1)] - positions[movingJoint(finger, i)];
+        lengths[finger * bone_count + i].push_back(bone.norm());
+        if (i == 0 && (finger == 2 || finger == 3)) ahead += to_reference.linear() * bone.normalized();
+      }
+    scales.push_back(personScale(hand));
+  }
+  Skeleton skeleton;
+  skeleton.side = samples.front().side;
+  skeleton.scale = median(scales);
+  if (!(skeleton.scale >= 0.4 && skeleton.scale <= 2.0))
+    throw std::invalid_argument("bones of a hand are " + std::to_string(skeleton.scale) +
+                                " times an adult's, expected 0.4 to 2 times");
+  // Of fingers that are bent, the direction in the palm's plane says little.
+  ahead.y() = 0.0;
+  const bool known = -ahead.z() > 0.4 * static_cast<double>(2 * samples.size());
+  const Quaterniond turn(AngleAxisd(known ? std::atan2(ahead.x(), -ahead.z()) : 0.0, Vector3d::UnitY()));
+  const auto in_palm = [&](Joint joint) -> Vector3d { return turn * (mean[joint] - mean[wrist]); };
+  skeleton.palm = in_palm(palm);
+  for (int f = 0; f < finger_count; ++f) {
+    Skeleton::Finger& finger = skeleton.fingers[f];
+    finger.metacarpal = in_palm(fingers[f][0]);
+    finger.root = in_palm(movingJoint(f, 0));
+    const PalmAnatomy& anatomy = palm_anatomy[f];
+    finger.straight = f == 0 ? turn * boneOrientation(anatomy.knuckle - anatomy.base, anatomy.flexion_axis) *
+                                   AngleAxisd(thumb_straight.norm(), thumb_straight.normalized())
+                             : boneOrientation(-Vector3d::UnitZ(), turn * anatomy.flexion_axis);
+    for (int i = 0; i < bone_count; ++i) finger.bone[i] = median(lengths[f * bone_count + i]);
+  }
+  return skeleton;
+}
+
+std::array<Vector3d, joint_count> jointPositions(const Skeleton& skeleton, const SkeletonPose& pose) {
+  Positions positions;
+  positions[wrist].setZero();
+  positions[palm] = skeleton.palm;
+  for (int f = 0; f < finger_count; ++f) {
+    const Skeleton::Finger& finger = skeleton.fingers[f];
+    positions[fingers[f][0]] = finger.metacarpal;
+    const Chain at = chain(finger, f, pose.angles.data() + firstAngle(f));
+    for (int i = 0; i <= bone_count; ++i) positions[movingJoint(f, i)] = at.joint[i];
+  }
+  for (Vector3d& position : positions)
+    position = pose.wrist * (skeleton.side == Side::left ? mirrored(position) : position);
+  return positions;
+}
+
+SkeletonFit fitSkeleton(const Skeleton& skeleton, const TrackedHand& hand, const SkeletonPose* start) {
+  SkeletonFit fit;
+  if (start) fit.pose = *start;
+  TrackedHand seen = hand;
+  seen.side = skeleton.side;
+  const Positions tracked = rightHanded(seen);
+  SkeletonPose zero;
+  Skeleton right = skeleton;
+  right.side = Side::right;
+  const Isometry3d wrist_pose = palmMotion(jointPositions(right, zero), tracked);
+  fit.pose.wrist = skeleton.side == Side::left ? mirrored(wrist_pose) : wrist_pose;
+  const Isometry3d to_wrist = wrist_pose.inverse();
+  for (int f = 0; f < finger_count; ++f) {
+    Targets targets;
+    for (int i = 0; i < bone_count; ++i) targets[i] = to_wrist * tracked[movingJoint(f, i + 1)];
+    fitFinger(skeleton.fingers[f], f, targets, fit.pose.angles.data() + firstAngle(f));
+  }
+  const Positions found = jointPositions(skeleton, fit.pose);
+  for (int j = 0; j < joint_count; ++j) fit.error[j] = (found[j] - hand.joints[j].position).norm();
+  return fit;
+}
+
+std::string skeletonUrdf(const Skeleton& skeleton) {
+  const bool left = skeleton.side == Side::left;
+  const auto position = [left](const Vector3d& v) { return left ? mirrored(v) : v; };
+  const auto radius = [&](Joint joint) { return joint_anatomy[joint].radius * skeleton.scale; };
+  const std::string root = prefix(skeleton.side) + "wrist";
+  std::ostringstream out;
+  out.precision(9);
+  out << "<?xml version=\"1.0\"?>\n<robot name=\"" << (left ? "hand_left" : "hand_right")
+      << "\">\n  <material name=\"bone\"><color rgba=\"0.15 0.3 0.75 1\"/></material>\n  <link name=\""
+      << root << "\">\n";
+  for (int f = 0; f < finger_count; ++f) {
+    const Skeleton::Finger& finger = skeleton.fingers[f];
+    writeBone(out, Vector3d::Zero(), position(finger.metacarpal), radius(little_proximal));
+    if (f > 0) writeBone(out, position(finger.metacarpal), position(finger.root), radius(movingJoint(f, 0)));
+  }
+  out << "  </link>\n";
+  std::string parent = root;
+  for (int k = 0; k < skeleton_joint_count; ++k) {
+    const JointPlace place = placeOf(k);
+    const Skeleton::Finger& finger = skeleton.fingers[place.finger];
+    const bool first = k == firstAngle(place.finger);
+    const bool ends_bone = !place.abduction;  // flexion follows abduction
+    if (first) parent = root;
+    const std::string name = skeletonJointName(skeleton.side, k), link = name + "_link";
+    // Where a bone ends the next joint begins; two angles of one joint are in one place.
+    const bool new_place = !first && (place.abduction || !hasAbduction(place.finger, place.bone));
+    const Vector3d shift = first       ? position(finger.root)
+                           : new_place ? Vector3d(0.0, 0.0, -finger.bone[place.bone - 1])
+                                       : Vector3d::Zero();
+    const Quaterniond turn = !first ? Quaterniond::Identity()
+                             : left ? mirrored(finger.straight)
+                                    : finger.straight;
+    const Vector3d axis = place.abduction ? Vector3d(0.0, left ? -1.0 : 1.0, 0.0) : Vector3d(-1.0, 0.0, 0.0);
+    const Vector2d limit = skeletonLimits(k);
+    const Vector3d end(0.0, 0.0, -finger.bone[place.bone]);
+    out << "  <link name=\"" << link << "\">\n";
+    if (ends_bone) writeBone(out, Vector3d::Zero(), end, radius(movingJoint(place.finger, place.bone + 1)));
+    out << "  </link>\n  <joint name=\"" << name << "\" type=\"revolute\">\n    <parent link=\"" << parent
+        << "\"/><child link=\"" << link << "\"/>\n    " << origin(shift, turn) << "\n    <axis xyz=\""
+        << text(axis) << "\"/>\n    <limit lower=\"" << limit[0] << "\" upper=\"" << limit[1]
+        << "\" effort=\"10\" velocity=\"20\"/>\n  </joint>\n";
+    parent = link;
+    if (place.bone != bone_count - 1) continue;
+    const std::string tip = prefix(skeleton.side) + finger_names[place.finger] + "_tip";
+    out << "  <link name=\"" << tip << "\"/>\n  <joint name=\"" << tip
+        << "_joint\" type=\"fixed\">\n    <parent link=\"" << parent << "\"/><child link=\"" << tip
+        << "\"/>\n    " << origin(end) << "\n  </joint>\n";
+  }
+  out << "</robot>\n";
+  return out.str();
+}
+
+}  // namespace tactile_clay::hand

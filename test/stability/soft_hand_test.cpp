@@ -1,0 +1,303 @@
+// Long runs of the soft hand: what holds after seconds of contact, of violence and of nothing.
+#include "hand/soft_hand.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "hand/anatomy.h"
+#include "hand/flesh_mesh.h"
+#include "hand/hand_pose.h"
+#include "hand/hand_shape.h"
+#include "hand/neo_hookean.h"
+#include "hand/skin_template.h"
+#include "support/pressed_hand.h"
+
+namespace tactile_clay::hand {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+using std::chrono::nanoseconds;
+
+// Free of loads the skin follows bending fingers: the mean of its distance to the capsules stays below a
+// millimetre, quickly, and it comes to rest.
+TEST(SoftHand, FollowsTheTrackedHandAndComesToRest) {
+  SoftHands hands(spacing);
+  int k = settled(hands, palmDown(0.0), 0, 1);
+  for (const double bend : {0.0, 1.4, 0.0}) {
+    const TrackedHand hand = palmDown(0.0, false, bend);
+    k = settled(hands, hand, k, 30);
+    const Skin skin = hands.update({hand}, stampOf(k++));
+    double mean = 0.0;
+    for (const Vector3f& x : skin.position) mean += std::abs(handDistance(hand, x.cast<double>()));
+    EXPECT_LT(mean / static_cast<double>(skin.size()), 1e-3) << bend;
+    k = settled(hands, hand, k, 90);
+    EXPECT_LT(fastest(hands.update({hand}, stampOf(k++))), 2e-3) << bend;
+    EXPECT_EQ(hands.hand(Side::right)->inverted(), 0) << bend;
+  }
+}
+
+TEST(SoftHand, RigidMotionIsFollowedWithoutLag) {
+  SoftHands hands(spacing);
+  TrackedHand hand = palmDown(0.0);
+  int k = settled(hands, hand, 0, 60);
+  const Vector3d velocity(0.4, -0.2, 0.3);
+  Skin skin;
+  for (int step = 0; step < 60; ++step) {
+    for (JointPose& joint : hand.joints) joint.position += frame * velocity;
+    skin = hands.update({hand}, stampOf(k++));
+  }
+  for (const Vector3f& v : skin.velocity) EXPECT_LT((v.cast<double>() - velocity).norm(), 0.01);
+  const auto target = bodyPoses(hand, restHand(Side::right, 1.0));
+  for (int b = 0; b < body_count; ++b)
+    EXPECT_LT((hands.hand(Side::right)->bodies()[b].position - target[b].position).norm(), 2e-4) << b;
+}
+
+// The tracked finger goes 10 mm into a floor of 1 kN/m a sample: the virtual one stays on it.
+TEST(SoftHand, FingerStopsAtAStiffFloor) {
+  Press press(1000.0, true);
+  press.approach(-0.01);
+  for (int k = 0; k < 60; ++k) press.frame(-0.01);
+  EXPECT_LT(press.depth, 2e-3);
+  EXPECT_GT(press.force, 1.0);
+  EXPECT_LT(press.force, 30.0);
+  // What the floor gives, the springs of the bones carry.
+  EXPECT_NEAR(press.soft().force().y() / press.force, 1.0, 0.02);
+  const auto target = bodyPoses(press.tracked, restHand(Side::right, 1.0));
+  const Couplings couplings;
+  double springs = 0.0;
+  for (int b = 0; b < body_count; ++b)
+    springs += (b == palm_body ? couplings.palm : couplings.finger) *
+               (press.soft().bodies()[b].position.y() - target[b].position.y());
+  EXPECT_NEAR(springs / press.force, 1.0, 0.05);
+  constexpr int index_tip_bone = 6;
+  EXPECT_GT(press.soft().bodies()[index_tip_bone].position.y() - target[index_tip_bone].position.y(), 1e-3);
+}
+
+// The haptic loop at rest: force spectrum above 20 Hz under 5 % of the mean, over floors from soft to stiff.
+TEST(SoftHand, LoopIsQuietOnSoftAndStiffFloors) {
+  for (const bool pointing : {true, false})
+    for (const double stiffness : {30.0, 300.0, 1000.0}) {
+      Press press(stiffness, pointing);
+      press.approach(-0.01);
+      for (int k = 0; k < 90; ++k) press.frame(-0.01);
+      constexpr int count = 120;
+      std::vector<double> force;
+      for (int k = 0; k < count; ++k) {
+        press.frame(-0.01);
+        force.push_back(press.force);
+      }
+      double mean = 0.0, power = 0.0;
+      for (const double f : force) mean += f / count;
+      for (int bin = 1; bin <= count / 2; ++bin) {
+        if (bin / (count * frame) <= 20.0) continue;
+        double re = 0.0, im = 0.0;
+        for (int k = 0; k < count; ++k) {
+          re += (force[k] - mean) * std::cos(2.0 * M_PI * bin * k / count);
+          im += (force[k] - mean) * std::sin(2.0 * M_PI * bin * k / count);
+        }
+        power += 2.0 * (re * re + im * im) / (static_cast<double>(count) * count);
+      }
+      ASSERT_GT(mean, 0.1);
+      EXPECT_LT(std::sqrt(power), 0.05 * mean) << stiffness << (pointing ? " finger" : " palm");
+    }
+}
+
+// A pad flattens: contact area grows with force, for small loads between Hertz's F^(2/3) and a flat punch's
+// F^0.
+TEST(SoftHand, ContactAreaGrowsWithForce) {
+  std::vector<double> area, force;
+  for (const double press_depth : {0.001, 0.003, 0.006}) {
+    Press press(300.0, false);
+    press.approach(-press_depth);
+    for (int k = 0; k < 60; ++k) press.frame(-press_depth);
+    area.push_back(press.area);
+    force.push_back(press.force);
+  }
+  for (int k = 0; k + 1 < 3; ++k) {
+    EXPECT_GT(force[k + 1], force[k]);
+    EXPECT_GT(area[k + 1], area[k]);
+    const double exponent = std::log(area[k + 1] / area[k]) / std::log(force[k + 1] / force[k]);
+    EXPECT_GT(exponent, 0.1);
+    EXPECT_LT(exponent, 1.0);
+  }
+}
+
+TEST(SoftHand, LeavesWithoutSticking) {
+  for (const double friction : {0.0, 0.6}) {
+    Press press(1000.0, true, friction);
+    press.approach(-0.008);
+    for (int k = 0; k < 60; ++k) press.frame(-0.008);
+    ASSERT_GT(press.force, 0.5);
+    for (int k = 1; k <= 12; ++k) press.frame(-0.008 + 0.005 * k);
+    EXPECT_EQ(press.force, 0.0);
+    EXPECT_EQ(press.soft().force().norm(), 0.0);
+    for (int k = 0; k < 30; ++k) press.frame(0.052);
+    SoftHands fresh(spacing);
+    settled(fresh, press.tracked, 0, 121);
+    const Skin free = fresh.update({press.tracked}, stampOf(121));
+    double mean = 0.0;
+    for (std::size_t i = 0; i < free.size(); ++i) mean += (free.position[i] - press.skin.position[i]).norm();
+    EXPECT_LT(mean / static_cast<double>(free.size()), 5e-4);
+  }
+}
+
+// Fist in one frame, joints anywhere within a decimetre, fingers folded back, leaps across the table: within
+// two seconds of a possible pose nothing is inside out any more, and the energy is that of the pose.
+TEST(SoftHand, NothingLastsOfViolentAndImpossiblePoses) {
+  SoftHands hands(spacing);
+  const TrackedHand flat = palmDown(0.0);
+  int k = settled(hands, flat, 0, 120);
+  const double at_rest = hands.hand(Side::right)->energy();
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  std::vector<std::vector<TrackedHand>> attacks(4);
+  attacks[0] = {palmDown(0.0, false, 1.5)};
+  attacks[1] = {palmDown(0.0, false, -1.5), palmDown(0.0, false, 2.5)};
+  for (int i = 0; i < 10; ++i) {
+    attacks[2].push_back(flat);
+    for (JointPose& joint : attacks[2].back().joints) {
+      joint.position += 0.02 * Vector3d(normal(random), normal(random), normal(random));
+      joint.orientation =
+          Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized();
+    }
+    attacks[3].push_back(palmDown(i % 2 ? 0.45 : 0.0, false, i % 3));
+  }
+  for (std::size_t attack = 0; attack < attacks.size(); ++attack) {
+    for (const TrackedHand& hand : attacks[attack]) {
+      const Skin& skin = hands.update({hand}, stampOf(k++));
+      EXPECT_TRUE(allFinite(skin)) << attack;
+    }
+    k = settled(hands, flat, k, 119);
+    EXPECT_TRUE(allFinite(hands.update({flat}, stampOf(k++))));
+    EXPECT_EQ(hands.hand(Side::right)->inverted(), 0) << attack;
+    EXPECT_LT(hands.hand(Side::right)->energy(), 1.5 * at_rest + 1e-3) << attack;
+    EXPECT_EQ(hands.hand(Side::right)->restarts(), 0) << attack;
+  }
+}
+
+// Without loads and with the tracked hand still, energy only falls.
+TEST(SoftHand, EnergyFallsWhileNothingMoves) {
+  SoftHands hands(spacing);
+  int k = settled(hands, palmDown(0.0, false, 1.2), 0, 60);
+  const TrackedHand flat = palmDown(0.0);
+  hands.update({flat}, stampOf(k++));
+  double before = hands.hand(Side::right)->energy();
+  for (int step = 0; step < 120; ++step) {
+    hands.update({flat}, stampOf(k++));
+    const double now = hands.hand(Side::right)->energy();
+    EXPECT_LT(now, 1.02 * before + 1e-4) << step;
+    before = now;
+  }
+}
+
+TEST(SoftHand, BadForcesAreLeftOutAndStrongOnesCut) {
+  SoftHands hands(spacing);
+  const TrackedHand hand = palmDown(0.0);
+  int k = settled(hands, hand, 0, 60);
+  const std::size_t count = hands.update({hand}, stampOf(k)).size();
+  const float nan = std::nanf("");
+  EXPECT_EQ(hands.react(stampOf(k), {{0, {nan, 0, 0}}, {static_cast<std::uint32_t>(count), {0, 1, 0}}}), 2U);
+  const SkinForce unknown{3, {0, 1, 0}};
+  EXPECT_EQ(hands.react(stampOf(k) + nanoseconds(1), {unknown}), 1U);
+  for (int step = 0; step < 30; ++step) {
+    std::vector<SkinForce> forces;
+    for (std::uint32_t i = 0; i < count; i += 7)
+      forces.push_back({i, {0, step % 2 ? 1e6F : -1e6F, std::numeric_limits<float>::max()}});
+    hands.react(stampOf(k), forces);
+    EXPECT_TRUE(allFinite(hands.update({hand}, stampOf(++k))));
+  }
+  k = settled(hands, hand, ++k, 120);
+  const Skin& skin = hands.update({hand}, stampOf(k));
+  EXPECT_TRUE(allFinite(skin));
+  EXPECT_EQ(hands.hand(Side::right)->inverted(), 0);
+}
+
+TEST(SoftHand, ForcesExpire) {
+  SoftHands hands(spacing);
+  const TrackedHand hand = palmDown(0.0);
+  int k = settled(hands, hand, 0, 30);
+  hands.react(stampOf(k - 1), {{5, {0, 0.5F, 0}}});
+  hands.update({hand}, stampOf(k++));
+  EXPECT_GT(hands.hand(Side::right)->force().norm(), 0.1);
+  settled(hands, hand, k, 7);
+  EXPECT_EQ(hands.hand(Side::right)->force().norm(), 0.0);
+}
+
+// Both hands, opening and closing; pressed on a floor where `loaded`.
+Skin twoHands(bool loaded) {
+  SoftHands hands(spacing);
+  Skin skin;
+  for (int k = 0; k < 20; ++k) {
+    TrackedHand right = palmDown(-0.001 * k, true, 0.05 * k), left = right;
+    left.side = Side::left;
+    for (JointPose& joint : left.joints) {
+      joint.position = mirrored(joint.position);
+      joint.orientation = mirrored(joint.orientation);
+    }
+    skin = hands.update({right, left}, stampOf(k));
+    std::vector<SkinForce> forces;
+    for (std::size_t i = 0; i < skin.size(); ++i)
+      if (loaded && skin.position[i].y() < 0.0F)
+        forces.push_back({static_cast<std::uint32_t>(i), -300.0F * skin.position[i].y() * Vector3f::UnitY()});
+    hands.react(stampOf(k), forces);
+  }
+  return skin;
+}
+
+TEST(SoftHand, SameAgainBitByBit) {
+  const Skin first = twoHands(true), second = twoHands(true);
+  EXPECT_EQ(first.position, second.position);
+  EXPECT_EQ(first.normal, second.normal);
+  EXPECT_EQ(first.area, second.area);
+}
+
+// Under load rounding decides which samples touch, so the mirror image is asked for without.
+TEST(SoftHand, LeftComesFirstAndIsTheMirrorImageOfRight) {
+  const Skin skin = twoHands(false);
+  const std::size_t half = skin.size() / 2;
+  const Vector3f flip(-1.0F, 1.0F, 1.0F);
+  for (std::size_t i = 0; i < half; ++i) {
+    EXPECT_EQ(skin.side[i], 0);
+    EXPECT_EQ(skin.side[half + i], 1);
+    EXPECT_LT((skin.position[i].cwiseProduct(flip) - skin.position[half + i]).norm(), 1e-4F);
+  }
+}
+
+std::vector<FleshNode> nodesOf(const FleshMesh& mesh, float mobility) {
+  std::vector<FleshNode> nodes(mesh.nodes.size() + unused_flesh_nodes, FleshNode::Zero());
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) nodes[n] << mesh.nodes[n].cast<float>(), mobility;
+  return nodes;
+}
+
+const std::vector<Capsule>& bentFinger() {
+  static const std::vector<Capsule> capsules = {{{0, 0, 0}, {0, 0, -0.04}, 0.010, 0.008},
+                                                {{0, 0, -0.04}, {0, -0.02, -0.06}, 0.008, 0.0065}};
+  return capsules;
+}
+
+// Scrambled by more than an element's size, half of the flesh is inside out; nothing holds it, so all of it
+// comes back.
+TEST(NeoHookean, ScrambledFleshUntangles) {
+  const FleshMesh mesh = fillCapsules(bentFinger(), 6e-3);
+  const NeoHookean flesh(mesh, Elasticity::of(30e3, 0.45));
+  const std::vector<double> stiffness = flesh.stiffness();
+  std::vector<FleshNode> nodes = nodesOf(mesh, 0.0F);
+  std::mt19937 random(2);
+  std::normal_distribution<float> normal(0.0F, 5e-3F);
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+    nodes[n].head<3>() += Eigen::Vector3f(normal(random), normal(random), normal(random));
+    nodes[n][3] = static_cast<float>(1.0 / (0.3 * stiffness[n]));
+  }
+  ASSERT_GT(flesh.inverted(nodes), static_cast<int>(flesh.size()) / 4);
+  std::vector<int> inverted;
+  for (int k = 0; k < 2000; ++k) flesh.project(nodes, inverted);
+  EXPECT_EQ(flesh.inverted(nodes), 0);
+}
+
+}  // namespace
+}  // namespace tactile_clay::hand
