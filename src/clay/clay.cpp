@@ -81,6 +81,7 @@ struct Clay::Solver {
          const std::vector<InitialParticle>& initial);
 
   double& ms(StageIndex stage) { return statistics.stages[stage].ms; }
+  bool sleeps() const { return config.sleeping && config.budget.method != Method::paper; }
   double timeStep() const { return config.frame / config.budget.substeps; }
 
   /// Runs f(range, first, last) over the particles.
@@ -701,7 +702,7 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, doubl
         s.moved.position[g] = s.target.position[g] - remaining * s.target.velocity[g];
       }
       const Surroundings around{s.moved, solids, k * dt, static_cast<float>(dt)};
-      if (s.config.sleeping && s.sleep.wake(s.everyone, s.particles, around)) s.regroup();
+      if (s.sleeps() && s.sleep.wake(s.everyone, s.particles, around)) s.regroup();
       s.step(s.moved, solids, k * dt, static_cast<float>(dt));
       s.collectForces(steps);
     }
@@ -728,7 +729,7 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, doubl
     }
   }
   const Surroundings around{s.moved, solids, (steps - 1) * dt, static_cast<float>(dt)};
-  if (s.config.sleeping && s.sleep.settle(s.particles, s.near, around, steps * dt)) s.regroup();
+  if (s.sleeps() && s.sleep.settle(s.particles, s.near, around, steps * dt)) s.regroup();
 }
 
 Sculpture Clay::sculpture() const {

@@ -323,6 +323,7 @@ Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::
   clay::ClayConfig config = scene.config;
   config.budget = setting.budget;
   config.threads = threads;
+  config.sleeping = false;  // the solver alone is compared
   clay::Clay clay(config, scene.materials, scene.particles);
   const double first_volume = volumeOf(clay.particles().position, config.spacing);
   const double step = config.frame / setting.budget.substeps;
