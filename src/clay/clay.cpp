@@ -350,7 +350,9 @@ void Clay::Solver::translate(float dt) {
       lump.move += (step * direction).cast<float>();
     }
   }
-  for (std::size_t i = 0; i < n; ++i) u.add(i, lumps[near.lump(i)].move);
+  ranges([&](std::size_t, std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) u.add(i, lumps[near.lump(i)].move);
+  });
 }
 
 void Clay::Solver::measureLumps() {
@@ -370,8 +372,9 @@ void Clay::Solver::measureLumps() {
   }
 }
 
-/// Displacements as a direction: p = u, without the rigid motions of lumps that no contact blocks. These no
-/// internal force resists; along them the momentum is right, and stays so.
+/// Displacements as a direction: p = u in the directions that contacts leave free, without the rigid motions
+/// of lumps that no contact blocks. These no internal force resists; along them the momentum is right, and
+/// stays so.
 void Clay::Solver::ownDirection() {
   using Motion = Eigen::Matrix<double, 6, 1>;  // of a lump: translation, rotation
   constexpr double none = 1e-6, tiny = 1e-9;
@@ -424,11 +427,14 @@ void Clay::Solver::ownDirection() {
     lump.unblocked = basis * (basis.transpose() * mass * basis).llt().solve(basis.transpose() * momentum);
     lump.unblocked.tail<3>() /= length;
   }
-  for (std::size_t i = 0; i < n; ++i) {
-    const Lump& lump = lumps[near.lump(i)];
-    const Eigen::Vector3d arm = particles.position.at(i).cast<double>() - bodies[near.lump(i)].centre;
-    p.set(i, u.at(i) - (lump.unblocked.head<3>() + lump.unblocked.tail<3>().cross(arm)).cast<float>());
-  }
+  ranges([&](std::size_t, std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const Lump& lump = lumps[near.lump(i)];
+      const Eigen::Vector3d arm = particles.position.at(i).cast<double>() - bodies[near.lump(i)].centre;
+      p.set(i, u.at(i) - (lump.unblocked.head<3>() + lump.unblocked.tail<3>().cross(arm)).cast<float>());
+    }
+    contact_constraint.filter(first, last, p);
+  });
 }
 
 /// Conjugate gradients on the potential, preconditioned by the masses, in the directions that contacts leave
