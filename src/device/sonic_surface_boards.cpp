@@ -83,7 +83,7 @@ ultrasound::ArrayLayout SonicSurfaceBoards::layout() {
   // Channels of the four columns and two rows that a register serves; registers follow each other down a
   // strip of four columns, then strip by strip.
   constexpr std::size_t side = 16;
-  constexpr std::size_t upper[] = {0, 7, 1, 2}, lower[] = {4, 3, 6, 5};
+  constexpr std::size_t registers[2][4] = {{0, 7, 1, 2}, {4, 3, 6, 5}};
   ultrasound::ArrayLayout layout;
   layout.name = "sonic_surface";
   layout.pitch = 0.0105;
@@ -91,8 +91,7 @@ ultrasound::ArrayLayout SonicSurfaceBoards::layout() {
   layout.normal.assign(channels, Eigen::Vector3d::UnitZ());
   for (std::size_t down = 0; down < side; ++down) {
     for (std::size_t column = 0; column < side; ++column) {
-      const std::size_t channel =
-          column / 4 * 64 + down / 2 * 8 + (down % 2 == 0 ? upper : lower)[column % 4];
+      const std::size_t channel = column / 4 * 64 + down / 2 * 8 + registers[down % 2][column % 4];
       layout.position[channel] = {(static_cast<double>(column) - 7.5) * layout.pitch,
                                   (7.5 - static_cast<double>(down)) * layout.pitch, 0.0};
     }

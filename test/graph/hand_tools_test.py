@@ -41,11 +41,12 @@ class Choreography(Folder):
         stamps = run.messages.stamps('/hands/tracked')
         for topic in rig_run.CHAIN:
             self.assertEqual(run.messages.stamps(topic), stamps, topic)
-        felt = [1e-9 * stamp for stamp, points in sorted(rig_run.focal_points(run).items()) if points]
-        # Touches with at least 0.5 s in between: the finger, the palm, the pinch, the roll, the kneading.
-        touches = 1 + sum(b - a > 0.5 for a, b in zip(felt, felt[1:]))
-        print('%d samples, %d of them touching, in %d touches' % (len(stamps), len(felt), touches))
-        self.assertGreaterEqual(touches, 5)
+        felt = [1e-9 * (stamp - stamps[0]) for stamp, points in sorted(rig_run.focal_points(run).items()) if points]
+        for move, start, end in (('pinch', 0.0, 6.0), ('press_finger', 6.0, 10.5), ('press_flat', 10.5, 15.0),
+                                 ('roll', 15.0, 22.0), ('knead', 22.0, 31.0)):
+            seconds = sum(start <= t < end for t in felt) / 60.0
+            print('%s is felt for %.2f s' % (move, seconds))
+            self.assertGreater(seconds, 0.5, move)
         self.assertGreater(len({hand.id for message in run.messages['/hands/tracked'] for hand in message.hands}), 4)
 
     def test_one_line_about_a_score_that_is_none(self):
