@@ -9,22 +9,87 @@
 namespace tactile_clay::clay {
 namespace {
 
-/// Distance and stretch rate |d ln l / dt| of the pairs of particles [first, last), written from 0 on.
-TACTILE_CLAY_MULTIVERSION
-void stretchRates(const Neighbourhood& near, const float* velocity, std::size_t first, std::size_t last,
-                  float* distance, float* rate) {
-  const std::uint32_t* begin = near.begins();
-  for (std::size_t i = first; i < last; ++i) {
-    const Lane vx = all(velocity[4 * i]), vy = all(velocity[4 * i + 1]), vz = all(velocity[4 * i + 2]);
-    for (std::uint32_t p = begin[i]; p < begin[i + 1]; p += lane_width) {
-      const LaneVector of_other = gather(velocity, near.other().data() + p);
-      const Lane x = load(near.x() + p), y = load(near.y() + p), z = load(near.z() + p);
-      const Lane square = x * x + y * y + z * z;
-      const Lane opening = (vx - of_other.x) * x + (vy - of_other.y) * y + (vz - of_other.z) * z;
-      store(distance + (p - begin[first]), root(square));
-      store(rate + (p - begin[first]), (opening < 0.0f ? -opening : opening) / square);
+struct Rules {  // of eight pairs
+  Lane bond_rate, unbond_rate, shortest, longest;
+};
+TACTILE_CLAY_INLINE Rules rulesOf(const BondRule* rules, const std::uint32_t* index) {
+  constexpr std::size_t stride = sizeof(BondRule) / sizeof(float);
+  std::uint32_t at[lane_width];
+  for (int k = 0; k < lane_width; ++k) at[k] = index[k] * stride;
+  return {gatherNumbers(&rules->bond_rate, at), gatherNumbers(&rules->unbond_rate, at),
+          gatherNumbers(&rules->shortest, at), gatherNumbers(&rules->longest, at)};
+}
+
+/// A run of bonds to the particles whose lanes of `mask` are set.
+TACTILE_CLAY_INLINE void storeBonds(Bond* to, const std::uint32_t* other, const Lane& rest_length,
+                                    unsigned mask) {
+  const LaneOrder& order = selections.order[mask];
+  LaneOrder index;
+  std::memcpy(&index, other, sizeof index);
+  index = select(index, order);
+  const Lane lengths = select(rest_length, order);
+  Lane names;
+  std::memcpy(&names, &index, sizeof names);
+  static_assert(sizeof(Bond) == 8, "a bond is two lanes");
+  const Lane low = TACTILE_CLAY_SHUFFLE(names, lengths, 0, 8, 1, 9, 2, 10, 3, 11);
+  const Lane high = TACTILE_CLAY_SHUFFLE(names, lengths, 4, 12, 5, 13, 6, 14, 7, 15);
+  std::memcpy(to, &low, sizeof low);
+  std::memcpy(to + lane_width / 2, &high, sizeof high);
+}
+
+struct Update {
+  const Neighbourhood& near;
+  const float* velocity;         // of all particles
+  const std::uint8_t* material;  // of all particles; null where there is one material only
+  float reach;                   // m
+};
+
+/// The bonds of particle i. \param rules with each material \param old of all particles, the rest lengths of
+/// what bonds i has, else 0 \return their number
+template <bool alike>
+TACTILE_CLAY_INLINE std::uint32_t updateBonds(const Update& u, std::size_t i, const BondRule* rules,
+                                              const float* old, float* rest_lengths, Bond* bonds) {
+  const Lane vx = all(u.velocity[4 * i]), vy = all(u.velocity[4 * i + 1]), vz = all(u.velocity[4 * i + 2]);
+  constexpr std::uint32_t first[lane_width] = {};
+  Rules rule = rulesOf(rules, first);
+  std::uint32_t count = 0;
+  for (std::uint32_t p = u.near.begin(i); p < u.near.padded(i); p += lane_width) {
+    const std::uint32_t* other = u.near.other().data() + p;
+    const LaneVector of_other = gather(u.velocity, other);
+    const Lane x = load(u.near.x() + p), y = load(u.near.y() + p), z = load(u.near.z() + p);
+    const Lane square = x * x + y * y + z * z, length = root(square);
+    const Lane opening = (vx - of_other.x) * x + (vy - of_other.y) * y + (vz - of_other.z) * z;
+    const Lane rate = (opening < 0.0f ? -opening : opening) / square;
+    if (!alike) {
+      std::uint32_t index[lane_width];
+      for (int k = 0; k < lane_width; ++k) index[k] = u.material[other[k]];
+      rule = rulesOf(rules, index);
     }
+    const Lane rest_length = gatherNumbers(old, other);
+    const LaneOrder bonded = rest_length > 0.0f;
+    // A bond that is strained beyond its yield has flowed: its elastic strain is on the yield surface.
+    const Lane flowed =
+        least(greatest(bonded ? rest_length : length, length * rule.shortest), length * rule.longest);
+    const LaneOrder holds =
+        ((bonded & (rate <= rule.unbond_rate)) | (~bonded & (length < u.reach) & (rate < rule.bond_rate))) &
+        (length > 0.0f);
+    store(rest_lengths + p, holds ? flowed : Lane{});
+    const unsigned mask = bits(holds);
+    storeBonds(bonds + count, other, flowed, mask);
+    count += selections.count[mask];
   }
+  return count;
+}
+
+TACTILE_CLAY_MULTIVERSION
+std::uint32_t updateAlike(const Update& u, std::size_t i, const BondRule* rules, const float* old,
+                          float* rest_lengths, Bond* bonds) {
+  return updateBonds<true>(u, i, rules, old, rest_lengths, bonds);
+}
+TACTILE_CLAY_MULTIVERSION
+std::uint32_t updateMixed(const Update& u, std::size_t i, const BondRule* rules, const float* old,
+                          float* rest_lengths, Bond* bonds) {
+  return updateBonds<false>(u, i, rules, old, rest_lengths, bonds);
 }
 
 }  // namespace
@@ -34,65 +99,54 @@ Bonds::Bonds(float spacing, const std::vector<Material>& materials)
   for (const Material& a : materials) {
     for (const Material& b : materials) {
       const double yield = std::min(a.yield_strain, b.yield_strain);
+      const float stiffness = static_cast<float>(std::min(a.stiffness, b.stiffness) * spacing);
       rules_.push_back(
-          {static_cast<float>(std::min(a.stiffness, b.stiffness) * spacing),
-           static_cast<float>(std::min(a.bond_rate, b.bond_rate)),
-           static_cast<float>(std::min(a.unbond_rate, b.unbond_rate)),
+          {stiffness, stiffness > 0.0f ? static_cast<float>(std::min(a.bond_rate, b.bond_rate)) : -1.0f,
+           stiffness > 0.0f ? static_cast<float>(std::min(a.unbond_rate, b.unbond_rate)) : -1.0f,
            static_cast<float>(1.0 / (1.0 + yield)),
            yield < 1.0 ? static_cast<float>(1.0 / (1.0 - yield)) : std::numeric_limits<float>::max()});
     }
   }
 }
 
-void Bonds::updateIn(Chunk& chunk, const Neighbourhood& near, const Particles& particles, std::size_t first,
+void Bonds::updateIn(const Neighbourhood& near, const Particles& particles, std::size_t first,
                      std::size_t last) {
-  const std::size_t pairs = near.padded(last - 1) - near.begin(first);
-  thread_local std::vector<float> distances, rates;
-  distances.resize(pairs), rates.resize(pairs);
-  stretchRates(near, particles.velocity.data(), first, last, distances.data(), rates.data());
-  // Of each particle that this one is bonded to: its bond and one; 0: none. All zero between particles.
-  thread_local std::vector<std::uint32_t> bond_to;
-  if (bond_to.size() < particles.size()) bond_to.resize(particles.size(), 0);
-  if (chunk.bonds.size() < pairs) chunk.bonds.resize(pairs);
-  chunk.size = 0;
+  // Of each particle that this one is bonded to, the rest length. All zero between particles.
+  thread_local std::vector<float> rest_length_to;
+  if (rest_length_to.size() < particles.size()) rest_length_to.resize(particles.size(), 0.0f);
+  const Update update{near, particles.velocity.data(), particles.material.data(), reach_};
   for (std::size_t i = first; i < last; ++i) {
-    for (std::uint32_t b = begin_[i]; b < begin_[i + 1]; ++b) bond_to[bonds_[b].other] = b + 1;
-    const PairRule* rules = &rules_[particles.material[i] * materials_];
-    const float* distance = &distances[near.begin(i) - near.begin(first)];
-    const float* rate = &rates[near.begin(i) - near.begin(first)];
-    const std::size_t before = chunk.size;
-    for (std::uint32_t p = near.begin(i); p < near.end(i); ++p, ++distance, ++rate) {
-      const std::uint32_t j = near.other()[p];
-      const PairRule& pair = materials_ == 1 ? *rules : rules[particles.material[j]];
-      const std::uint32_t bond = bond_to[j];
-      const bool bonded = bond != 0;
-      // A bond that is strained beyond its yield has flowed: its elastic strain is on the yield surface.
-      const float length = *distance;
-      const float rest = bonded ? bonds_[bond - 1].rest_length : length;
-      const float flowed = std::min(std::max(rest, length * pair.shortest), length * pair.longest);
-      const bool holds =
-          (bonded & (*rate <= pair.unbond_rate)) | (!bonded & (length < reach_) & (*rate < pair.bond_rate));
-      chunk.bonds[chunk.size] = {j, flowed};
-      chunk.size += static_cast<std::size_t>(holds & (length > 0.0f) & (pair.stiffness > 0.0f));
-    }
-    for (std::uint32_t b = begin_[i]; b < begin_[i + 1]; ++b) bond_to[bonds_[b].other] = 0;
-    chunk.count[i - first] = static_cast<std::uint32_t>(chunk.size - before);
+    const Bond* const begin = before_.bonds.data() + before_.begin[i];
+    const Bond* const end = before_.bonds.data() + before_.end[i];
+    for (const Bond* b = begin; b != end; ++b) rest_length_to[b->other] = b->rest_length;
+    lists_.begin[i] = near.begin(i);
+    const auto of_one = materials_ == 1 ? updateAlike : updateMixed;
+    lists_.end[i] = near.begin(i) + of_one(update, i, rules(particles.material[i]), rest_length_to.data(),
+                                           rest_lengths_.data(), lists_.bonds.data() + near.begin(i));
+    for (const Bond* b = begin; b != end; ++b) rest_length_to[b->other] = 0.0f;
   }
 }
 
 void Bonds::update(const Neighbourhood& near, const Particles& particles) {
   const std::size_t n = particles.size();
-  begin_.resize(n + 1, 0);
-  chunks_.resize((n + chunk_size - 1) / chunk_size);
-  parallelFor(chunks_.size(), 1, [&](std::size_t c) {
-    updateIn(chunks_[c], near, particles, c * chunk_size, std::min(n, (c + 1) * chunk_size));
-  });
-  for (std::size_t i = 0; i < n; ++i)
-    begin_[i + 1] = begin_[i] + chunks_[i / chunk_size].count[i % chunk_size];
-  bonds_.resize(begin_[n]);
-  parallelFor(chunks_.size(), 1, [&](std::size_t c) {
-    std::copy_n(chunks_[c].bonds.begin(), chunks_[c].size, bonds_.begin() + begin_[c * chunk_size]);
-  });
+  std::swap(lists_, before_);
+  before_.begin.resize(n, 0), before_.end.resize(n, 0);
+  lists_.begin.resize(n), lists_.end.resize(n);
+  lists_.bonds.resize(near.pairs()), rest_lengths_.resize(near.pairs());
+  parallelRanges(n, 256,
+                 [&](std::size_t first, std::size_t last) { updateIn(near, particles, first, last); });
+}
+
+void Bonds::restore(const std::vector<std::uint32_t>& begins, std::vector<Bond> all) {
+  lists_.begin.assign(begins.begin(), begins.end() - 1);
+  lists_.end.assign(begins.begin() + 1, begins.end());
+  lists_.bonds = std::move(all);
+}
+
+std::size_t Bonds::size() const {
+  std::size_t ends = 0;
+  for (std::size_t i = 0; i < lists_.begin.size(); ++i) ends += lists_.end[i] - lists_.begin[i];
+  return ends / 2;
 }
 
 }  // namespace tactile_clay::clay

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -15,6 +14,13 @@ namespace tactile_clay::clay {
 struct Bond {
   std::uint32_t other;
   float rest_length;  // m
+};
+
+/// How two materials bond.
+struct BondRule {
+  float stiffness;               // N/m
+  float bond_rate, unbond_rate;  // 1/s, without stiffness such that nothing holds
+  float shortest, longest;       // rest lengths of a bond at its yield, over its length
 };
 
 /// Which pairs hold together (paper, section III-C): bonds form where a pair's projected relative velocity is
@@ -33,42 +39,33 @@ class Bonds {
   void update(const Neighbourhood& near, const Particles& particles);
 
   /// N/m, of a bond between two materials; 0: they do not bond
-  float stiffness(std::uint8_t a, std::uint8_t b) const { return rule(a, b).stiffness; }
+  float stiffness(std::uint8_t a, std::uint8_t b) const { return rules(a)[b].stiffness; }
+  /// Of a material with each of all materials.
+  const BondRule* rules(std::uint8_t material) const { return &rules_[material * materials_]; }
 
-  std::size_t size() const { return bonds_.size() / 2; }
-  /// All lists, one after the other, and where each begins; none before the first update.
-  const std::vector<std::uint32_t>& begins() const { return begin_; }
-  const std::vector<Bond>& all() const { return bonds_; }
-  void restore(std::vector<std::uint32_t> begins, std::vector<Bond> all) {
-    begin_ = std::move(begins), bonds_ = std::move(all);
-  }
+  std::size_t size() const;
   /// Bonds of particle i, in the order of its neighbours.
-  const Bond* begin(std::size_t i) const { return bonds_.data() + begin_[i]; }
-  const Bond* end(std::size_t i) const { return bonds_.data() + begin_[i + 1]; }
+  const Bond* begin(std::size_t i) const { return lists_.bonds.data() + lists_.begin[i]; }
+  const Bond* end(std::size_t i) const { return lists_.bonds.data() + lists_.end[i]; }
+  /// Rest length of each pair of the neighbourhood of the last update, m; 0: it is not bonded. Undefined in
+  /// the gaps between lists.
+  const std::vector<float>& restLengths() const { return rest_lengths_; }
+
+  /// Takes over the bonds of each particle i, from begins[i] to begins[i + 1].
+  void restore(const std::vector<std::uint32_t>& begins, std::vector<Bond> all);
 
  private:
-  struct PairRule {
-    float stiffness;  // N/m
-    float bond_rate, unbond_rate;
-    float shortest, longest;  // rest lengths of a bond at its yield, over its length
+  struct Lists {  // with gaps, as those of the neighbours
+    std::vector<std::uint32_t> begin, end;
+    std::vector<Bond> bonds;
   };
-  const PairRule& rule(std::uint8_t a, std::uint8_t b) const { return rules_[a * materials_ + b]; }
-
-  static constexpr std::size_t chunk_size = 256;
-  struct Chunk {
-    std::vector<Bond> bonds;  // of a run of particles, one particle after the other; `size` in all
-    std::size_t size;
-    std::array<std::uint32_t, chunk_size> count;
-  };
-  void updateIn(Chunk& chunk, const Neighbourhood& near, const Particles& particles, std::size_t first,
-                std::size_t last);
+  void updateIn(const Neighbourhood& near, const Particles& particles, std::size_t first, std::size_t last);
 
   float reach_;  // m
   std::size_t materials_;
-  std::vector<PairRule> rules_;
-  std::vector<std::uint32_t> begin_;
-  std::vector<Bond> bonds_;
-  std::vector<Chunk> chunks_;
+  std::vector<BondRule> rules_;
+  Lists lists_, before_;
+  std::vector<float> rest_lengths_;
 };
 
 }  // namespace tactile_clay::clay

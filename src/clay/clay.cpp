@@ -12,6 +12,7 @@
 #include "clay/bonds.h"
 #include "clay/contacts.h"
 #include "clay/kernel.h"
+#include "clay/lump_sums.h"
 #include "clay/neighbourhood.h"
 #include "clay/potential.h"
 #include "clay/projection.h"
@@ -107,7 +108,7 @@ struct Clay::Solver {
   void minimise(float dt);
   void descend(int count, float dt);
   Sums residual(float dt);
-  double multiply(float dt);
+  Sums multiply(const VectorField& x, float dt, VectorField& a_x);
   Sums precondition(std::size_t first, std::size_t last);
   void measureLumps();
   void translate(float dt);
@@ -129,7 +130,8 @@ struct Clay::Solver {
   VectorField free;                  // m, displacements of the step without internal and contact forces
   VectorField u;                     // m, displacements of the step
   VectorField d, a_d;                // direction of the displacements themselves, its product
-  VectorField r, z, p, q;            // residual, preconditioned residual, direction, its product
+  VectorField r, p, q;               // residual, direction, its product
+  VectorField z, a_z;                // preconditioned residual, its product
   std::vector<Sums> partial;
   Kernel kernel;
   Neighbourhood near;
@@ -162,6 +164,9 @@ struct Clay::Solver {
     return std::max(std::sqrt(0.5 * b.inertia.trace() / b.mass), 0.1 * config.spacing);
   }
   std::vector<Body> bodies;
+  LumpSums<10> moments;  // of mass, of orders 0, 1 and 2
+  LumpSums<6> momenta;
+  LumpSums<3> forces;
   Statistics statistics;
 };
 
@@ -285,20 +290,22 @@ Clay::Solver::Sums Clay::Solver::residual(float dt) {
   });
 }
 
-/// q = A p = M p / dt^2 - (linear part of the forces). \return p . q
-double Clay::Solver::multiply(float dt) {
-  ranges([&](std::size_t, std::size_t first, std::size_t last) { potential.startChange(p, q, first, last); });
+/// a_x = A x = M x / dt^2 - (linear part of the forces). \return x . A x, and x . r
+Clay::Solver::Sums Clay::Solver::multiply(const VectorField& x, float dt, VectorField& a_x) {
+  ranges(
+      [&](std::size_t, std::size_t first, std::size_t last) { potential.startChange(x, a_x, first, last); });
   return sumOver([&](std::size_t first, std::size_t last) {
-    potential.finishChange(q, first, last);
-    contact_constraint.addFrictionChange(p, first, last, q);
-    Sums product = Sums::Zero();
+    potential.finishChange(a_x, first, last);
+    contact_constraint.addFrictionChange(x, first, last, a_x);
+    Sums products = Sums::Zero();
     for (std::size_t i = first; i < last; ++i) {
       const float inertia = 1.0f / (particles.inverse_mass[i] * dt * dt);
-      q[i] = inertia * p[i] - q[i];
-      product[0] += static_cast<double>(p[i].dot(q[i]));
+      a_x[i] = inertia * x[i] - a_x[i];
+      products[0] += static_cast<double>(x[i].dot(a_x[i]));
+      products[1] += static_cast<double>(x[i].dot(r[i]));
     }
-    return product;
-  })[0];
+    return products;
+  });
 }
 
 /// z = r / M in free directions. \return r . z, and A d . z
@@ -323,13 +330,14 @@ void Clay::Solver::translate(float dt) {
     Eigen::Vector3f move = Eigen::Vector3f::Zero();
   };
   std::vector<Lump> lumps(near.lumps());
-  const std::size_t n = particles.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    // Internal forces cancel within a lump, so inertia and friction are all there is.
-    Lump& lump = lumps[near.lump(i)];
-    const double inertia = 1.0 / (particles.inverse_mass[i] * static_cast<double>(dt) * dt);
-    lump.force += inertia * (free.at(i) - u.at(i)).cast<double>();
-    lump.inertia.diagonal().array() += inertia;
+  // Internal forces cancel within a lump, so inertia and friction are all there is.
+  const double per_square = 1.0 / (static_cast<double>(dt) * dt);
+  const auto& inertial = forces.of(near, particles.size(), [&](std::size_t i) -> Eigen::Vector3d {
+    return (free.at(i) - u.at(i)).cast<double>() * (per_square / particles.inverse_mass[i]);
+  });
+  for (std::size_t l = 0; l < lumps.size(); ++l) {
+    lumps[l].force = inertial[l];
+    lumps[l].inertia.diagonal().setConstant(bodies[l].mass * per_square);
   }
   for (const Contact& c : contact_constraint.contacts()) {
     if (c.state == Contact::State::open) continue;
@@ -356,23 +364,27 @@ void Clay::Solver::translate(float dt) {
 }
 
 void Clay::Solver::measureLumps() {
-  bodies.assign(near.lumps(), {});
-  for (std::size_t i = 0; i < particles.size(); ++i) {
-    Body& body = bodies[near.lump(i)];
+  const auto& sums = moments.of(near, particles.size(), [&](std::size_t i) {
     const double mass = 1.0 / particles.inverse_mass[i];
-    const Eigen::Vector3d x = particles.position.at(i).cast<double>();
-    body.mass += mass;
-    body.centre += mass * x;
-    body.inertia -= mass * x * x.transpose();
-  }
-  for (Body& body : bodies) {
-    body.centre /= body.mass;
-    body.inertia += body.mass * body.centre * body.centre.transpose();
-    body.inertia.diagonal().array() -= body.inertia.trace();
+    const Eigen::Vector3d x = particles.position.at(i).cast<double>(), mx = mass * x;
+    LumpSums<10>::Sum sum;
+    sum << mass, mx, mx.x() * x, mx.y() * x.tail<2>(), mx.z() * x.z();
+    return sum;
+  });
+  bodies.resize(near.lumps());
+  for (std::size_t l = 0; l < bodies.size(); ++l) {
+    const auto& sum = sums[l];
+    Body& body = bodies[l];
+    body.mass = sum[0];
+    body.centre = sum.segment<3>(1) / body.mass;
+    Eigen::Matrix3d second;
+    second << sum[4], sum[5], sum[6], sum[5], sum[7], sum[8], sum[6], sum[8], sum[9];
+    second -= body.mass * body.centre * body.centre.transpose();
+    body.inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
   }
 }
 
-/// Displacements as a direction: p = u in the directions that contacts leave free, without the rigid motions
+/// Displacements as a direction: d = u in the directions that contacts leave free, without the rigid motions
 /// of lumps that no contact blocks. These no internal force resists; along them the momentum is right, and
 /// stays so.
 void Clay::Solver::ownDirection() {
@@ -380,18 +392,16 @@ void Clay::Solver::ownDirection() {
   constexpr double none = 1e-6, tiny = 1e-9;
   struct Lump {
     Eigen::Matrix<double, 6, 6> blocked = Eigen::Matrix<double, 6, 6>::Zero();
-    Motion momentum = Motion::Zero();
     Motion unblocked = Motion::Zero();
   };
   std::vector<Lump> lumps(near.lumps());
-  const std::size_t n = particles.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    Lump& lump = lumps[near.lump(i)];
+  const auto& momentum_of = momenta.of(near, particles.size(), [&](std::size_t i) {
     const Eigen::Vector3d arm = particles.position.at(i).cast<double>() - bodies[near.lump(i)].centre;
     const Eigen::Vector3d momentum = u.at(i).cast<double>() / particles.inverse_mass[i];
-    lump.momentum.head<3>() += momentum;
-    lump.momentum.tail<3>() += arm.cross(momentum);
-  }
+    Motion motion;
+    motion << momentum, arm.cross(momentum);
+    return motion;
+  });
   const auto block = [&](const Contact& c, const Eigen::Vector3d& direction) {
     Lump& lump = lumps[near.lump(c.particle)];
     const Body& body = bodies[near.lump(c.particle)];
@@ -414,7 +424,7 @@ void Clay::Solver::ownDirection() {
     mass.topLeftCorner<3, 3>().diagonal().setConstant(body.mass);
     mass.bottomRightCorner<3, 3>() = body.inertia / (length * length);
     mass.diagonal().array() += tiny * body.mass;
-    Motion momentum = lump.momentum;
+    Motion momentum = momentum_of[l];
     momentum.tail<3>() /= length;
     Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(6, 6);
     if (lump.blocked.trace() > 0.0) {
@@ -431,60 +441,54 @@ void Clay::Solver::ownDirection() {
     for (std::size_t i = first; i < last; ++i) {
       const Lump& lump = lumps[near.lump(i)];
       const Eigen::Vector3d arm = particles.position.at(i).cast<double>() - bodies[near.lump(i)].centre;
-      p.set(i, u.at(i) - (lump.unblocked.head<3>() + lump.unblocked.tail<3>().cross(arm)).cast<float>());
+      d.set(i, u.at(i) - (lump.unblocked.head<3>() + lump.unblocked.tail<3>().cross(arm)).cast<float>());
     }
-    contact_constraint.filter(first, last, p);
+    contact_constraint.filter(first, last, d);
   });
 }
 
 /// Conjugate gradients on the potential, preconditioned by the masses, in the directions that contacts leave
 /// free. The first direction is that of the displacements themselves, and all others are conjugate to it
 /// (deflation, Saad et al. 2000): the residual stays orthogonal to the displacements, and so, the energies
-/// being convex, a step gains no energy however few directions are tried; see doc/method.md.
+/// being convex, a step gains no energy however few directions are tried; see doc/method.md. The product of a
+/// direction follows from that of the preconditioned residual (Chronopoulos and Gear 1989), so that an
+/// iteration is three parallel ranges.
 void Clay::Solver::descend(int count, float dt) {
-  Sums products = residual(dt);
+  Sums products = residual(dt);  // r . z, A d . z
   ownDirection();
-  ranges(
-      [&](std::size_t, std::size_t first, std::size_t last) { contact_constraint.filter(first, last, p); });
-  const double own = multiply(dt);
-  if (own > 0.0) {
-    const Sums along = sumOver([&](std::size_t first, std::size_t last) {
-      Sums product = Sums::Zero();
-      for (std::size_t i = first; i < last; ++i) product[0] += static_cast<double>(r[i].dot(p[i]));
-      return product;
-    });
-    const float alpha = static_cast<float>(along[0] / own);
+  const Sums own = multiply(d, dt, a_d);  // d . A d, d . r
+  const bool moves = own[0] > 0.0;
+  if (moves) {
+    const float alpha = static_cast<float>(own[1] / own[0]);
     products = sumOver([&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
-        d[i] = p[i], a_d[i] = q[i];
-        u[i] += alpha * p[i];
-        r[i] -= alpha * q[i];
+        u[i] += alpha * d[i];
+        r[i] -= alpha * a_d[i];
       }
       return precondition(first, last);
     });
   }
-  double rz = products[0];
-  const auto turn = [&](float beta) {
-    const float of_own = own > 0.0 ? static_cast<float>(products[1] / own) : 0.0f;
-    ranges([&](std::size_t, std::size_t first, std::size_t last) {
-      for (std::size_t i = first; i < last; ++i) p[i] = z[i] + beta * p[i] - of_own * d[i];
-    });
-  };
-  turn(0.0f);
-  for (int k = 1; k < count && rz > 0.0; ++k) {
-    const double pq = multiply(dt);
-    if (!(pq > 0.0)) break;
-    const float alpha = static_cast<float>(rz / pq);
+  double last_rz = 0.0, curvature = 0.0;  // of the direction before, p . A p
+  for (int k = 1; k < count && products[0] > 0.0; ++k) {
+    const double rz = products[0], zz = multiply(z, dt, a_z)[0];
+    const double beta = k > 1 ? rz / last_rz : 0.0;
+    const double of_own = moves ? products[1] / own[0] : 0.0;
+    // The directions are conjugate to each other, so that of p = z + beta p - of_own d, p . A p is
+    curvature = zz - beta * beta * curvature - of_own * of_own * own[0];
+    if (!(curvature > 0.0)) break;
+    const float alpha = static_cast<float>(rz / curvature);
+    const float b = static_cast<float>(beta), o = static_cast<float>(of_own);
     products = sumOver([&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
+        p[i] = k > 1 ? Eigen::Vector4f(z[i] + b * p[i]) : z[i];
+        q[i] = k > 1 ? Eigen::Vector4f(a_z[i] + b * q[i]) : a_z[i];
+        if (moves) p[i] -= o * d[i], q[i] -= o * a_d[i];
         u[i] += alpha * p[i];
         r[i] -= alpha * q[i];
       }
       return precondition(first, last);
     });
-    const float beta = static_cast<float>(products[0] / rz);
-    rz = products[0];
-    if (k + 1 < count) turn(beta);
+    last_rz = rz;
   }
 }
 
@@ -518,19 +522,15 @@ void Clay::Solver::minimise(float dt) {
 /// or less, than the momentum that the clay gained. The difference is made up by the contacts of the lump,
 /// each by its share, so that the sum of Eq. 6 is the rate of momentum for any budget.
 void Clay::Solver::balanceForces() {
-  struct Lump {
-    Eigen::Vector3d unsolved = Eigen::Vector3d::Zero();
-    double force = 0.0;
-  };
-  std::vector<Lump> lumps(near.lumps());
-  for (std::size_t i = 0; i < particles.size(); ++i) {
-    lumps[near.lump(i)].unsolved += z.at(i).cast<double>() / particles.inverse_mass[i];
-  }
+  const auto& unsolved = forces.of(near, particles.size(), [&](std::size_t i) -> Eigen::Vector3d {
+    return z.at(i).cast<double>() / particles.inverse_mass[i];
+  });
+  std::vector<double> force(near.lumps(), 0.0);
   std::vector<Contact>& contacts = contact_constraint.contacts();
-  for (const Contact& c : contacts) lumps[near.lump(c.particle)].force += c.force.norm();
+  for (const Contact& c : contacts) force[near.lump(c.particle)] += c.force.norm();
   for (Contact& c : contacts) {
-    const Lump& lump = lumps[near.lump(c.particle)];
-    if (lump.force > 0.0) c.force -= (c.force.norm() / lump.force * lump.unsolved).cast<float>();
+    const std::uint32_t lump = near.lump(c.particle);
+    if (force[lump] > 0.0) c.force -= (c.force.norm() / force[lump] * unsolved[lump]).cast<float>();
   }
 }
 
@@ -605,7 +605,8 @@ void Clay::Solver::restore(const Sculpture& s) {
   const std::size_t n = everyone.size();
   std::vector<std::uint32_t> index(n, nobody);  // in `awake`
   particles = {};
-  for (VectorField* field : {&particles.position, &particles.velocity, &free, &u, &r, &z, &p, &q, &d, &a_d})
+  for (VectorField* field :
+       {&particles.position, &particles.velocity, &free, &u, &r, &z, &a_z, &p, &q, &d, &a_d})
     field->resize(awake.size());
   for (std::uint32_t k = 0; k < awake.size(); ++k) {
     const std::uint32_t i = awake[k];
@@ -631,7 +632,7 @@ void Clay::Solver::restore(const Sculpture& s) {
     if (index[i] != nobody) begins.push_back(static_cast<std::uint32_t>(awake_bonds.size()));
     sleeping_bond_begin.push_back(static_cast<std::uint32_t>(sleeping_bonds.size()));
   }
-  bond_constraint.restore(std::move(begins), std::move(awake_bonds));
+  bond_constraint.restore(begins, std::move(awake_bonds));
   sleeping_contacts.clear();
   std::vector<Contact>& contacts = contact_constraint.contacts();
   contacts.clear();

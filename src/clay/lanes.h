@@ -102,6 +102,22 @@ TACTILE_CLAY_INLINE unsigned bits(const LaneOrder& holds) {
 #endif
 }
 
+/// For each mask of `bits`, the order that brings the lanes that hold to the front; and how many those are.
+struct Selections {
+  Selections() {
+    for (unsigned mask = 0; mask < 256; ++mask) {
+      count[mask] = 0;
+      for (std::int32_t k = 0; k < lane_width; ++k) {
+        order[mask][k] = 0;
+        if (mask >> k & 1u) order[mask][count[mask]++] = k;
+      }
+    }
+  }
+  LaneOrder order[256];
+  std::uint8_t count[256];
+};
+inline const Selections selections;
+
 /// Three lanes of vectors.
 struct LaneVector {
   Lane x, y, z;
@@ -121,6 +137,13 @@ TACTILE_CLAY_INLINE LaneVector gather(const float* slots, const std::uint32_t* i
   return {TACTILE_CLAY_SHUFFLE(ab_xy, cd_xy, 0, 1, 8, 9, 4, 5, 12, 13),
           TACTILE_CLAY_SHUFFLE(ab_xy, cd_xy, 2, 3, 10, 11, 6, 7, 14, 15),
           TACTILE_CLAY_SHUFFLE(ab_z, cd_z, 0, 1, 8, 9, 4, 5, 12, 13)};
+}
+
+TACTILE_CLAY_INLINE Lane least(const Lane& a, const Lane& b) {
+  return a < b ? a : b;
+}
+TACTILE_CLAY_INLINE Lane greatest(const Lane& a, const Lane& b) {
+  return a > b ? a : b;
 }
 
 /// Fetches eight numbers.

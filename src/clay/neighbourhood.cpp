@@ -7,14 +7,11 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr double max_cells = 1 << 20;  // a few stray particles must not cost gigabytes: cells grow instead
+constexpr double max_blocks = 1 << 20;  // a few stray particles must not cost gigabytes: blocks grow instead
+// Of a block: rounding must not put neighbours into blocks that are not neighbours.
+constexpr float hair = 1e-4f;
 
 }  // namespace
-
-int Neighbourhood::cellAlong(float x, int axis) const {
-  const int c = static_cast<int>(std::floor((x - origin_[axis]) / cell_));
-  return std::clamp(c, 0, size_[axis] - 1);
-}
 
 void Neighbourhood::build(const VectorField& position) {
   layOutGrid(position);
@@ -30,14 +27,17 @@ void Neighbourhood::layOutGrid(const VectorField& position) {
     low = low.cwiseMin(position[i]);
     high = high.cwiseMax(position[i]);
   }
-  // A hair above h, so that rounding of the cell index cannot part neighbours by two cells.
-  double cell = h_ * 1.0001;
-  const auto cells = [&](int a) { return std::floor((static_cast<double>(high[a]) - low[a]) / cell) + 1.0; };
-  while (cells(0) * cells(1) * cells(2) > max_cells) cell *= 1.26;
-  cell_ = static_cast<float>(cell);
+  double block = h_ * (1.0 + hair);
+  const auto blocks = [&](int a) {
+    return std::floor((static_cast<double>(high[a]) - low[a]) / block) + 1.0;
+  };
+  while (blocks(0) * blocks(1) * blocks(2) > max_blocks) block *= 1.26;
+  block_ = static_cast<float>(block);
   for (int a = 0; a < 3; ++a) {
+    const int cells = a == 0 ? cells_a_block : 1;
     origin_[a] = low[a];
-    size_[a] = static_cast<int>(cells(a));
+    per_metre_[a] = static_cast<float>(cells / block);
+    size_[a] = cells * static_cast<int>(blocks(a));
   }
 }
 
@@ -46,12 +46,14 @@ void Neighbourhood::sortIntoCells(const VectorField& position) {
   const std::size_t cells = static_cast<std::size_t>(size_[0]) * size_[1] * size_[2];
   cell_of_.resize(n);
   cell_begin_.assign(cells + 1, 0);
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t cell =
-        cellIndex(cellAlong(position[i][0], 0), cellAlong(position[i][1], 1), cellAlong(position[i][2], 2));
-    cell_of_[i] = static_cast<std::uint32_t>(cell);
-    ++cell_begin_[cell + 1];
-  }
+  parallelRanges(n, 1024, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const Eigen::Vector4f& x = position[i];
+      cell_of_[i] =
+          static_cast<std::uint32_t>(cellIndex(cellAlong(x[0], 0), cellAlong(x[1], 1), cellAlong(x[2], 2)));
+    }
+  });
+  for (const std::uint32_t cell : cell_of_) ++cell_begin_[cell + 1];
   for (std::size_t c = 0; c < cells; ++c) cell_begin_[c + 1] += cell_begin_[c];
   cursor_.assign(cell_begin_.begin(), cell_begin_.end() - 1);
   place_.resize(n);
@@ -70,22 +72,6 @@ void Neighbourhood::sortIntoCells(const VectorField& position) {
 
 namespace {
 
-/// Where the set bits of a mask are, in front; and how many.
-struct Selections {
-  Selections() {
-    for (unsigned mask = 0; mask < 256; ++mask) {
-      count[mask] = 0;
-      for (std::int32_t k = 0; k < lane_width; ++k) {
-        order[mask][k] = 0;
-        if (mask >> k & 1u) order[mask][count[mask]++] = k;
-      }
-    }
-  }
-  LaneOrder order[256];
-  std::uint8_t count[256];
-};
-const Selections selections;
-
 struct Candidates {  // particles in the order of the cells
   const float *x, *y, *z;
   const std::uint32_t* index;
@@ -95,109 +81,148 @@ struct Lists {
   float *x, *y, *z;
 };
 
-/// Appends the particles of [from, to) that are within h of particle `self` to a list with room for them and
-/// a lane more. \return the list's new size
+/// Runs of candidates of a particle.
+struct Runs {
+  int count = 0;
+  std::uint32_t from[9], to[9];
+};
+
+/// Lists the candidates that are within h of particle `self`, from list[size] on. There must be room for all
+/// of them and a lane more. \return the list's new size
 TACTILE_CLAY_MULTIVERSION
-std::size_t appendNear(const Candidates& all_of, std::uint32_t from, std::uint32_t to, std::uint32_t self,
-                       float h, const Lists& list, std::size_t size) {
+std::size_t appendNear(const Candidates& all_of, const Runs& runs, std::uint32_t self, float h,
+                       const Lists& list, std::size_t size) {
   const Lane x = all(all_of.x[self]), y = all(all_of.y[self]), z = all(all_of.z[self]);
-  for (std::uint32_t k = from; k < to; k += lane_width) {
-    const Lane dx = x - load(all_of.x + k), dy = y - load(all_of.y + k), dz = z - load(all_of.z + k);
-    unsigned mask = bits(dx * dx + dy * dy + dz * dz < h * h);
-    if (to - k < lane_width) mask &= (1u << (to - k)) - 1u;
-    if (self - k < lane_width) mask &= ~(1u << (self - k));
-    const LaneOrder& order = selections.order[mask];
-    LaneOrder index;
-    std::memcpy(&index, all_of.index + k, sizeof index);
-    index = select(index, order);
-    std::memcpy(list.other + size, &index, sizeof index);
-    store(list.x + size, select(dx, order));
-    store(list.y + size, select(dy, order));
-    store(list.z + size, select(dz, order));
-    size += selections.count[mask];
+  for (int run = 0; run < runs.count; ++run) {
+    const std::uint32_t to = runs.to[run];
+    for (std::uint32_t k = runs.from[run]; k < to; k += lane_width) {
+      const Lane dx = x - load(all_of.x + k), dy = y - load(all_of.y + k), dz = z - load(all_of.z + k);
+      unsigned mask = bits(dx * dx + dy * dy + dz * dz < h * h);
+      if (to - k < lane_width) mask &= (1u << (to - k)) - 1u;
+      if (self - k < lane_width) mask &= ~(1u << (self - k));
+      if (mask == 0) continue;
+      const LaneOrder& order = selections.order[mask];
+      LaneOrder index;
+      std::memcpy(&index, all_of.index + k, sizeof index);
+      index = select(index, order);
+      std::memcpy(list.other + size, &index, sizeof index);
+      store(list.x + size, select(dx, order));
+      store(list.y + size, select(dy, order));
+      store(list.z + size, select(dz, order));
+      size += selections.count[mask];
+    }
   }
   return size;
 }
 
+/// From x, in block `own`, to a block beside it, or a hair less; m from the origin.
+float distanceTo(int other, int own, float x, float block) {
+  if (other == own) return 0.0f;
+  const float distance =
+      other > own ? static_cast<float>(other) * block - x : x - static_cast<float>(own) * block;
+  return std::max(distance - hair * block, 0.0f);
+}
+
 }  // namespace
 
+/// Lists the neighbours of particles [first, last), or as many as there is room for, and how much is needed.
 void Neighbourhood::findIn(Chunk& chunk, std::size_t first, std::size_t last) {
   const Candidates candidates{sorted_x_.data(), sorted_y_.data(), sorted_z_.data(), in_cell_.data()};
-  std::size_t size = 0;
+  const Lists lists{other_.data() + chunk.begin, x_.data() + chunk.begin, y_.data() + chunk.begin,
+                    z_.data() + chunk.begin};
+  std::size_t size = 0, needed = 0;
   for (std::size_t i = first; i < last; ++i) {
-    const int cell = static_cast<int>(cell_of_[i]);
-    const int cx = cell % size_[0], cy = cell / size_[0] % size_[1], cz = cell / (size_[0] * size_[1]);
-    const int x0 = std::max(cx - 1, 0), x1 = std::min(cx + 1, size_[0] - 1);
-    const std::size_t before = size;
-    // Rows of cells along x are contiguous, so nine ranges hold all candidates of a particle.
-    for (int z = std::max(cz - 1, 0); z <= std::min(cz + 1, size_[2] - 1); ++z) {
-      for (int y = std::max(cy - 1, 0); y <= std::min(cy + 1, size_[1] - 1); ++y) {
-        const std::uint32_t from = cell_begin_[cellIndex(x0, y, z)];
-        const std::uint32_t to = cell_begin_[cellIndex(x1, y, z) + 1];
+    const std::uint32_t self = place_[i];
+    const float x = sorted_x_[self], y = sorted_y_[self], z = sorted_z_[self];
+    const int cy = cellAlong(y, 1), cz = cellAlong(z, 2);
+    Runs runs;
+    std::size_t reached = 0;
+    for (int row_z = std::max(cz - 1, 0); row_z <= std::min(cz + 1, size_[2] - 1); ++row_z) {
+      const float from_z = distanceTo(row_z, cz, z - origin_.z(), block_);
+      for (int row_y = std::max(cy - 1, 0); row_y <= std::min(cy + 1, size_[1] - 1); ++row_y) {
+        const float from_y = distanceTo(row_y, cy, y - origin_.y(), block_);
+        const float square = (1.0f + hair) * h_ * h_ - from_y * from_y - from_z * from_z;
+        if (!(square > 0.0f)) continue;
+        const float chord = std::sqrt(square);
+        const std::uint32_t* row = &cell_begin_[cellIndex(0, row_y, row_z)];
+        const std::uint32_t from = row[cellAlong(x - chord, 0)], to = row[cellAlong(x + chord, 0) + 1];
         if (from == to) continue;
-        if (chunk.other.size() < size + (to - from) + 2 * lane_width) {
-          const std::size_t room = 2 * (size + (to - from) + 2 * lane_width);
-          chunk.other.resize(room), chunk.x.resize(room), chunk.y.resize(room), chunk.z.resize(room);
-        }
-        size = appendNear(candidates, from, to, place_[i], h_,
-                          {chunk.other.data(), chunk.x.data(), chunk.y.data(), chunk.z.data()}, size);
+        runs.from[runs.count] = from, runs.to[runs.count] = to;
+        ++runs.count;
+        reached += to - from;
       }
     }
+    const std::size_t before = size;
+    needed = std::max(needed, size + reached + 2 * lane_width);
+    if (needed <= chunk.room) size = appendNear(candidates, runs, self, h_, lists, size);
+    begin_[i] = chunk.begin + static_cast<std::uint32_t>(before);
     count_[i] = static_cast<std::uint32_t>(size - before);
     for (; (size - before) % lane_width != 0; ++size) {
-      chunk.other[size] = static_cast<std::uint32_t>(i);
-      chunk.x[size] = 2.0f * h_, chunk.y[size] = chunk.z[size] = 0.0f;
+      lists.other[size] = static_cast<std::uint32_t>(i);
+      lists.x[size] = 2.0f * h_, lists.y[size] = lists.z[size] = 0.0f;
     }
+    padded_[i] = chunk.begin + static_cast<std::uint32_t>(size);
   }
-  chunk.size = size;
+  chunk.needed = static_cast<std::uint32_t>(needed);
 }
 
 void Neighbourhood::listPairs(std::size_t n) {
-  constexpr std::size_t chunk_size = 256;
+  constexpr std::size_t chunk_size = 256, usual_neighbours = 48;
   chunks_.resize((n + chunk_size - 1) / chunk_size);
-  begin_.resize(n + 1), count_.resize(n);
-  parallelFor(chunks_.size(), 1,
-              [&](std::size_t c) { findIn(chunks_[c], c * chunk_size, std::min(n, (c + 1) * chunk_size)); });
-  begin_[0] = 0;
-  for (std::size_t i = 0; i < n; ++i)
-    begin_[i + 1] = begin_[i] + (count_[i] + lane_width - 1) / lane_width * lane_width;
-  for (auto* numbers : {&x_, &y_, &z_}) numbers->resize(begin_[n]);
-  other_.resize(begin_[n]);
-  parallelFor(chunks_.size(), 1, [&](std::size_t c) {
-    const Chunk& chunk = chunks_[c];
-    const std::uint32_t at = begin_[c * chunk_size];
-    std::copy_n(chunk.other.begin(), chunk.size, other_.begin() + at);
-    std::copy_n(chunk.x.begin(), chunk.size, x_.begin() + at);
-    std::copy_n(chunk.y.begin(), chunk.size, y_.begin() + at);
-    std::copy_n(chunk.z.begin(), chunk.size, z_.begin() + at);
-  });
+  begin_.resize(n), padded_.resize(n), count_.resize(n);
+  for (;;) {
+    parallelFor(chunks_.size(), 1, [&](std::size_t c) {
+      findIn(chunks_[c], c * chunk_size, std::min(n, (c + 1) * chunk_size));
+    });
+    // What had no room, gets it and is listed again.
+    std::uint32_t end = 0;
+    bool fits = true;
+    for (Chunk& chunk : chunks_) {
+      if (chunk.needed > chunk.room) {
+        chunk.room = std::max(2 * chunk.needed, static_cast<std::uint32_t>(usual_neighbours * chunk_size));
+        fits = false;
+      }
+      chunk.begin = end;
+      end += chunk.room;
+    }
+    if (fits) break;
+    other_.resize(end);
+    for (auto* numbers : {&x_, &y_, &z_}) numbers->resize(end);
+  }
 }
 
 void Neighbourhood::labelLumps() {
   constexpr std::uint32_t none = 0xffffffffu;
-  lump_of_cell_.assign(cell_begin_.size() - 1, none);
+  const std::array<int, 3> size{size_[0] / cells_a_block, size_[1], size_[2]};  // blocks
+  const auto occupied = [&](std::size_t block) {
+    return cell_begin_[(block + 1) * cells_a_block] > cell_begin_[block * cells_a_block];
+  };
+  lump_of_block_.assign((cell_begin_.size() - 1) / cells_a_block, none);
   lumps_ = 0;
-  for (const std::uint32_t seed : cell_of_) {
-    if (lump_of_cell_[seed] != none) continue;
+  for (const std::uint32_t cell : cell_of_) {
+    const std::uint32_t seed = cell / cells_a_block;
+    if (lump_of_block_[seed] != none) continue;
     const std::uint32_t label = static_cast<std::uint32_t>(lumps_++);
-    lump_of_cell_[seed] = label;
+    lump_of_block_[seed] = label;
     frontier_.assign(1, seed);
     while (!frontier_.empty()) {
-      const int cell = static_cast<int>(frontier_.back());
+      const int block = static_cast<int>(frontier_.back());
       frontier_.pop_back();
-      const int cx = cell % size_[0], cy = cell / size_[0] % size_[1], cz = cell / (size_[0] * size_[1]);
-      for (int z = std::max(cz - 1, 0); z <= std::min(cz + 1, size_[2] - 1); ++z) {
-        for (int y = std::max(cy - 1, 0); y <= std::min(cy + 1, size_[1] - 1); ++y) {
-          for (int x = std::max(cx - 1, 0); x <= std::min(cx + 1, size_[0] - 1); ++x) {
-            const std::size_t next = cellIndex(x, y, z);
-            if (cell_begin_[next + 1] == cell_begin_[next] || lump_of_cell_[next] != none) continue;
-            lump_of_cell_[next] = label;
+      const int bx = block % size[0], by = block / size[0] % size[1], bz = block / (size[0] * size[1]);
+      for (int z = std::max(bz - 1, 0); z <= std::min(bz + 1, size[2] - 1); ++z) {
+        for (int y = std::max(by - 1, 0); y <= std::min(by + 1, size[1] - 1); ++y) {
+          for (int x = std::max(bx - 1, 0); x <= std::min(bx + 1, size[0] - 1); ++x) {
+            const std::size_t next = (static_cast<std::size_t>(z) * size[1] + y) * size[0] + x;
+            if (!occupied(next) || lump_of_block_[next] != none) continue;
+            lump_of_block_[next] = label;
             frontier_.push_back(static_cast<std::uint32_t>(next));
           }
         }
       }
     }
   }
+  lump_of_.resize(cell_of_.size());
+  for (std::size_t i = 0; i < cell_of_.size(); ++i) lump_of_[i] = lump_of_block_[cell_of_[i] / cells_a_block];
 }
 
 }  // namespace tactile_clay::clay

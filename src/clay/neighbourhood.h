@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -13,7 +14,8 @@ namespace tactile_clay::clay {
 /// All pairs closer than the support radius, and the grid that found them. There is no cap on neighbours.
 ///
 /// Each list is padded to whole lanes with the particle itself at an offset beyond the support radius, where
-/// every kernel is zero; a pair loop may so run over lanes from `begin` to `padded` and gather freely.
+/// every kernel is zero; a pair loop may so run over lanes from `begin` to `padded` and gather freely. There
+/// are gaps between lists, since runs of particles are listed at the same time.
 class Neighbourhood {
  public:
   explicit Neighbourhood(float support_radius) : h_(support_radius) {}
@@ -24,53 +26,61 @@ class Neighbourhood {
   /// Range [begin, end) of particle i in the pair arrays; it is not its own neighbour.
   std::uint32_t begin(std::size_t i) const { return begin_[i]; }
   std::uint32_t end(std::size_t i) const { return begin_[i] + count_[i]; }
-  std::uint32_t padded(std::size_t i) const { return begin_[i + 1]; }
+  std::uint32_t padded(std::size_t i) const { return padded_[i]; }
   std::uint32_t count(std::size_t i) const { return count_[i]; }
-  std::size_t pairs() const { return other_.size(); }  // padding included
+  std::size_t pairs() const { return other_.size(); }  // padding and gaps included
 
   const std::vector<std::uint32_t>& other() const { return other_; }  // j of each pair (i, j)
   /// x_i - x_j of a pair, m.
   Eigen::Vector3f offset(std::uint32_t pair) const { return {x_[pair], y_[pair], z_[pair]}; }
-  // The same as arrays, for pair loops; list i is [begins()[i], begins()[i + 1]), padding included.
+  // The same as arrays, for pair loops.
   const std::uint32_t* begins() const { return begin_.data(); }
+  const std::uint32_t* paddeds() const { return padded_.data(); }
   const float* x() const { return x_.data(); }
   const float* y() const { return y_.data(); }
   const float* z() const { return z_.data(); }
 
-  /// Lumps: sets of particles in touching cells; particles of different lumps do not interact.
+  /// Lumps: sets of particles in touching blocks of the grid; particles of different lumps do not interact.
   std::size_t lumps() const { return lumps_; }
-  std::uint32_t lump(std::size_t i) const { return lump_of_cell_[cell_of_[i]]; }
+  std::uint32_t lump(std::size_t i) const { return lump_of_[i]; }
 
   /// Calls f(j) for each particle of the cells that touch the ball; a superset of the particles in it.
   template <typename F>
   void forEachNear(const Eigen::Vector3f& centre, float radius, const F& f) const;
 
  private:
-  int cellAlong(float x, int axis) const;
+  int cellAlong(float x, int axis) const {
+    const float c = (x - origin_[axis]) * per_metre_[axis];
+    return static_cast<int>(std::clamp(c, 0.0f, static_cast<float>(size_[axis] - 1)));
+  }
   std::size_t cellIndex(int cx, int cy, int cz) const {
     return (static_cast<std::size_t>(cz) * size_[1] + cy) * size_[0] + cx;
   }
   void layOutGrid(const VectorField& position);
   void sortIntoCells(const VectorField& position);
   void listPairs(std::size_t n);
-  struct Chunk {  // the lists of a run of particles, one after the other
-    std::vector<std::uint32_t> other;
-    std::vector<float> x, y, z;
-    std::size_t size;
+  struct Chunk {  // a run of particles, whose lists stand one after the other
+    std::uint32_t begin = 0, room = 0, needed = 0;  // in the pair arrays
   };
   void findIn(Chunk& chunk, std::size_t first, std::size_t last);
   void labelLumps();
 
+  // Blocks are cubes with an edge of at least h. Along x they are cut into cells, in whose order particles
+  // are sorted: candidates of a particle are then runs of little more than its chord through each row of
+  // blocks.
+  static constexpr int cells_a_block = 4;
+
   float h_;
-  float cell_ = 0.0f;  // m, edge of a cell, at least h
+  float block_ = 0.0f;  // m
   Eigen::Vector3f origin_ = Eigen::Vector3f::Zero();
-  std::array<int, 3> size_{1, 1, 1};  // cells
+  Eigen::Vector3f per_metre_ = Eigen::Vector3f::Zero();  // cells, 1/m
+  std::array<int, 3> size_{1, 1, 1};                     // cells
   std::vector<std::uint32_t> cell_of_, cell_begin_, in_cell_, place_, cursor_;
   std::vector<float> sorted_x_, sorted_y_, sorted_z_;  // positions in the order of the cells
   std::vector<Chunk> chunks_;
-  std::vector<std::uint32_t> lump_of_cell_, frontier_;
+  std::vector<std::uint32_t> lump_of_block_, frontier_, lump_of_;
   std::size_t lumps_ = 0;
-  std::vector<std::uint32_t> begin_, count_, other_;
+  std::vector<std::uint32_t> begin_, padded_, count_, other_;
   std::vector<float> x_, y_, z_;
 };
 

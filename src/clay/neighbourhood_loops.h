@@ -11,7 +11,8 @@ template <typename F>
 void Neighbourhood::forEachNear(const Eigen::Vector3f& centre, float radius, const F& f) const {
   std::array<int, 3> low, high;
   for (int a = 0; a < 3; ++a) {
-    if (centre[a] + radius < origin_[a] || centre[a] - radius > origin_[a] + size_[a] * cell_) return;
+    if (centre[a] + radius < origin_[a] || (centre[a] - radius - origin_[a]) * per_metre_[a] > size_[a])
+      return;
     low[a] = cellAlong(centre[a] - radius, a);
     high[a] = cellAlong(centre[a] + radius, a);
   }

@@ -23,7 +23,7 @@ TACTILE_CLAY_INLINE void stretch(const Pairs& pairs, const float* u, std::size_t
   for (std::size_t i = first; i < last; ++i) {
     const Lane ux = all(u[4 * i]), uy = all(u[4 * i + 1]), uz = all(u[4 * i + 2]);
     Lane fx{}, fy{}, fz{}, total{};
-    for (std::uint32_t p = pairs.begin[i]; p < pairs.begin[i + 1]; p += lane_width) {
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
       const LaneVector of_other = gather(u, pairs.other + p);
       const Lane x = load(pairs.x + p), y = load(pairs.y + p), z = load(pairs.z + p);
       const Lane along = x * (of_other.x - ux) + y * (of_other.y - uy) + z * (of_other.z - uz);
@@ -63,7 +63,7 @@ TACTILE_CLAY_INLINE void pressInto(const Pairs& pairs, const float* pressure, st
     if (!find && squeezed[i] == 0) continue;
     const Lane own = all(pressure[i]);
     Lane fx{}, fy{}, fz{}, most = own;
-    for (std::uint32_t p = pairs.begin[i]; p < pairs.begin[i + 1]; p += lane_width) {
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
       const Lane of_others = gatherNumbers(pressure, pairs.other + p);
       const Lane force = (own + of_others) * load(pairs.compression + p);
       if (find) most = most > of_others ? most : of_others;
@@ -97,7 +97,7 @@ void measureSurroundings(const Pairs& pairs, const Kernel& kernel, float lattice
                          std::size_t first, std::size_t last, float* ratio, float* share) {
   for (std::size_t i = first; i < last; ++i) {
     Lane density{}, dashpots{};
-    for (std::uint32_t p = pairs.begin[i]; p < pairs.begin[i + 1]; p += lane_width) {
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
       const Lane x = load(pairs.x + p), y = load(pairs.y + p), z = load(pairs.z + p);
       const Lane square = x * x + y * y + z * z;
       density += kernel.value(root(square));
@@ -111,28 +111,34 @@ void measureSurroundings(const Pairs& pairs, const Kernel& kernel, float lattice
 struct Setup {
   Pairs pairs;
   Kernel kernel;
-  float lattice_sum;
+  float lattice_sum, dt;
   const float* guess;
-  const float* amend;                    // per particle
-  const float *dashpot, *bond, *length;  // per pair from `offset` on: N/m^3; N/m; m, 0 where there is no bond
-  std::uint32_t offset;
+  const float* amend;            // per particle
+  const std::uint8_t* material;  // per particle
+  std::size_t materials;
+  const float* dashpot;         // N s/m^3, for each two materials
+  const Bonds* bonds;           // or null
+  const float* rest_length;     // of the bonds, per pair
   float *spring, *compression;  // per pair, or null
   float *force, *excess;        // per particle
 };
 /// Springs and density of particles [first, last).
-TACTILE_CLAY_MULTIVERSION
-void linearise(const Setup& s, std::size_t first, std::size_t last) {
-  const Lane least = all(1e-8f * s.kernel.h * s.kernel.h);
+template <bool alike>
+TACTILE_CLAY_INLINE void linearise(const Setup& s, std::size_t first, std::size_t last) {
+  const Lane shortest = all(1e-8f * s.kernel.h * s.kernel.h);
   for (std::size_t i = first; i < last; ++i) {
     const Lane gx = all(s.guess[4 * i]), gy = all(s.guess[4 * i + 1]), gz = all(s.guess[4 * i + 2]);
     const Lane own = all(s.amend[i]);
+    const float* dashpots = s.dashpot + s.material[i] * s.materials;
+    const BondRule* rules = s.bonds != nullptr ? s.bonds->rules(s.material[i]) : nullptr;
+    Lane damping = all(dashpots[0]), stiffness = all(rules != nullptr ? rules->stiffness : 0.0f);
     Lane guessed{}, lag{}, fx{}, fy{}, fz{};
-    for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.begin[i + 1]; p += lane_width) {
+    for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.end[i]; p += lane_width) {
       const LaneVector of_other = gather(s.guess, s.pairs.other + p);
       const Lane x = load(s.pairs.x + p), y = load(s.pairs.y + p), z = load(s.pairs.z + p);
       const Lane dx = of_other.x - gx, dy = of_other.y - gy, dz = of_other.z - gz;
       const Lane square = x * x + y * y + z * z;
-      const Lane inverse_square = 1.0f / (square > least ? square : least);
+      const Lane inverse_square = 1.0f / greatest(square, shortest);
       const Lane r = root(square);
       const Lane along = x * dx + y * dy + z * dz;
       const Lane ex = x - dx, ey = y - dy, ez = z - dz;
@@ -144,19 +150,39 @@ void linearise(const Setup& s, std::size_t first, std::size_t last) {
         lag += compression * along;
       }
       if (s.spring != nullptr) {
+        if (!alike) {
+          for (int k = 0; k < lane_width; ++k) {
+            const std::uint8_t with = s.material[s.pairs.other[p + k]];
+            damping[k] = dashpots[with];
+            stiffness[k] = rules != nullptr ? rules[with].stiffness : 0.0f;
+          }
+        }
         const Lane both = 0.5f * (own + gatherNumbers(s.amend, s.pairs.other + p));
-        const Lane dashpot = load(s.dashpot + p - s.offset) * dashpotWeight(s.kernel, square) * both;
-        const Lane bond = load(s.bond + p - s.offset) * inverse_square;
-        store(s.spring + p, dashpot + bond);
+        const Lane dashpot = damping / s.dt * dashpotWeight(s.kernel, square) * both;
         // The length at u = 0, were it as linear there as it is near the guess.
         const Lane start = length + along * r * inverse_square;
-        const Lane push = r * (dashpot * (r - start) + bond * (load(s.length + p - s.offset) - start));
+        Lane spring = dashpot, push = dashpot * (r - start);
+        if (rules != nullptr) {
+          const Lane rest_length = load(s.rest_length + p);
+          const Lane bond = (rest_length > 0.0f ? stiffness : Lane{}) * inverse_square;
+          spring += bond, push += bond * (rest_length - start);
+        }
+        store(s.spring + p, spring);
+        push *= r;
         fx += push * x, fy += push * y, fz += push * z;
       }
     }
     s.force[4 * i] = sum(fx), s.force[4 * i + 1] = sum(fy), s.force[4 * i + 2] = sum(fz);
     s.excess[i] = (sum(guessed) + s.kernel.sigma) / s.lattice_sum - 1.0f - sum(lag);
   }
+}
+TACTILE_CLAY_MULTIVERSION
+void lineariseAlike(const Setup& s, std::size_t first, std::size_t last) {
+  linearise<true>(s, first, last);
+}
+TACTILE_CLAY_MULTIVERSION
+void lineariseMixed(const Setup& s, std::size_t first, std::size_t last) {
+  linearise<false>(s, first, last);
 }
 
 /// Sum over the initial lattice of the dashpot weight times r^4.
@@ -211,43 +237,32 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
     // A particle at a surface has fewer pairs, but no less clay.
     for (std::size_t i = first; i < last; ++i) amend_[i] = 1.0f / std::max(amend_[i], 0.25f);
   });
+  const Setup setup{pairs(),
+                    kernel_,
+                    lattice_sum_,
+                    dt,
+                    guess.data(),
+                    amend_.data(),
+                    particles.material.data(),
+                    materials_,
+                    dashpot_.data(),
+                    bonds,
+                    bonds != nullptr ? bonds->restLengths().data() : nullptr,
+                    sprung_ ? spring_.data() : nullptr,
+                    dense_ ? compression_.data() : nullptr,
+                    force_.data(),
+                    excess_.data()};
   parallelRanges(n, grain, [&](std::size_t first, std::size_t last) {
-    beginPairs(particles, bonds, guess, dt, first, last);
+    if (materials_ == 1)
+      lineariseAlike(setup, first, last);
+    else
+      lineariseMixed(setup, first, last);
   });
 }
 
-void Potential::beginPairs(const Particles& particles, const Bonds* bonds, const VectorField& guess, float dt,
-                           std::size_t first, std::size_t last) {
-  const Neighbourhood& near = *near_;
-  const std::uint32_t offset = near.begin(first);
-  const std::size_t count = near.padded(last - 1) - offset;
-  thread_local std::vector<float> dashpot, bond, length;
-  if (sprung_) {
-    dashpot.assign(count, dashpot_[0] / dt), bond.assign(count, 0.0f), length.assign(count, 0.0f);
-    for (std::size_t i = first; i < last; ++i) {
-      if (materials_ > 1) {
-        const float* with = &dashpot_[particles.material[i] * materials_];
-        for (std::uint32_t p = near.begin(i); p < near.end(i); ++p)
-          dashpot[p - offset] = with[particles.material[near.other()[p]]] / dt;
-      }
-      if (bonds == nullptr) continue;
-      std::uint32_t p = near.begin(i);
-      for (const Bond* b = bonds->begin(i); b != bonds->end(i); ++b, ++p) {
-        while (near.other()[p] != b->other) ++p;  // bonds stand in the order of the neighbours
-        bond[p - offset] = bonds->stiffness(particles.material[i], particles.material[b->other]);
-        length[p - offset] = b->rest_length;
-      }
-    }
-  }
-  linearise({pairs(), kernel_, lattice_sum_, guess.data(), amend_.data(), dashpot.data(), bond.data(),
-             length.data(), offset, sprung_ ? spring_.data() : nullptr,
-             dense_ ? compression_.data() : nullptr, force_.data(), excess_.data()},
-            first, last);
-}
-
 PairArrays Potential::pairs() const {
-  return {near_->begins(), near_->other().data(), near_->x(),         near_->y(),
-          near_->z(),      spring_.data(),        compression_.data()};
+  return {near_->begins(), near_->paddeds(), near_->other().data(), near_->x(),
+          near_->y(),      near_->z(),       spring_.data(),        compression_.data()};
 }
 
 void Potential::stretch(const VectorField& u, VectorField& f, std::size_t first, std::size_t last) {

@@ -13,10 +13,10 @@ namespace tactile_clay::clay {
 
 /// Pairs of a step as the vector loops see them. With x = x_i - x_j and du = u_j - u_i of a pair:
 struct PairArrays {
-  const std::uint32_t *begin, *other;
-  const float *x, *y, *z;    // m
-  const float* spring;       // N/m^3; the force on i is spring (x . du) x
-  const float* compression;  // 1/m^2; C_i grows by compression (x . du)
+  const std::uint32_t *begin, *end, *other;  // end: of whole lanes
+  const float *x, *y, *z;                    // m
+  const float* spring;                       // N/m^3; the force on i is spring (x . du) x
+  const float* compression;                  // 1/m^2; C_i grows by compression (x . du)
 };
 
 /// Internal forces of the clay in a time step, linearised once at its start.
@@ -63,8 +63,6 @@ class Potential {
   const std::vector<float>& densityRatio() const { return ratio_; }
 
  private:
-  void beginPairs(const Particles& particles, const Bonds* bonds, const VectorField& guess, float dt,
-                  std::size_t first, std::size_t last);
   PairArrays pairs() const;
   void stretch(const VectorField& u, VectorField& f, std::size_t first, std::size_t last);
 

@@ -22,12 +22,12 @@ using Tensor = Projection::Tensor;
 
 /// Pairs as the loops over lanes see them.
 struct Pairs {
-  const std::uint32_t *begin, *other;
-  const float *x, *y, *z;  // x_i - x_j at the start, m
+  const std::uint32_t *begin, *end, *other;  // end: of whole lanes
+  const float *x, *y, *z;                    // x_i - x_j at the start, m
 };
 
 Pairs pairsOf(const Neighbourhood& near) {
-  return {near.begins(), near.other().data(), near.x(), near.y(), near.z()};
+  return {near.begins(), near.paddeds(), near.other().data(), near.x(), near.y(), near.z()};
 }
 
 TACTILE_CLAY_INLINE LaneVector displacement(const float* u, std::size_t i) {
@@ -53,7 +53,7 @@ void measureKernels(const Pairs& pairs, const Kernel& kernel, float volume, floa
   for (std::size_t i = first; i < last; ++i) {
     Lane total{};
     LaneVector gradient{};
-    for (std::uint32_t p = pairs.begin[i]; p < pairs.begin[i + 1]; p += lane_width) {
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
       const LaneVector x{load(pairs.x + p), load(pairs.y + p), load(pairs.z + p)};
       const Lane r = lengthOf(x);
       total += kernel.value(r);
@@ -80,7 +80,7 @@ void measureDensities(const Pairs& pairs, const Kernel& kernel, float lattice_su
     Lane total{}, weights{};
     LaneVector own{};
     const LaneVector at = displacement(u, i);
-    for (std::uint32_t p = pairs.begin[i]; p < pairs.begin[i + 1]; p += lane_width) {
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
       const LaneVector of_other = gather(u, pairs.other + p);
       const LaneVector x{load(pairs.x + p) + (at.x - of_other.x), load(pairs.y + p) + (at.y - of_other.y),
                          load(pairs.z + p) + (at.z - of_other.z)};
@@ -108,7 +108,7 @@ void moveByDensities(const Pairs& pairs, const float* gradient, const float* ste
   for (std::size_t i = first; i < last; ++i) {
     LaneVector move{};
     const Lane own = all(step[i]);
-    for (std::uint32_t p = pairs.begin[i]; p < pairs.begin[i + 1]; p += lane_width) {
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
       const Lane both = own + gatherNumbers(step, pairs.other + p);
       move.x += both * load(gradient + 3 * p);
       move.y += both * load(gradient + 3 * p + lane_width);
@@ -126,7 +126,7 @@ void sumGradients(const Pairs& pairs, const float* slope, const float* u, std::s
   for (std::size_t i = first; i < last; ++i) {
     LaneVector d0{}, d1{}, d2{};
     const LaneVector at = displacement(u, i);
-    for (std::uint32_t p = pairs.begin[i]; p < pairs.begin[i + 1]; p += lane_width) {
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
       const LaneVector of_other = gather(u, pairs.other + p);
       const Lane s = load(slope + p);
       const Lane x = s * (of_other.x - at.x), y = s * (of_other.y - at.y), z = s * (of_other.z - at.z);
@@ -154,7 +154,7 @@ void moveByStrains(const Pairs& pairs, const float* slope, const Tensor* step, c
     const float* own = step[i].column[0].data();
     const float* g = own_gradient + 4 * i;
     HalfLane m0 = g[0] * slot(own), m1 = g[1] * slot(own + 4), m2 = g[2] * slot(own + 8);
-    for (std::uint32_t p = pairs.begin[i]; p < pairs.begin[i + 1]; ++p) {
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; ++p) {
       const float* s = step[pairs.other[p]].column[0].data();
       const float weight = slope[p];
       m0 += (weight * pairs.x[p]) * slot(s);
