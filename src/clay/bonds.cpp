@@ -41,7 +41,7 @@ struct Update {
   const Neighbourhood& near;
   const float* velocity;         // of all particles
   const std::uint8_t* material;  // of all particles; null where there is one material only
-  float reach;                   // m
+  float reach;                   // m, within which bonds form
 };
 
 /// The bonds of particle i. \param rules with each material \param old of all particles, the rest lengths of
@@ -50,16 +50,14 @@ template <bool alike>
 TACTILE_CLAY_INLINE std::uint32_t updateBonds(const Update& u, std::size_t i, const BondRule* rules,
                                               const float* old, float* rest_lengths, Bond* bonds) {
   const Lane vx = all(u.velocity[4 * i]), vy = all(u.velocity[4 * i + 1]), vz = all(u.velocity[4 * i + 2]);
+  const Lane reach = all(u.reach);
   constexpr std::uint32_t first[lane_width] = {};
   Rules rule = rulesOf(rules, first);
   std::uint32_t count = 0;
   for (std::uint32_t p = u.near.begin(i); p < u.near.padded(i); p += lane_width) {
     const std::uint32_t* other = u.near.other().data() + p;
-    const LaneVector of_other = gather(u.velocity, other);
     const Lane x = load(u.near.x() + p), y = load(u.near.y() + p), z = load(u.near.z() + p);
     const Lane square = x * x + y * y + z * z, length = root(square);
-    const Lane opening = (vx - of_other.x) * x + (vy - of_other.y) * y + (vz - of_other.z) * z;
-    const Lane rate = (opening < 0.0f ? -opening : opening) / square;
     if (!alike) {
       std::uint32_t index[lane_width];
       for (int k = 0; k < lane_width; ++k) index[k] = u.material[other[k]];
@@ -70,9 +68,11 @@ TACTILE_CLAY_INLINE std::uint32_t updateBonds(const Update& u, std::size_t i, co
     // A bond that is strained beyond its yield has flowed: its elastic strain is on the yield surface.
     const Lane flowed =
         least(greatest(bonded ? rest_length : length, length * rule.shortest), length * rule.longest);
-    const LaneOrder holds =
-        ((bonded & (rate <= rule.unbond_rate)) | (~bonded & (length < u.reach) & (rate < rule.bond_rate))) &
-        (length > 0.0f);
+    const LaneVector of_other = gather(u.velocity, other);
+    const Lane opening = (vx - of_other.x) * x + (vy - of_other.y) * y + (vz - of_other.z) * z;
+    const Lane rate = (opening < 0.0f ? -opening : opening) / square;
+    const LaneOrder forms = ~bonded & (length < reach) & (rate < rule.bond_rate);
+    const LaneOrder holds = ((bonded & (rate <= rule.unbond_rate)) | forms) & (length > 0.0f);
     store(rest_lengths + p, holds ? flowed : Lane{});
     const unsigned mask = bits(holds);
     storeBonds(bonds + count, other, flowed, mask);
@@ -109,12 +109,12 @@ Bonds::Bonds(float spacing, const std::vector<Material>& materials)
   }
 }
 
-void Bonds::updateIn(const Neighbourhood& near, const Particles& particles, std::size_t first,
-                     std::size_t last) {
+void Bonds::updateIn(const Neighbourhood& near, const Particles& particles, const VectorField& velocity,
+                     bool form, std::size_t first, std::size_t last) {
   // Of each particle that this one is bonded to, the rest length. All zero between particles.
   thread_local std::vector<float> rest_length_to;
   if (rest_length_to.size() < particles.size()) rest_length_to.resize(particles.size(), 0.0f);
-  const Update update{near, particles.velocity.data(), particles.material.data(), reach_};
+  const Update update{near, velocity.data(), particles.material.data(), form ? reach_ : 0.0f};
   for (std::size_t i = first; i < last; ++i) {
     const Bond* const begin = before_.bonds.data() + before_.begin[i];
     const Bond* const end = before_.bonds.data() + before_.end[i];
@@ -127,14 +127,16 @@ void Bonds::updateIn(const Neighbourhood& near, const Particles& particles, std:
   }
 }
 
-void Bonds::update(const Neighbourhood& near, const Particles& particles) {
+void Bonds::update(const Neighbourhood& near, const Particles& particles, const VectorField& velocity,
+                   bool form) {
   const std::size_t n = particles.size();
   std::swap(lists_, before_);
   before_.begin.resize(n, 0), before_.end.resize(n, 0);
   lists_.begin.resize(n), lists_.end.resize(n);
   lists_.bonds.resize(near.pairs()), rest_lengths_.resize(near.pairs());
-  parallelRanges(n, 256,
-                 [&](std::size_t first, std::size_t last) { updateIn(near, particles, first, last); });
+  parallelRanges(n, 256, [&](std::size_t first, std::size_t last) {
+    updateIn(near, particles, velocity, form, first, last);
+  });
 }
 
 void Bonds::restore(const std::vector<std::uint32_t>& begins, std::vector<Bond> all) {

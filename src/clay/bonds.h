@@ -24,7 +24,8 @@ struct BondRule {
 };
 
 /// Which pairs hold together (paper, section III-C): bonds form where a pair's projected relative velocity is
-/// low and break where it is high (hysteresis); the rest length of an overstretched bond flows.
+/// low and break where it is high (hysteresis); the rest length of an overstretched bond flows. Velocities
+/// are means of a frame, see doc/method.md.
 ///
 /// Rates are per second, |d ln l / dt|, so that they mean the same at every particle spacing. A bond is a
 /// spring of stiffness k = E d (E the material's stiffness, d the spacing). Between two materials the weaker
@@ -34,9 +35,11 @@ class Bonds {
   /// \param spacing m; pairs closer than 1.5 spacings can bond
   Bonds(float spacing, const std::vector<Material>& materials);
 
-  /// Lets rest lengths follow so that no bond is strained beyond its yield strain, and (de)activates bonds by
-  /// the velocities of the last step. Called before the step moves anything.
-  void update(const Neighbourhood& near, const Particles& particles);
+  /// Lets rest lengths follow so that no bond is strained beyond its yield strain, and (de)activates bonds.
+  /// Called before a step moves anything.
+  /// \param velocity m/s, means over a time that does not depend on the time step \param form whether bonds
+  /// may form
+  void update(const Neighbourhood& near, const Particles& particles, const VectorField& velocity, bool form);
 
   /// N/m, of a bond between two materials; 0: they do not bond
   float stiffness(std::uint8_t a, std::uint8_t b) const { return rules(a)[b].stiffness; }
@@ -59,7 +62,8 @@ class Bonds {
     std::vector<std::uint32_t> begin, end;
     std::vector<Bond> bonds;
   };
-  void updateIn(const Neighbourhood& near, const Particles& particles, std::size_t first, std::size_t last);
+  void updateIn(const Neighbourhood& near, const Particles& particles, const VectorField& velocity, bool form,
+                std::size_t first, std::size_t last);
 
   float reach_;  // m
   std::size_t materials_;

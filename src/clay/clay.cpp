@@ -52,6 +52,12 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return m;
+}
+
 }  // namespace
 
 void validate(const Material& m) {
@@ -104,6 +110,7 @@ struct Clay::Solver {
 
   void takeGhosts(const Ghosts& ghosts);
   void step(const Ghosts& ghosts, const std::vector<Solid>& solids, double from, float dt);
+  void updateBonds();
   void project(float dt);
   void minimise(float dt);
   void descend(int count, float dt);
@@ -112,6 +119,7 @@ struct Clay::Solver {
   Sums precondition(std::size_t first, std::size_t last);
   void measureLumps();
   void translate(float dt);
+  std::vector<Eigen::Matrix3f> turnsOfLumps(float dt);
   void ownDirection();
   void balanceForces();
   void publishAwake();
@@ -130,8 +138,7 @@ struct Clay::Solver {
   VectorField free;                  // m, displacements of the step without internal and contact forces
   VectorField u;                     // m, displacements of the step
   VectorField d, a_d;                // direction of the displacements themselves, its product
-  VectorField r, p, q;               // residual, direction, its product
-  VectorField z, a_z;                // preconditioned residual, its product
+  VectorField r, z, p, q;            // residual, preconditioned residual, direction, its product
   std::vector<Sums> partial;
   Kernel kernel;
   Neighbourhood near;
@@ -146,6 +153,8 @@ struct Clay::Solver {
   std::vector<Bond> sleeping_bonds;
   std::vector<Contact> sleeping_contacts;
   bool bonded = false;
+  VectorField window_start;        // m, positions when bonds were last decided on
+  int window_steps = 0;            // steps since
   double time = 0.0, carry = 0.0;  // s
   Ghosts target;                   // ghosts at the end of the frame
   Ghosts moved;                    // and at the end of the current step
@@ -209,6 +218,8 @@ Clay::Solver::Solver(const ClayConfig& config_in, std::vector<Material> material
            config.spacing,
            everyone.position,
            everyone.velocity,
+           everyone.position,
+           config.budget.substeps,
            everyone.material,
            everyone.body,
            std::vector<std::uint32_t>(n + 1, 0),
@@ -256,13 +267,29 @@ void Clay::Solver::step(const Ghosts& ghosts, const std::vector<Solid>& solids, 
   }
   if (bonded) {
     const Stopwatch watch(ms(bonds));
-    bond_constraint.update(near, particles);
+    updateBonds();
   }
   if (config.budget.method == Method::paper)
     project(dt);
   else
     minimise(dt);
   endStep(dt);
+}
+
+/// Whether bonds form or break is decided by how far a pair has parted in a frame, not by the velocities of a
+/// step: these carry the noise of the solver, and a threshold that is looked at more often is crossed more
+/// often. A bond breaks as soon as its frame is sure to be too fast; what forms does so at the end of one.
+void Clay::Solver::updateBonds() {
+  const float per_frame = static_cast<float>(1.0 / config.frame);
+  const bool ends = window_steps >= config.budget.substeps;
+  ranges([&](std::size_t, std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      z[i] = per_frame * (particles.position[i] - window_start[i]);
+      if (ends) window_start[i] = particles.position[i];
+    }
+  });
+  bond_constraint.update(near, particles, z, ends);
+  window_steps = ends ? 1 : window_steps + 1;
 }
 
 /// The paper's scheme.
@@ -384,6 +411,36 @@ void Clay::Solver::measureLumps() {
   }
 }
 
+/// What turning by a finite angle adds to the displacements dt v of a turning lump, by the arm from its
+/// centre: without it a lump grows with every step of its turn, and few iterations cannot take that back.
+std::vector<Eigen::Matrix3f> Clay::Solver::turnsOfLumps(float dt) {
+  const auto& momentum = momenta.of(near, particles.size(), [&](std::size_t i) {
+    const Eigen::Vector3d arm = particles.position.at(i).cast<double>() - bodies[near.lump(i)].centre;
+    const Eigen::Vector3d each = particles.velocity.at(i).cast<double>() / particles.inverse_mass[i];
+    LumpSums<6>::Sum sum;
+    sum << each, arm.cross(each);
+    return sum;
+  });
+  std::vector<Eigen::Matrix3f> turns(bodies.size(), Eigen::Matrix3f::Zero());
+  for (std::size_t l = 0; l < bodies.size(); ++l) {
+    const Body& body = bodies[l];
+    const double point =
+        std::pow(size(body), 2) * body.mass * 1e-9;  // so that a line of particles has an inverse
+    const Eigen::LDLT<Eigen::Matrix3d> inertia(body.inertia + point * Eigen::Matrix3d::Identity());
+    const Eigen::Vector3d turn = dt * inertia.solve(momentum[l].tail<3>());
+    const double angle = turn.norm();
+    if (!(angle > 1e-6) || angle > 0.5) continue;
+    const Eigen::Matrix3d bend =
+        Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix() - Eigen::Matrix3d::Identity() - skew(turn);
+    // Without what of it is a turn itself: the momentum is right already.
+    const Eigen::Matrix3d second = 0.5 * body.inertia.trace() * Eigen::Matrix3d::Identity() - body.inertia;
+    const Eigen::Matrix3d m = bend * second;
+    const Eigen::Vector3d spun(m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1));
+    turns[l] = (bend - skew(inertia.solve(spun))).cast<float>();
+  }
+  return turns;
+}
+
 /// Displacements as a direction: d = u in the directions that contacts leave free, without the rigid motions
 /// of lumps that no contact blocks. These no internal force resists; along them the momentum is right, and
 /// stays so.
@@ -450,9 +507,7 @@ void Clay::Solver::ownDirection() {
 /// Conjugate gradients on the potential, preconditioned by the masses, in the directions that contacts leave
 /// free. The first direction is that of the displacements themselves, and all others are conjugate to it
 /// (deflation, Saad et al. 2000): the residual stays orthogonal to the displacements, and so, the energies
-/// being convex, a step gains no energy however few directions are tried; see doc/method.md. The product of a
-/// direction follows from that of the preconditioned residual (Chronopoulos and Gear 1989), so that an
-/// iteration is three parallel ranges.
+/// being convex, a step gains no energy however few directions are tried; see doc/method.md.
 void Clay::Solver::descend(int count, float dt) {
   Sums products = residual(dt);  // r . z, A d . z
   ownDirection();
@@ -468,21 +523,22 @@ void Clay::Solver::descend(int count, float dt) {
       return precondition(first, last);
     });
   }
-  double last_rz = 0.0, curvature = 0.0;  // of the direction before, p . A p
+  double last_rz = 0.0;
   for (int k = 1; k < count && products[0] > 0.0; ++k) {
-    const double rz = products[0], zz = multiply(z, dt, a_z)[0];
-    const double beta = k > 1 ? rz / last_rz : 0.0;
-    const double of_own = moves ? products[1] / own[0] : 0.0;
-    // The directions are conjugate to each other, so that of p = z + beta p - of_own d, p . A p is
-    curvature = zz - beta * beta * curvature - of_own * of_own * own[0];
-    if (!(curvature > 0.0)) break;
-    const float alpha = static_cast<float>(rz / curvature);
-    const float b = static_cast<float>(beta), o = static_cast<float>(of_own);
-    products = sumOver([&](std::size_t first, std::size_t last) {
+    const double rz = products[0];
+    const float b = k > 1 ? static_cast<float>(rz / last_rz) : 0.0f;
+    const float o = moves ? static_cast<float>(products[1] / own[0]) : 0.0f;
+    ranges([&](std::size_t, std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
         p[i] = k > 1 ? Eigen::Vector4f(z[i] + b * p[i]) : z[i];
-        q[i] = k > 1 ? Eigen::Vector4f(a_z[i] + b * q[i]) : a_z[i];
-        if (moves) p[i] -= o * d[i], q[i] -= o * a_d[i];
+        if (moves) p[i] -= o * d[i];
+      }
+    });
+    const double curvature = multiply(p, dt, q)[0];
+    if (!(curvature > 0.0)) break;
+    const float alpha = static_cast<float>(rz / curvature);
+    products = sumOver([&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) {
         u[i] += alpha * p[i];
         r[i] -= alpha * q[i];
       }
@@ -502,8 +558,13 @@ void Clay::Solver::minimise(float dt) {
   // Start from the last velocity: what rests starts at rest, however few iterations follow. What falls or
   // slides is set going by `translate`.
   const Eigen::Vector3f fall = dt * dt * config.gravity.cast<float>();
+  const std::vector<Eigen::Matrix3f> bend = turnsOfLumps(dt);
   ranges([&](std::size_t, std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) u.set(i, free.at(i) - fall);
+    for (std::size_t i = first; i < last; ++i) {
+      const std::uint32_t lump = near.lump(i);
+      const Eigen::Vector3f arm = particles.position.at(i) - bodies[lump].centre.cast<float>();
+      u.set(i, free.at(i) - fall + bend[lump] * arm);
+    }
   });
   // Contacts and compression are looked at anew every few iterations.
   constexpr int iterations_a_round = 4;
@@ -566,12 +627,15 @@ Sculpture Clay::Solver::sculpture() const {
               config.spacing,
               everyone.position,
               everyone.velocity,
+              everyone.position,
+              window_steps,
               everyone.material,
               everyone.body,
               {0},
               {},
               sleeping_contacts,
               sleep.state()};
+  for (std::size_t k = 0; k < awake.size(); ++k) s.window_start[awake[k]] = window_start[k];
   std::size_t k = 0;
   for (std::size_t i = 0; i < everyone.size(); ++i) {
     if (k < awake.size() && awake[k] == i) {
@@ -598,6 +662,7 @@ void Clay::Solver::restore(const Sculpture& s) {
   constexpr std::uint32_t nobody = 0xffffffffu;
   time = s.time, carry = s.carry;
   statistics.step = s.step;
+  window_steps = s.window_steps;
   everyone.position = s.position, everyone.velocity = s.velocity;
   sleep.restore(s.sleep, everyone);
   awake = sleep.awake();
@@ -606,13 +671,14 @@ void Clay::Solver::restore(const Sculpture& s) {
   std::vector<std::uint32_t> index(n, nobody);  // in `awake`
   particles = {};
   for (VectorField* field :
-       {&particles.position, &particles.velocity, &free, &u, &r, &z, &a_z, &p, &q, &d, &a_d})
+       {&particles.position, &particles.velocity, &window_start, &free, &u, &r, &z, &p, &q, &d, &a_d})
     field->resize(awake.size());
   for (std::uint32_t k = 0; k < awake.size(); ++k) {
     const std::uint32_t i = awake[k];
     index[i] = k;
     particles.position[k] = everyone.position[i];
     particles.velocity[k] = everyone.velocity[i];
+    window_start[k] = s.window_start[i];
     particles.inverse_mass.push_back(everyone.inverse_mass[i]);
     particles.density_ratio.push_back(everyone.density_ratio[i]);
     particles.material.push_back(everyone.material[i]);

@@ -12,8 +12,8 @@ struct Material {
   double bulk_modulus = 1e6;  // Pa, resistance to compression; one-sided, clay is held together by its bonds
   double viscosity = 200.0;   // Pa s, dynamic (Eq. 3, 4); 0: none
   double stiffness = 1e5;     // Pa, of the elastoplastic bonds (Eq. 5); 0: none
-  double bond_rate = 1.0;     // 1/s, a bond forms where the pair's stretch rate is below
-  double unbond_rate = 10.0;  // 1/s, a bond breaks where the pair's stretch rate is above; > bond_rate
+  double bond_rate = 1.0;     // 1/s, a bond forms where the pair's stretch rate over a frame is below
+  double unbond_rate = 10.0;  // 1/s, a bond breaks where it is above; > bond_rate
   double yield_strain = std::numeric_limits<double>::infinity();  // 1, a bond's rest length flows beyond it
   double friction = 0.6;       // 1, Coulomb coefficient against solids; 0: none
   double adhesion = 0.0;       // Pa, pull under which the clay comes off a solid; 0: it only rests on it

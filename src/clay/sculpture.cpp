@@ -10,7 +10,7 @@ namespace tactile_clay::clay {
 namespace {
 
 // Numbers stand as the processor has them: little-endian on all that ROS 1 runs on.
-constexpr char magic[] = "tactile_clay sculpture 1\n";
+constexpr char magic[] = "tactile_clay sculpture 2\n";
 
 [[noreturn]] void fail(const std::string& file, const std::string& what) {
   throw std::runtime_error("sculpture '" + file + "' " + what);
@@ -76,9 +76,9 @@ void save(const Sculpture& s, const std::string& file) {
   if (!out) fail(file, "cannot be written");
   out << magic;
   put(out, s.time), put(out, s.carry), put(out, s.step), put(out, s.spacing);
-  put(out, s.sleep.watched);
+  put(out, s.sleep.watched), put(out, s.window_steps);
   put(out, s.material), put(out, s.body), put(out, s.sleep.lump);
-  for (const VectorField* field : {&s.position, &s.velocity, &s.sleep.mark})
+  for (const VectorField* field : {&s.position, &s.velocity, &s.window_start, &s.sleep.mark})
     for (std::size_t i = 0; i < field->size(); ++i) put(out, field->at(i));
   put(out, s.bond_begin), put(out, static_cast<std::uint64_t>(s.bonds.size()));
   for (const Bond& bond : s.bonds) put(out, bond.other), put(out, bond.rest_length);
@@ -105,15 +105,15 @@ Sculpture loadSculpture(const std::string& file) {
   Sculpture s;
   s.time = reader.get<double>(), s.carry = reader.get<double>();
   s.step = reader.get<std::uint64_t>(), s.spacing = reader.get<double>();
-  s.sleep.watched = reader.get<double>();
+  s.sleep.watched = reader.get<double>(), s.window_steps = reader.get<std::int32_t>();
   s.material = reader.values<std::uint8_t>(most);
   s.body = reader.values<std::uint16_t>(most);
   s.sleep.lump = reader.values<std::uint32_t>(most);
   const std::size_t n = s.material.size();
   if (s.body.size() != n || s.sleep.lump.size() != n || !std::isfinite(s.time) || !std::isfinite(s.carry) ||
-      !(s.sleep.watched >= 0.0))
+      !(s.sleep.watched >= 0.0) || s.window_steps < 0)
     fail(file, "is damaged");
-  for (VectorField* field : {&s.position, &s.velocity, &s.sleep.mark}) {
+  for (VectorField* field : {&s.position, &s.velocity, &s.window_start, &s.sleep.mark}) {
     field->resize(n);
     for (std::size_t i = 0; i < n; ++i) field->set(i, reader.vector());
   }

@@ -55,8 +55,8 @@ Columns of the table; errors are differences from the reference of the same spac
   ms a frame      wall time of the steps of 1/60 s, median and 99th percentile
   displacement    root mean square over the particles of their distance from the reference's, at the end, spacings
   height          of the highest particle over the solids below it, at the end, mm; and its error
-  force           of the clay on the hand, or on the solids if there is none, means of 0.1 s: root mean square of
-                  the error over that of the reference
+  force           of the clay on each hand, or on the solids if there is none, means of 0.1 s: root mean square of
+                  the error over that of the reference; nan if the reference touches nothing
   density         mean of max(rho / rho_0 - 1, 0) over particles and time
   volume          within the surface where the smoothed clay is half as dense, end over start - 1
 )";
@@ -186,11 +186,15 @@ Options optionsOf(int argc, char** argv) {
 struct Sample {
   double duration;  // s
   clay::Ghosts skin;
+  std::vector<std::uint8_t> side;  // of each ghost: 0 left, 1 right
 };
 
-clay::Ghosts ghostsOf(const hand::Skin& skin) {
-  return {skin.position, skin.normal, skin.velocity};
+Sample sampleOf(double duration, const hand::Skin& skin) {
+  return {duration, {skin.position, skin.normal, skin.velocity}, skin.side};
 }
+
+/// N, on the left and on the right hand; without hands, on all solids and zero.
+using Load = Eigen::Matrix<double, 6, 1>;
 
 std::vector<Sample> played(const hand::Score& score, double duration, double spacing) {
   hand::KinematicHands hands(spacing);
@@ -199,7 +203,7 @@ std::vector<Sample> played(const hand::Score& score, double duration, double spa
   for (int k = 1; k <= count; ++k) {
     const double t = k * frame;
     const auto stamp = std::chrono::nanoseconds(std::llround(t * 1e9));
-    samples.push_back({frame, ghostsOf(hands.update(score.sample(t).hands, stamp))});
+    samples.push_back(sampleOf(frame, hands.update(score.sample(t).hands, stamp)));
   }
   return samples;
 }
@@ -240,7 +244,7 @@ std::vector<Sample> recorded(const Options& options, double spacing) {
     const double duration = std::clamp(std::chrono::duration<double>(passed).count(), 0.0, 1.0);
     time += duration;
     if (options.duration > 0.0 && time > options.duration) break;
-    samples.push_back({duration, ghostsOf(hands.update(seen, sample.stamp))});
+    samples.push_back(sampleOf(duration, hands.update(seen, sample.stamp)));
   }
   return samples;
 }
@@ -248,7 +252,7 @@ std::vector<Sample> recorded(const Options& options, double spacing) {
 std::vector<Sample> samplesOf(const Options& options, double spacing) {
   if (options.hands == "none") {
     const double duration = options.duration > 0.0 ? options.duration : 1.2;
-    return std::vector<Sample>(static_cast<std::size_t>(std::lround(duration / frame)), {frame, {}});
+    return std::vector<Sample>(static_cast<std::size_t>(std::lround(duration / frame)), {frame, {}, {}});
   }
   if (options.hands == "knead") return played(hand::knead(), options.duration, spacing);
   if (options.hands == "potter") return played(hand::potter(), options.duration, spacing);
@@ -266,7 +270,7 @@ struct Outcome {
   std::vector<double> ms;               // of each frame's steps
   clay::VectorField position;           // m, at the end
   double height = 0.0;                  // m
-  std::vector<Eigen::Vector3d> force;   // N, means of 0.1 s
+  std::vector<Load> force;              // means of 0.1 s
   double mean_force = 0.0;              // N
   double density = 0.0, densest = 0.0;  // error
   double volume_change = 0.0;
@@ -329,7 +333,7 @@ Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::
   const double step = config.frame / setting.budget.substeps;
   Outcome outcome;
   double window = 0.0, time = 0.0;
-  Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
+  Load impulse = Load::Zero();
   const bool touched = std::any_of(samples.begin(), samples.end(),
                                    [](const Sample& sample) { return sample.skin.size() > 0; });
   for (const Sample& sample : samples) {
@@ -343,11 +347,12 @@ Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::
     if (steps > 0)
       outcome.ms.push_back(ms / static_cast<double>(steps) * static_cast<double>(setting.budget.substeps));
 
-    Eigen::Vector3d force = Eigen::Vector3d::Zero();
+    Load force = Load::Zero();
     if (touched)
-      for (const clay::GhostForce& f : clay.ghostForces()) force += f.force.cast<double>();
+      for (const clay::GhostForce& f : clay.ghostForces())
+        force.segment<3>(3 * sample.side[f.ghost]) += f.force.cast<double>();
     else
-      for (const Eigen::Vector3d& f : clay.solidForces()) force += f;
+      for (const Eigen::Vector3d& f : clay.solidForces()) force.head<3>() += f;
     outcome.mean_force += sample.duration * force.norm();
     outcome.density += sample.duration * clay.statistics().density_error_mean;
     outcome.densest = std::max(outcome.densest, clay.statistics().density_error_max);
@@ -443,6 +448,7 @@ class Report {
       double smallest = INFINITY;
       for (const Errors& e : rows) smallest = std::min(smallest, std::abs(e.*error));
       const double change = std::abs(halved.*error);
+      if (!std::isfinite(change)) return;
       std::printf(
           "- %s: halving the reference's step changed it by %.3g%s; the smallest error above is %.3g%s: %s\n",
           what, unit * change, in, unit * smallest, in,

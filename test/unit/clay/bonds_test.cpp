@@ -29,7 +29,7 @@ struct Bonded {
 
   void update() {
     near.build(particles.position);
-    bonds.update(near, particles);
+    bonds.update(near, particles, particles.velocity, true);
   }
   const Bond* find(std::uint32_t i, std::uint32_t j) const {
     for (const Bond* b = bonds.begin(i); b != bonds.end(i); ++b) {

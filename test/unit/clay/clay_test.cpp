@@ -89,6 +89,30 @@ TEST(Clay, KeepsSpinningWithoutViscosity) {
   EXPECT_LT((angularMomentum(clay.particles()) - before).norm(), 1e-4 * before.norm());
 }
 
+/// Bonds left of a pair that is set going at `rate` (1/s, of its length) and watched for two frames.
+std::size_t bondsOfPair(double rate, double stiffness, int substeps) {
+  Material material;
+  material.viscosity = material.bulk_modulus = 0.0;
+  material.stiffness = stiffness;
+  material.bond_rate = 1.0, material.unbond_rate = 10.0, material.yield_strain = 2.0;
+  ClayConfig config = configOf(substeps, 8);
+  config.gravity.setZero();
+  const float half = static_cast<float>(0.5 * rate * spacing);
+  Clay clay(config, {material},
+            {{{0, 0, 0}, {-half, 0, 0}, 0, 0}, {{static_cast<float>(spacing), 0, 0}, {half, 0, 0}, 0, 0}});
+  run(clay, 2);
+  return clay.statistics().bonds;
+}
+
+TEST(Clay, BondsPartByWhatAFrameDoesHoweverItIsCut) {
+  for (const int substeps : {1, 4, 16, 64}) {
+    EXPECT_EQ(bondsOfPair(9.0, 1e-3, substeps), 1u) << substeps;
+    EXPECT_EQ(bondsOfPair(13.0, 1e-3, substeps), 0u) << substeps;
+    // One that vibrates by 5 % of its length, at velocities of twice the rate.
+    EXPECT_EQ(bondsOfPair(20.0, 3200.0, substeps), 1u) << substeps;
+  }
+}
+
 class AtBudget : public ::testing::TestWithParam<std::pair<int, int>> {};
 
 void expectDeadRest(int edge, int substeps, int iterations) {

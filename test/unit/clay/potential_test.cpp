@@ -42,12 +42,12 @@ struct Cloud {
         potential(kernel, spacing, materials) {
     particles = particlesAt(lattice(5, scale * spacing, 0.15f), 2e-4f);
     near.build(particles.position);
-    bonds.update(near, particles);
+    bonds.update(near, particles, particles.velocity, true);
     // The positions move on, so that the bonds are strained.
     std::mt19937 random(9);
     for (std::size_t i = 0; i < size(); ++i) particles.position.add(i, randomVector(random, 0.1f * spacing));
     near.build(particles.position);
-    bonds.update(near, particles);
+    bonds.update(near, particles, particles.velocity, true);
     guess = zeros(size());
     for (std::size_t i = 0; i < size(); ++i) {
       guess.set(i, turn_in * particles.position.at(i) - particles.position.at(i));

@@ -32,7 +32,7 @@ struct Bench {
         contacts(spacing, materials),
         projection(kernel, spacing, materials) {
     near.build(particles.position);
-    bonds.update(near, particles);
+    bonds.update(near, particles, particles.velocity, true);
   }
 
   VectorField solve(const VectorField& free, int iterations) {
