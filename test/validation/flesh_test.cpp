@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <vector>
 
@@ -87,6 +88,9 @@ TEST(Flesh, BallOnAPlaneIsHertz) {
           nodes[n][2] = plane;
         }
     }
+    std::printf("  ball: d/R %.4f, %.2f of Hertz's force, %.2f of his area\n", share,
+                load.force / hertz(hand.young, hand.poisson, radius, load.depth),
+                load.area / (M_PI * radius * load.depth));
     EXPECT_NEAR(load.force / hertz(hand.young, hand.poisson, radius, load.depth), 1.0, 0.15) << share;
     EXPECT_NEAR(load.area / (M_PI * radius * load.depth), 1.0, 0.2) << share;
     loads.push_back(load);
