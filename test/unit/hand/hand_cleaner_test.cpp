@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -255,6 +256,8 @@ struct Recorded {
 };
 
 std::optional<Recorded> recorded(const std::string& name) {
+  static std::map<std::string, Recorded> known;
+  if (const auto found = known.find(name); found != known.end()) return found->second;
   const char* data = std::getenv("TACTILE_CLAY_DATA");
   const std::string path = (data != nullptr ? std::string(data) : TACTILE_CLAY_SOURCE_DIR "/../shared/data") +
                            "/hands/" + name + ".v6.ndjson.gz";
@@ -273,7 +276,7 @@ std::optional<Recorded> recorded(const std::string& name) {
     keepOneHandASide(hands);
     result.frames.push_back(frame);
   }
-  return result;
+  return known[name] = result;
 }
 
 const TrackedHand* handOf(const TrackedFrame& frame, Side side) {

