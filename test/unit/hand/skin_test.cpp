@@ -57,7 +57,7 @@ TEST(SkinTemplate, RejectsASpacingItCannotSample) {
 }
 
 TEST(SkinTemplate, EverySpacingIsConnectedAndPositive) {
-  for (const double each : {4e-3, 8e-3, 20e-3}) {
+  for (const double each : {6e-3, 12e-3, 20e-3}) {
     const SkinTemplate skin = makeSkinTemplate(Side::left, 1.0, each);
     for (const BoundSample& sample : skin.samples) {
       EXPECT_TRUE(std::isfinite(sample.pad_distance));
