@@ -444,6 +444,17 @@ void SoftHand::appendTo(Skin& skin) const {
   }
 }
 
+std::array<Vector3d, joint_count> SoftHand::joints() const {
+  const auto by = [this](int b, int joint) -> Vector3d {
+    const BodyPose& pose = bodies_.poses()[b];
+    return pose.position + pose.rotation * (scale_ * (anatomy_->rest.joints[joint].position - centre_[b]));
+  };
+  std::array<Vector3d, joint_count> positions;
+  for (int joint = 0; joint < joint_count; ++joint) positions[joint] = by(palm_body, joint);
+  for (int b = 1; b < body_count; ++b) positions[body_anatomy[b].to] = by(b, body_anatomy[b].to);
+  return positions;
+}
+
 Vector3d SoftHand::force() const {
   Vector3d sum = Vector3d::Zero();
   for (const SkinLoad& load : loads_) sum += load.now.cast<double>();

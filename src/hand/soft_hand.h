@@ -90,6 +90,9 @@ class SoftHand {
   std::size_t samples() const { return samples_.size(); }
 
   const BodyPoses& bodies() const { return bodies_.poses(); }
+  /// Where the bodies hold the hand's joints, m: those of the tracked hand where nothing presses, as far as
+  /// its proportions are the reference hand's.
+  std::array<Eigen::Vector3d, joint_count> joints() const;
   Eigen::Vector3d force() const;  // N, of the loads in the last step
   double energy() const;          // J, kinetic, elastic and of the couplings
   int inverted() const { return flesh_.inverted(nodes_); }

@@ -1,14 +1,28 @@
 #include "nodes/hand_simulator.h"
 
+#include <time.h>
+
+#include <algorithm>
 #include <stdexcept>
 #include <vector>
 
 #include "nodes/conversions.h"
+#include "nodes/hand_markers.h"
 #include "nodes/params.h"
 #include "nodes/placement.h"
 #include "nodes/topics.h"
 
 namespace tactile_clay::nodes {
+namespace {
+
+// Of this thread, s: unlike the time on the clock it says what a frame costs on a machine that is busy.
+double processorTime() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+}  // namespace
 
 HandSimulator::HandSimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : world_(param<std::string>(private_nh, "world_frame", frame::world)),
@@ -28,6 +42,7 @@ HandSimulator::HandSimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
   if (soft_) contacts_ = nh.subscribe(topic::clay_contacts, queue, &HandSimulator::react, this, no_delay);
   subscriber_ = nh.subscribe(topic::hands_tracked, queue, &HandSimulator::receive, this, no_delay);
   publisher_ = nh.advertise<sensor_msgs::PointCloud2>(topic::hands_skin, queue);
+  if (soft_) bones_ = nh.advertise<visualization_msgs::MarkerArray>(topic::hands_bones, queue);
 }
 
 void HandSimulator::receive(const TrackedHands::ConstPtr& message) {
@@ -61,9 +76,15 @@ void HandSimulator::simulate(const TrackedHands& message) {
   hand::TrackedFrame frame = toCore(message);
   bad_hands_ += static_cast<unsigned>(leaveOutBadHands(frame));
   placeInWorld(frame, world_, transforms_);
+  const auto start = ros::SteadyTime::now();
+  const double processor_start = processorTime();
   // Finite hands stay finite under a rigid transform, so the skin accepts what came so far.
   const hand::Skin& skin =
       soft_ ? soft_->update(frame.hands, frame.stamp) : kinematic_->update(frame.hands, frame.stamp);
+  const double seconds = (ros::SteadyTime::now() - start).toSec();
+  time_ += seconds;
+  longest_ = std::max(longest_, seconds);
+  processor_time_ += processorTime() - processor_start;
 
   std_msgs::Header header;
   header.stamp = message.header.stamp;
@@ -75,8 +96,24 @@ void HandSimulator::simulate(const TrackedHands& message) {
     const char* name = hand.side == hand::Side::left ? frame::hand_left : frame::hand_right;
     broadcaster_.sendTransform(transformMessage(world_, name, pose, header.stamp));
   }
+  showBones(frame, header);
   ++frames_;
   samples_ = skin.size();
+}
+
+void HandSimulator::showBones(const hand::TrackedFrame& frame, const std_msgs::Header& header) {
+  if (!soft_ || bones_.getNumSubscribers() == 0) return;
+  visualization_msgs::MarkerArray markers;
+  for (const hand::Side side : {hand::Side::left, hand::Side::right}) {
+    const auto tracked = std::find_if(frame.hands.begin(), frame.hands.end(),
+                                      [side](const hand::TrackedHand& h) { return h.side == side; });
+    const hand::SoftHand* soft = soft_->hand(side);
+    if (tracked != frame.hands.end() && soft)
+      addBones(markers, *tracked, soft->joints(), header);
+    else
+      removeBones(markers, side, header);
+  }
+  bones_.publish(markers);
 }
 
 void HandSimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
@@ -89,6 +126,9 @@ void HandSimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
     status.summary(Level::OK, frames_ > 0 ? "simulating" : "no frames");
   status.add("frames", frames_);
   status.add("skin samples", samples_);
+  status.add("time for a frame, mean, ms", frames_ > 0 ? 1e3 * time_ / frames_ : 0.0);
+  status.add("time for a frame, most, ms", 1e3 * longest_);
+  status.add("processor time for a frame, mean, ms", frames_ > 0 ? 1e3 * processor_time_ / frames_ : 0.0);
   status.add("hands left out", bad_hands_);
   if (soft_) {
     status.add("forces left out", bad_forces_);
@@ -104,6 +144,7 @@ void HandSimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
   }
   frames_ = bad_hands_ = 0;
   bad_forces_ = 0;
+  time_ = longest_ = processor_time_ = 0.0;
 }
 
 }  // namespace tactile_clay::nodes

@@ -23,7 +23,9 @@ namespace tactile_clay::nodes {
 ///
 /// `~hand_model` is `kinematic` (skin moves with the tracked bones) or `soft` (bones and flesh between the
 /// tracked pose and the clay, of which `clay/contacts` tells the forces). Soft and in lockstep, a sample
-/// waits until the clay has answered the skin before it, and so always meets the forces of that one.
+/// waits until the clay has answered the skin before it, and so always meets the forces of that one. Soft,
+/// and where somebody looks, `hands/bones` has the bones of the tracked hand beside those that the clay
+/// holds.
 class HandSimulator {
  public:
   /// \throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
@@ -34,6 +36,7 @@ class HandSimulator {
   void react(const sensor_msgs::PointCloud2::ConstPtr& contacts);
   void simulateWaiting();
   void simulate(const TrackedHands& message);
+  void showBones(const hand::TrackedFrame& frame, const std_msgs::Header& header);
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   std::string world_;
@@ -46,9 +49,10 @@ class HandSimulator {
   tf2_ros::TransformBroadcaster broadcaster_;
   unsigned frames_ = 0, bad_hands_ = 0;
   std::size_t samples_ = 0, bad_forces_ = 0;
+  double time_ = 0.0, longest_ = 0.0, processor_time_ = 0.0;  // s, for the skin, since the last report
 
   ros::Subscriber subscriber_, contacts_;
-  ros::Publisher publisher_;
+  ros::Publisher publisher_, bones_;
   Health health_;
 };
 

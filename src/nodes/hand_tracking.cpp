@@ -23,9 +23,9 @@ const std::vector<std::string> whole_graph = {topic::hands_tracked, topic::hands
                                               topic::clay_contacts, topic::hands_pressure,
                                               topic::focal_points,  topic::array_state};
 const std::vector<std::string> side_topics = {
-    topic::clay_particles,    topic::clay_status,       topic::joint_states, topic::array_drive,
-    topic::array_measured,    topic::array_field,       topic::rendering,    topic::acoustics,
-    topic::joint_states_left, topic::joint_states_right};
+    topic::clay_particles,    topic::clay_status,        topic::joint_states, topic::array_drive,
+    topic::array_measured,    topic::array_field,        topic::rendering,    topic::acoustics,
+    topic::joint_states_left, topic::joint_states_right, topic::hands_bones};
 
 constexpr std::chrono::milliseconds live_patience(20);  // for a sample, before the hands are held
 constexpr std::chrono::milliseconds recording_patience(100);

@@ -6,6 +6,7 @@ namespace tactile_clay::nodes {
 namespace topic {
 constexpr char hands_tracked[] = "hands/tracked";
 constexpr char hands_skin[] = "hands/skin";
+constexpr char hands_bones[] = "hands/bones";
 constexpr char joint_states_left[] = "hands/joint_states_left";
 constexpr char joint_states_right[] = "hands/joint_states_right";
 constexpr char hands_pressure[] = "hands/pressure";

@@ -20,6 +20,8 @@ def compose(chain):
 
 
 class Skeleton(unittest.TestCase):
+    nodelets = 'false'
+
     @classmethod
     def setUpClass(cls):
         with rig_run.Graph() as graph:
@@ -27,11 +29,12 @@ class Skeleton(unittest.TestCase):
                                       '/array/state'])
             # Live, so that robot_state_publisher, which sends by the wall clock, sees all of it, and slowly, since it starts when the hand is known.
             rig = graph.rig({'hands': 'bag', 'file': rig_run.bag('lost_hand'), 'skeleton': 'true', 'quality': 'fast',
-                             'rate': '0.3'})
+                             'rate': '0.3', 'nodelets': cls.nodelets})
             # Not there yet, not known yet, known: the node forgets it when it ends.
             rig_run.wait_until(lambda: rosparam_of(graph, '/hand_right_description'), 60, 'the URDF of the right hand')
             cls.urdf = rosparam_of(graph, '/hand_right_description')
             cls.no_urdf = rosparam_of(graph, '/hand_left_description')
+            cls.managed = graph.registered('/manager')
             cls.code = rig.wait(120)
             cls.words = graph.words()
             cls.forgotten = not rosparam_of(graph, '/hand_right_description')
@@ -41,6 +44,7 @@ class Skeleton(unittest.TestCase):
     def test_the_rig_ends(self):
         self.assertEqual((self.code, self.left), (0, []), self.words)
         self.assertTrue(self.forgotten, 'the model of this person is left to the next')
+        self.assertEqual(self.managed, self.nodelets == 'true')
 
     def test_joint_states_are_within_the_limits_of_the_urdf(self):
         robot = ElementTree.fromstring(self.urdf)
@@ -89,6 +93,12 @@ class Skeleton(unittest.TestCase):
         self.assertEqual([parent for stamp, parent in parents if stamp > seen], ['hand_right_lost'])
         self.assertEqual({parent for stamp, parent in parents if stamp <= seen}, {'world'})
 
+
+class SkeletonAsNodelet(Skeleton):
+    nodelets = 'true'
+
+
+class NoSkeleton(unittest.TestCase):
     def test_without_the_argument_it_does_not_exist(self):
         with rig_run.Graph() as graph:
             rig = graph.rig({'hands': 'bag', 'file': rig_run.bag('lost_hand'), 'quality': 'fast', 'duration': '2'})

@@ -8,11 +8,17 @@ from rig_run import focal_points, lowest_skin
 
 TOP = 0.04  # m, of the red block
 APART = TOP + 0.005
+INDEX_TIP = 10  # in the order of OpenXR
+TIP_POINT, JOINTS = INDEX_TIP - 1, 25  # hands/bones has no palm joint
 
 
 def press(**arguments):
     return rig_run.Run(dict(rig_run.LOCKSTEP, hands='bag', file=rig_run.bag('press_deeper'), quality='fast',
-                            **arguments))
+                            **arguments), topics=rig_run.CHAIN + ['/hands/bones', '/diagnostics'])
+
+
+def xyz(point):
+    return point.x, point.y, point.z
 
 
 def lowest_sample(cloud):
@@ -61,6 +67,24 @@ class SoftHand(unittest.TestCase):
         steady = [stamp for stamp, hand in hands.items() if lowest_skin(hand) < deepest + 1e-5]
         back = [lowest_sample(skins[stamp]) - lowest_skin(hands[stamp]) for stamp in steady]
         self.assertGreater(min(back), 0.0005)
+
+    def test_bones_show_the_tracked_finger_go_on_and_the_virtual_one_stay(self):
+        bones = {message.markers[0].header.stamp.to_nsec(): message for message in self.soft.messages['/hands/bones']}
+        hands = {stamp: m.hands[0] for stamp, m in self.soft.messages.by_stamp('/hands/tracked').items()}
+        self.assertEqual(set(bones), set(hands))
+        deepest = min(lowest_skin(hand) for hand in hands.values())
+        for stamp, hand in hands.items():
+            tips = {marker.ns: marker.points[TIP_POINT] for marker in bones[stamp].markers
+                    if len(marker.points) == JOINTS}
+            tracked = hand.joints[INDEX_TIP].position
+            self.assertLess(rig_run.distance(xyz(tips['tracked']), xyz(tracked)), 1e-9)
+            if lowest_skin(hand) < deepest + 1e-5:
+                self.assertGreater(tips['virtual'].z - tips['tracked'].z, 0.0005)
+
+    def test_diagnostics_tell_what_a_frame_costs(self):
+        values = [{pair.key: pair.value for pair in status.values} for message in self.soft.messages['/diagnostics']
+                  for status in message.status if status.name.endswith('hand skin')]
+        self.assertTrue(any(float(value['processor time for a frame, mean, ms']) > 0.0 for value in values), values)
 
     def test_a_wrong_model_is_one_line(self):
         run = rig_run.Run({'hand_model': 'wax'}, topics=['/hands/skin'])

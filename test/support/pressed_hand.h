@@ -37,8 +37,9 @@ inline TrackedHand palmDown(double height, bool pointing = false, double bend = 
 /// the clay does.
 class Press {
  public:
-  explicit Press(double stiffness, bool pointing, double friction = 0.0)
-      : stiffness_(stiffness), friction_(friction), pointing_(pointing) {}
+  explicit Press(double stiffness, bool pointing, double friction = 0.0, double skin_spacing = spacing,
+                 const SoftHandParameters& flesh = {})
+      : hands(skin_spacing, flesh), stiffness_(stiffness), friction_(friction), pointing_(pointing) {}
 
   /// One frame; `height` of the tracked hand's lowest point over the floor, m.
   void frame(double height) {
@@ -66,7 +67,7 @@ class Press {
   }
   const SoftHand& soft() const { return *hands.hand(Side::right); }
 
-  SoftHands hands{spacing};
+  SoftHands hands;
   TrackedHand tracked;
   Skin skin;
   int count = 0;

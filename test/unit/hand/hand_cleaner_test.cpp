@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -96,29 +97,45 @@ TEST(HandCleaner, HoldsFadesAndLetsGo) {
 }
 
 TEST(HandCleaner, AHandThatComesBackInTimeGoesOn) {
-  for (const auto pause : {65ms, 90ms}) {  // while it fades, and just after
-    HandCleaner cleaner(CleanConfig{});
-    const TrackedHand hand = handAt(Vector3d::Zero());
-    const double radius = hand.joints[palm].radius;
-    cleaned(cleaner, 1000ms, {hand});
-    cleaned(cleaner, 1000ms + pause, {});
-    TrackedFrame out = cleaned(cleaner, 1003ms + pause, {hand});
-    EXPECT_LT(out.hands.at(0).joints[palm].radius, 0.8 * radius);
-    out = cleaned(cleaner, 1060ms + pause, {hand});
-    EXPECT_EQ(out.hands.at(0).joints[palm].radius, radius);
-    EXPECT_EQ(cleaner.counts().losses, 0U);
-  }
+  for (const auto pause : {65ms, 90ms})        // while it fades, and just after
+    for (const std::uint32_t id : {1U, 2U}) {  // its own or, as trackers do, another
+      HandCleaner cleaner(CleanConfig{});
+      const TrackedHand hand = handAt(Vector3d::Zero()), back = handAt(Vector3d::Zero(), id);
+      const double radius = hand.joints[palm].radius;
+      cleaned(cleaner, 1000ms, {hand});
+      cleaned(cleaner, 1000ms + pause, {});
+      TrackedFrame out = cleaned(cleaner, 1003ms + pause, {back});
+      EXPECT_LT(out.hands.at(0).joints[palm].radius, 0.8 * radius);
+      out = cleaned(cleaner, 1060ms + pause, {back});
+      EXPECT_EQ(out.hands.at(0).joints[palm].radius, radius);
+      EXPECT_EQ(cleaner.counts().losses, 0U);
+      EXPECT_EQ(cleaner.counts().id_changes, id == 1 ? 0U : 1U);
+    }
 }
 
 TEST(HandCleaner, AReturningHandOwesNothingToThePast) {
-  HandCleaner cleaner(CleanConfig{});
-  for (int i = 0; i < 10; ++i) cleaned(cleaner, i * 10ms, {handAt({0.01 * i, 0.0, 0.0})});
-  const TrackedHand back = handAt({0.2, 0.1, 0.0});
-  // Whether or not frames came in the meantime.
-  const TrackedFrame out = cleaned(cleaner, 300ms, {back});
-  EXPECT_EQ(palmOf(out), back.joints[palm].position);
-  EXPECT_EQ(out.hands[0].joints[palm].radius, back.joints[palm].radius);
-  EXPECT_EQ(cleaner.counts().losses, 1U);
+  // Whatever its id, where and how it comes, and whether or not frames came in the meantime.
+  for (const std::uint32_t id : {1U, 2U})
+    for (const bool frames : {false, true}) {
+      HandCleaner cleaner(CleanConfig{});
+      for (int i = 0; i < 10; ++i) cleaned(cleaner, i * 10ms, {handAt({0.01 * i, 0.0, 0.0})});
+      for (int i = 10; frames && i < 30; ++i) cleaned(cleaner, i * 10ms, {});
+      TrackedHand back = handAt({0.1, 0.0, 0.0}, id);
+      const Eigen::Quaterniond turn(Eigen::AngleAxisd(1.0, Vector3d(1.0, 2.0, 0.5).normalized()));
+      for (JointPose& joint : back.joints) {
+        joint.position = turn * joint.position;
+        joint.orientation = turn * joint.orientation;
+      }
+      const TrackedFrame out = cleaned(cleaner, 300ms, {back});
+      for (int joint = 0; joint < joint_count; ++joint) {
+        EXPECT_EQ(out.hands.at(0).joints[joint].position, back.joints[joint].position);
+        EXPECT_LT(out.hands[0].joints[joint].orientation.angularDistance(back.joints[joint].orientation),
+                  1e-7);
+        EXPECT_EQ(out.hands[0].joints[joint].radius, back.joints[joint].radius);
+      }
+      EXPECT_EQ(cleaner.counts().losses, 1U);
+      EXPECT_EQ(cleaner.counts().id_changes, 0U);
+    }
 }
 
 TEST(HandCleaner, AChangeOfIdAloneIsNotFelt) {
@@ -239,6 +256,8 @@ struct Recorded {
 };
 
 std::optional<Recorded> recorded(const std::string& name) {
+  static std::map<std::string, Recorded> known;
+  if (const auto found = known.find(name); found != known.end()) return found->second;
   const char* data = std::getenv("TACTILE_CLAY_DATA");
   const std::string path = (data != nullptr ? std::string(data) : TACTILE_CLAY_SOURCE_DIR "/../shared/data") +
                            "/hands/" + name + ".v6.ndjson.gz";
@@ -257,7 +276,7 @@ std::optional<Recorded> recorded(const std::string& name) {
     keepOneHandASide(hands);
     result.frames.push_back(frame);
   }
-  return result;
+  return known[name] = result;
 }
 
 const TrackedHand* handOf(const TrackedFrame& frame, Side side) {

@@ -263,7 +263,7 @@ TEST_P(RecordingWithBases, DorsalAxesAreThoseOfTheRecordedBases) {
 }
 
 TEST_P(RealRecording, SkinFollowsWithoutAJumpOfItsSamples) {
-  KinematicHands hands(8e-3);
+  KinematicHands hands(20e-3);
   TrackedFrame frame;
   std::size_t count = 0;
   std::size_t hand_count = 0;

@@ -63,6 +63,44 @@ TEST(OneEuro, IsTheAuthorsReferenceToItsEnd) {
   expectTheAuthorsResult(reference);
 }
 
+// The filter once more as the paper writes it, by time constants: tau = 1 / (2 pi f), exponential smoothing
+// by Te / (Te + tau).
+struct Smoothing {
+  bool begun = false;
+  double last = 0.0;
+  double operator()(double x, double frequency, double te) {
+    const double tau = 1.0 / (2.0 * M_PI * frequency), share = te / (te + tau);
+    last = begun ? share * x + (1.0 - share) * last : x;
+    begun = true;
+    return last;
+  }
+};
+
+TEST(OneEuro, IsTheFormulasOnRandomData) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  for (int trial = 0; trial < 50; ++trial) {
+    const OneEuroConfig config{std::pow(10.0, 2.0 * unit(random) - 1.0),
+                               std::pow(10.0, 4.0 * unit(random) - 2.0),
+                               std::pow(10.0, 2.0 * unit(random) - 1.0)};
+    OneEuro<1> filter;
+    Smoothing position, speed;
+    double signal = unit(random);
+    filter.reset(Eigen::Matrix<double, 1, 1>(signal));
+    position(signal, 1.0, 1.0);
+    speed(0.0, 1.0, 1.0);
+    for (int i = 0; i < 400; ++i) {
+      const double te = 0.002 + 0.03 * unit(random);  // as a tracker that stutters
+      signal += 0.1 * (unit(random) - 0.5) + (unit(random) < 0.01 ? 1.0 : 0.0);
+      const double dx = speed((signal - position.last) / te, config.derivative_cutoff, te);
+      const double expected = position(signal, config.min_cutoff + config.beta * std::abs(dx), te);
+      filter.filter(Eigen::Matrix<double, 1, 1>(signal), te, config);
+      ASSERT_NEAR(filter.value()[0], expected, 3e-5 * std::max(std::abs(expected), 1e-3))
+          << trial << " " << i;
+    }
+  }
+}
+
 TEST(OneEuro, DoesNotDependOnTheAxes) {
   const OneEuroConfig config{1.0, 20.0, 1.0};
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.1, Eigen::Vector3d(1.0, -2.0, 0.5).normalized()).matrix();

@@ -17,11 +17,20 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 using std::chrono::nanoseconds;
 
+// Flesh and skin as coarse as they may be: test/stability has those that are shipped.
+SoftHandParameters coarse() {
+  SoftHandParameters parameters;
+  parameters.finger_cell = 10e-3;
+  parameters.palm_cell = 15e-3;
+  return parameters;
+}
+constexpr double coarse_spacing = 10e-3;  // m
+
 TEST(SoftHand, AtRestItIsTheKinematicHand) {
   for (const Side side : {Side::left, Side::right}) {
     const TrackedHand rest = restHand(side, 1.03);
-    SoftHands soft(spacing);
-    KinematicHands kinematic(spacing);
+    SoftHands soft(coarse_spacing, coarse());
+    KinematicHands kinematic(coarse_spacing);
     soft.update({rest}, stampOf(0));
     const Skin& a = soft.update({rest}, stampOf(1));
     const Skin& b = kinematic.update({rest}, stampOf(1));
@@ -38,20 +47,8 @@ TEST(SoftHand, AtRestItIsTheKinematicHand) {
   }
 }
 
-TEST(SoftHand, FleshIsOfTheSizeOfAHand) {
-  const SoftHandTemplate hand = makeSoftHandTemplate(Side::right, 6.5e-3, 9e-3);
-  RecordProperty("nodes", static_cast<int>(hand.mesh.nodes.size()));
-  RecordProperty("tetrahedra", static_cast<int>(hand.mesh.tetrahedra.size()));
-  EXPECT_GT(hand.mesh.tetrahedra.size(), 5000U);
-  EXPECT_LT(hand.mesh.tetrahedra.size(), 12000U);
-  std::array<int, body_count> nodes{};
-  for (const NodeBinding& binding : hand.bindings) nodes[binding.body] += binding.rigid;
-  for (const int count : nodes) EXPECT_GE(count, 3);  // every bone holds flesh
-  for (const auto& t : hand.mesh.tetrahedra) EXPECT_GT(volume(hand.mesh, t), 0.0);
-}
-
 TEST(SoftHand, LossJumpAndStandingClock) {
-  SoftHands hands(spacing);
+  SoftHands hands(coarse_spacing, coarse());
   TrackedHand hand = palmDown(0.0);
   settled(hands, hand, 0, 3);
   EXPECT_EQ(fastest(hands.update({hand}, stampOf(2))), 0.0);
@@ -72,7 +69,7 @@ TEST(SoftHand, LossJumpAndStandingClock) {
 // A few frames of each kind of trouble, so that the sanitizers see all of the code: test/stability has the
 // long runs.
 TEST(SoftHand, FewFramesOfLoadsGarbageAndImpossiblePosesStayFinite) {
-  Press press(1000.0, true, 0.6);
+  Press press(1000.0, true, 0.6, coarse_spacing, coarse());
   for (const double height : {0.0, -0.004, -0.008}) press.frame(height);
   EXPECT_GT(press.force, 0.0);
   EXPECT_TRUE(allFinite(press.skin));
