@@ -72,8 +72,8 @@ struct Spacing {
 /// Map of space in which points 1 apart are as close as they may be. The array's part is that at `centre`.
 Eigen::Matrix3d seedMetric(const Spacing& least, const Eigen::Vector3d& centre) {
   const double k = least.array->acoustics().wavenumber();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> beam(
-      least.array->beam(centre).spread.cast<double>() * std::pow(k / least.separation, 2));
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> beam(least.array->beam(centre).spread.cast<double>() *
+                                                            std::pow(k / least.separation, 2));
   Eigen::Vector3d over_length = beam.eigenvalues().cwiseMax(1e-6).cwiseSqrt();
   if (least.distance > 0.0) over_length = over_length.cwiseMin(1.0 / least.distance);
   return over_length.asDiagonal() * beam.eigenvectors().transpose();
@@ -88,52 +88,62 @@ double clearance(const Eigen::Vector3d& way, const FocusBeam& a, const FocusBeam
   return clear;
 }
 
-/// Merges the closest two centres, and clusters anew, until all are far enough apart.
+/// Merges the closest two centres until all are far enough apart, and clusters anew, until they stay so.
 /// \param unresolved counts the pairs that only the array is too coarse for
 Clustering separate(const Field& field, Clustering clustering, const Spacing& least,
                     std::size_t& unresolved) {
   while (clustering.center.size() > 1) {
-    const auto& center = clustering.center;
+    std::vector<Eigen::Vector3d> center = clustering.center;
+    std::vector<double> weight(center.size(), 0.0);
+    for (std::size_t i = 0; i < field.weight.size(); ++i) weight[clustering.cluster[i]] += field.weight[i];
     std::vector<FocusBeam> beam(center.size());
-    if (least.array != nullptr)
-      std::transform(center.begin(), center.end(), beam.begin(),
-                     [&least](const Eigen::Vector3d& x) { return least.array->beam(x); });
-    std::size_t a = 0;
-    std::size_t b = 0;
-    double closest = 1.0;
-    for (std::size_t i = 0; i < center.size(); ++i) {
-      for (std::size_t j = i + 1; j < center.size(); ++j) {
-        const double clear = clearance(center[j] - center[i], beam[i], beam[j], least);
-        if (clear < closest) {
-          closest = clear;
-          a = i;
-          b = j;
+    const auto look = [&](std::size_t k) {
+      if (least.array != nullptr && least.separation > 0.0) beam[k] = least.array->beam(center[k]);
+    };
+    for (std::size_t k = 0; k < center.size(); ++k) look(k);
+    while (center.size() > 1) {
+      std::size_t a = 0;
+      std::size_t b = 0;
+      double closest = 1.0;
+      for (std::size_t i = 0; i < center.size(); ++i) {
+        for (std::size_t j = i + 1; j < center.size(); ++j) {
+          const double clear = clearance(center[j] - center[i], beam[i], beam[j], least);
+          if (clear < closest) {
+            closest = clear;
+            a = i;
+            b = j;
+          }
         }
       }
+      if (a == b) break;
+      if ((center[a] - center[b]).norm() >= least.distance) ++unresolved;
+      center[a] = (weight[a] * center[a] + weight[b] * center[b]) / (weight[a] + weight[b]);
+      weight[a] += weight[b];
+      look(a);
+      const auto at = static_cast<std::ptrdiff_t>(b);
+      center.erase(center.begin() + at);
+      weight.erase(weight.begin() + at);
+      beam.erase(beam.begin() + at);
     }
-    if (a == b) break;
-    if ((center[a] - center[b]).norm() >= least.distance) ++unresolved;
-
-    double weight_a = 0.0;
-    double weight_b = 0.0;
-    for (std::size_t i = 0; i < field.weight.size(); ++i) {
-      if (clustering.cluster[i] == a) weight_a += field.weight[i];
-      if (clustering.cluster[i] == b) weight_b += field.weight[i];
-    }
-    std::vector<Eigen::Vector3d> merged = center;
-    merged[a] = (weight_a * center[a] + weight_b * center[b]) / (weight_a + weight_b);
-    merged.erase(merged.begin() + static_cast<std::ptrdiff_t>(b));
-    clustering = refineClusters(field.position, field.weight, std::move(merged));
+    if (center.size() == clustering.center.size()) break;
+    clustering = refineClusters(field.position, field.weight, std::move(center));
   }
   return clustering;
 }
 
+std::size_t heaviest(const Field& field) {
+  return static_cast<std::size_t>(std::max_element(field.weight.begin(), field.weight.end()) -
+                                  field.weight.begin());
+}
+
+/// \param unresolved how many points there would be more if the array could tell them apart
 Clustering cluster(const Field& field, const FocalPointConfig& config, const ArrayReach* array,
                    const std::vector<FocalPoint>& previous, std::size_t& unresolved) {
   const Spacing least{config.min_separation, config.min_resolution, array};
   unresolved = 0;
   Eigen::Matrix3d metric = Eigen::Matrix3d::Identity();
   double apart = config.min_separation;
+  std::size_t on_skin = 0;  // points that there is room for there
   if (array != nullptr && config.min_resolution > 0.0 && !field.position.empty()) {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     double total = 0.0;
@@ -143,10 +153,15 @@ Clustering cluster(const Field& field, const FocalPointConfig& config, const Arr
     }
     metric = seedMetric(least, centre / total);
     apart = 1.0;
+    on_skin = addSeeds(field.position, field.weight, {field.position[heaviest(field)]}, config.max_points,
+                       config.min_separation)
+                  .size();
   }
   Clustering cold = weightedKMeans(field.position, field.weight, config.max_points, apart,
                                    previous.empty() ? restarts : 1, metric);
+  const std::size_t unseeded = on_skin - std::min(on_skin, cold.center.size());  // room on the skin only
   cold = separate(field, std::move(cold), least, unresolved);
+  unresolved += unseeded;
   if (previous.empty() || previous.size() > config.max_points) return cold;
 
   std::vector<Eigen::Vector3d> start;
@@ -154,7 +169,7 @@ Clustering cluster(const Field& field, const FocalPointConfig& config, const Arr
   for (const FocalPoint& point : previous) start.push_back(point.position);
   start = addSeeds(field.position, field.weight, std::move(start), config.max_points, apart, metric);
   Clustering warm = refineClusters(field.position, field.weight, std::move(start));
-  std::size_t unresolved_warm = 0;
+  std::size_t unresolved_warm = unseeded;
   warm = separate(field, std::move(warm), least, unresolved_warm);
   if (warm.objective > (1.0 + warm_start_slack) * cold.objective) return cold;
   unresolved = unresolved_warm;

@@ -26,8 +26,8 @@ struct FocalPointConfig {
   IntensityFit fit = IntensityFit::least_squares;
   bool perceptual_weights = true;  // alpha of Eq. 8; off: 1 everywhere
   double full_scale_pressure =
-      500000.0;                   // Pa of the clay that ask for all that the array can give (see render); so
-                                  // many that recorded hands rarely ask for more (doc/rendering.md)
+      450000.0;  // Pa of the clay that ask for all that the array can give (see render): what
+                 // 95 % of the points of recorded hands stay below (doc/rendering.md)
   double compression_knee = 0.5;  // share of that up to which pressures stay in proportion, 0 to 1
   double side_lobe_floor = 0.15;  // least amplitude of a point, over the strongest: that of side lobes
   double minimum_pressure = 1.0;  // Pa; samples below it are not rendered
@@ -44,7 +44,7 @@ struct FocalPointConfig {
 /// What became of the last frame.
 struct RenderReport {
   std::size_t ignored_samples = 0;    // non-finite, or of no area or weight
-  std::size_t merged_points = 0;      // pairs that the array cannot tell apart, rendered as one
+  std::size_t merged_points = 0;      // that have room on the skin, but that the array cannot tell apart
   std::size_t raised_points = 0;      // weaker than side lobes: rendered stronger than in proportion
   std::size_t compressed_points = 0;  // above the knee: rendered weaker than in proportion
   std::size_t saturated_points = 0;   // of those, the ones that ask for more than the array can give
@@ -99,9 +99,10 @@ class FocalPointRenderer {
   /// above the centre of the array. What a focus at x can have is R(x)^2 / M, R(x) being the amplitude of the
   /// whole array there and radiation pressure the square of amplitudes (radiationPressure); so a point asks
   /// for the share (p / full_scale_pressure) R(0, 0, 0.2)^2 M / R(x)^2 of it, is given compress(share), and
-  /// has intensity sqrt(compress(share)). Where other points are there at the same time, one that is weaker than
-  /// their side lobes could not be told from these, and is raised to side_lobe_floor. Nothing is cut without a word: see report(). Without setArray,
-  /// R(x)^2 / M counts as the same everywhere. \param samples of all hands, in the frame of the array
+  /// has intensity sqrt(compress(share)). Where other points are there at the same time, one that is weaker
+  /// than their side lobes could not be told from these, and is raised to side_lobe_floor. Nothing is cut
+  /// without a word: see report(). Without setArray, R(x)^2 / M counts as the same everywhere. \param samples
+  /// of all hands, in the frame of the array
   std::vector<FocalPoint> render(const std::vector<contact::PressureSample>& samples);
 
   const RenderReport& report() const { return report_; }

@@ -25,7 +25,12 @@ constexpr float newton_tolerance = 5e-4f;  // of an amplitude: below it single p
 constexpr double peak_tolerance = 7e-4;    // m, from a focus to the peak of its amplitude
 constexpr float least_width = 0.35f;       // of a peak's parabola, over that of a focus that is alone
 constexpr double resolvable = 1.5;         // separation below which two foci cannot both be peaks
-constexpr double most_damping = 1e6;       // beyond it no step helps
+constexpr int peak_steps = 15;             // after which peaks are given up where they could not be had
+constexpr double first_damping = 1e-5;     // foci that no drive can tell apart must not turn it wildly
+constexpr double most_damping = 1e3;       // beyond it no step helps
+constexpr float poor = 0.01f;              // error of the worst amplitude that calls for another start
+constexpr int more_starts = 3;
+constexpr int more_passes = 40;
 constexpr int limited_rounds = 3;
 
 const std::map<std::string, PhaseMethod>& methods() {
@@ -206,14 +211,19 @@ class Solver {
         emit(power);
         break;
       case PhaseMethod::weighted_gerchberg_saxton:
-        gerchbergSaxton(power);
+        gerchbergSaxton(power, options_.iterations);
         break;
       case PhaseMethod::gs_pat:
         emit(amongFoci(options_.iterations));
         break;
       case PhaseMethod::newton:
-        gerchbergSaxton(warm_ ? power : strongest());
+        gerchbergSaxton(warm_ ? power : strongest(), options_.iterations);
         correct(LaneArray<Lanes>(g_.width, Lanes{} + 1.0f));
+        // A few sets of many unequal foci end where no small change helps; from elsewhere they do not.
+        for (int start = 0; start < more_starts && worst(p_.abs()) > poor; ++start) {
+          gerchbergSaxton(power, more_passes);
+          correct(LaneArray<Lanes>(g_.width, Lanes{} + 1.0f));
+        }
         break;
     }
   }
@@ -261,9 +271,9 @@ class Solver {
     propagate(g_, q_, p_);
   }
 
-  void gerchbergSaxton(const Eigen::ArrayXf& first) {
+  void gerchbergSaxton(const Eigen::ArrayXf& first, int passes) {
     Weights weights(first);
-    for (int pass = 0; pass < options_.iterations; ++pass) {
+    for (int pass = 0; pass < passes; ++pass) {
       emit(weights.value);
       weights.update(p_.abs().max(tiny));
     }
@@ -363,6 +373,19 @@ class Solver {
     }
   }
 
+  /// Asks no more for peaks that could not be had, so that the amplitudes can be. \return whether there were
+  /// any
+  bool giveUpPeaks(const State& state) {
+    bool any = false;
+    for (std::size_t m = 0; m < shapes_.size(); ++m) {
+      const PeakFault& peak = state.peak[m];
+      if (!shapes_[m].peak || (peak.lacking == 0.0f && peak.near == 1.0f)) continue;
+      shapes_[m].peak = false;
+      any = true;
+    }
+    return any;
+  }
+
   /// Newton steps of the free phases, damped further (Levenberg-Marquardt) until the error falls: all
   /// amplitudes the same and, where foci are to be peaks, no slope that moves a peak too far and no parabola
   /// that is too flat.
@@ -379,10 +402,19 @@ class Solver {
     LaneArray<Lanes> j;
     std::vector<const Lanes*> rows;
     std::vector<double> wanted;
-    double damping = 1e-5;  // foci that no drive can tell apart must not turn it wildly
+    double damping = first_damping;
     Eigen::MatrixXd products;
     bool moved = true;
     for (int step = 0; step < newton_steps && !now.good; ++step) {
+      if (damping > most_damping || step == peak_steps) {
+        if (giveUpPeaks(now)) {
+          assess(q_, p_, now);
+          damping = first_damping;
+          moved = true;
+        } else if (damping > most_damping) {
+          return;
+        }
+      }
       if (moved) {
         wanted.clear();
         j.resize((g_.foci + 3 * shapes_.size()) * g_.width);
@@ -401,7 +433,7 @@ class Solver {
           slope_held[m] = slope_held[m] || peak.near < 1.0f;
           if (!slope_held[m]) continue;
           const float keep = peak.near < 1.0f ? well_near * peak.near : 1.0f;
-          for (const Eigen::Vector2f u : {Eigen::Vector2f(1.0f, 0.0f), Eigen::Vector2f(0.0f, 1.0f)}) {
+          for (const Eigen::Vector2f& u : {Eigen::Vector2f(1.0f, 0.0f), Eigen::Vector2f(0.0f, 1.0f)}) {
             slopeRow(g_, now.parts, m, peak.shape, u, row());
             wanted.push_back((keep - 1.0f) * peak.shape.slope.dot(u));
           }
@@ -423,7 +455,6 @@ class Solver {
       assess(trial, reached, after);
       moved = after.fault < now.fault;
       damping *= moved ? 0.1 : 10.0;
-      if (damping > most_damping) return;
       if (!moved) continue;
       q_.swap(trial);
       std::swap(p_, reached);

@@ -20,11 +20,12 @@ TACTILE_CLAY_CLONES void fillRow(const TransducerLanes& t, const PistonConstants
     Lanes turns;
     Lanes cosine;
     Lanes sine;
-    pistonWave(air, x, y, z, x * t.nx[i] + y * t.ny[i] + z * t.nz[i], amplitude, turns);
+    const Lanes squared = x * x + y * y + z * z;
+    pistonWave<false>(air, squared, x * t.nx[i] + y * t.ny[i] + z * t.nz[i], amplitude, turns);
     unitCircle(turns, cosine, sine);
     amplitude *= strength;
     row[i] = {amplitude * cosine, amplitude * sine};
-    const Lanes one_over = inverseRoot(larger(x * x + y * y + z * z, Lanes{} + 1e-12f));
+    const Lanes one_over = inverseRoot(larger(squared, Lanes{} + 1e-12f));
     const Lanes s[3] = {x * one_over, y * one_over, z * one_over};
     direction[i] = {s[0], s[1]};
     total[0] += amplitude;
@@ -81,8 +82,8 @@ TACTILE_CLAY_CLONES void gramRow(const Propagator& g, std::size_t m, float* re, 
 }
 
 /// (re, im) is conj(p) / |p|.
-TACTILE_CLAY_CLONES float partsRow(const ComplexLanes* row, const ComplexLanes* q, std::size_t width, float re,
-                                   float im, Lanes* along, Lanes* across) {
+TACTILE_CLAY_CLONES float partsRow(const ComplexLanes* row, const ComplexLanes* q, std::size_t width,
+                                   float re, float im, Lanes* along, Lanes* across) {
   Lanes total{};
   for (std::size_t i = 0; i < width; ++i) {
     const Lanes x = row[i].re * q[i].re - row[i].im * q[i].im;
@@ -172,8 +173,8 @@ FocusBeam Propagator::addFocus(const TransducerLanes& transducers, const Acousti
                                const Eigen::Vector3d& point) {
   const Eigen::Vector3f at = point.cast<float>();
   float moments[10];
-  fillRow(transducers, PistonConstants(acoustics), static_cast<float>(acoustics.reference_pressure), at.data(),
-          row(foci), &s[foci * width], moments);
+  fillRow(transducers, PistonConstants(acoustics), static_cast<float>(acoustics.reference_pressure),
+          at.data(), row(foci), &s[foci * width], moments);
   FocusBeam beam;
   beam.reach = moments[0];
   if (!(beam.reach > 0.0f)) return beam;

@@ -58,11 +58,11 @@ void backpropagate(const Propagator& g, const FocusField& p, DriveLanes& q);
 /// R = G G^H, foci x foci.
 Eigen::MatrixXcf gram(const Propagator& g);
 
-/// The field at the foci, transducer by transducer. With a + i b the part of each in p_m, turned so that p_m is
-/// real (sum a = |p_m|, sum b = 0): |p_m| changes with the phases by -b.
+/// The field at the foci, transducer by transducer. With a + i b the part of each in p_m, turned so that p_m
+/// is real (sum a = |p_m|, sum b = 0): |p_m| changes with the phases by -b.
 struct FocusParts {
-  Eigen::ArrayXf amplitude;           // |p_m|
-  LaneArray<Lanes> along, across;     // a and -b, rows of Propagator::width
+  Eigen::ArrayXf amplitude;        // |p_m|
+  LaneArray<Lanes> along, across;  // a and -b, rows of Propagator::width
 };
 void focusParts(const Propagator& g, const DriveLanes& q, const FocusField& p, FocusParts& parts);
 
@@ -70,9 +70,11 @@ void focusParts(const Propagator& g, const DriveLanes& q, const FocusField& p, F
 /// width d / 2), so that the peak is at d = -width^-1 slope / k, if width is positive definite. The
 /// amplitudes' own slopes are left out; they move a peak by 0.2 mm.
 struct PeakShape {
-  Eigen::Vector2f slope;  // sum s b / sum a, s being the x and y of the unit vectors to the focus
-  Eigen::Vector2f mean;   // of s, weighted by a
-  Eigen::Matrix2f width;  // covariance of s, weighted by a; not positive between the lobes of others
+  Eigen::Vector2f slope =
+      Eigen::Vector2f::Zero();  // sum s b / sum a, s being the x and y of the unit vectors to the focus
+  Eigen::Vector2f mean = Eigen::Vector2f::Zero();  // of s, weighted by a
+  Eigen::Matrix2f width =
+      Eigen::Matrix2f::Zero();  // covariance of s, weighted by a; not positive between the lobes of others
 };
 PeakShape peakShape(const Propagator& g, const FocusParts& parts, std::size_t m);
 

@@ -130,12 +130,16 @@ std::vector<Eigen::Vector3d> addSeeds(const std::vector<Eigen::Vector3d>& positi
   checkLengths(position, weight);
   if (position.empty()) return {};
   if (seeds.empty()) throw std::invalid_argument("k-means: no seed to start from, expected at least one");
+  const auto mapped = static_cast<Eigen::Matrix3Xd>(
+      metric * Eigen::Map<const Eigen::Matrix3Xd>(position.front().data(), 3,
+                                                  static_cast<Eigen::Index>(position.size())));
   std::vector<double> distance(position.size(), std::numeric_limits<double>::infinity());
   std::size_t measured = 0;  // seeds that `distance` knows
   while (seeds.size() < count) {
     for (; measured < seeds.size(); ++measured) {
+      const Eigen::Vector3d seed = metric * seeds[measured];
       for (std::size_t i = 0; i < position.size(); ++i) {
-        distance[i] = std::min(distance[i], (metric * (position[i] - seeds[measured])).squaredNorm());
+        distance[i] = std::min(distance[i], (mapped.col(static_cast<Eigen::Index>(i)) - seed).squaredNorm());
       }
     }
     std::size_t next = 0;
