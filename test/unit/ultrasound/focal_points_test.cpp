@@ -361,6 +361,26 @@ TEST(FocalPoints, ThatTheArrayCannotTellApartAreOne) {
   }
 }
 
+/// Points that come from the frame before keep the distance, too, and become one when their contacts meet.
+TEST(FocalPoints, BecomeOneForTheArrayWhenContactsMeet) {
+  const ArrayReach usx(arrayLayout("usx"), Acoustics());
+  FocalPointRenderer renderer;
+  renderer.setArray(usx);
+  std::size_t two = 0;
+  std::vector<FocalPoint> points;
+  for (float apart = 0.03f; apart > 0.0125f; apart -= 0.0005f) {
+    points = renderer.render(patch(0.0f, 0.0f, 0.004f, 3000.0f) + patch(apart, 0.0f, 0.004f, 3000.0f));
+    if (points.size() != 2) continue;
+    ++two;
+    EXPECT_GE(separation(points[1].position - points[0].position, usx.beam(points[0].position),
+                         usx.beam(points[1].position), Acoustics().wavenumber()),
+              renderer.config().min_resolution)
+        << apart;
+  }
+  EXPECT_GT(two, 10u);
+  EXPECT_EQ(points.size(), 1u) << "closer than a width of a focus, though not than min_separation";
+}
+
 /// The separation of two foci says how the amplitude of a lone focus falls: by half of its square.
 TEST(FocalPoints, SeparationIsTheParabolaOfAFocus) {
   const ArrayLayout layout = arrayLayout("usx");
