@@ -102,7 +102,6 @@ Capabilities SonicSurface::capabilities() const {
 
 ultrasound::Drive SonicSurface::solve(const std::vector<ultrasound::FocalPoint>& points) const {
   ultrasound::PhaseSolverOptions options;
-  options.peaks = true;
   options.phase_levels = firmware_ == Firmware::stock ? 32 : 16;
   const auto whole = ultrasound::solvePhases(layout_, acoustics_, points, options);
   ultrasound::Drive drive = sonic_surface::emitted(whole.drive, firmware_);

@@ -15,7 +15,7 @@ ArrayModel::ArrayModel(const ros::NodeHandle& private_nh)
   options.iterations = paramIn(private_nh, "solver_iterations", options.iterations, 1, 1000);
   options.method = ultrasound::phaseMethod(param<std::string>(private_nh, "phase_method", "newton"));
   options.phase_only = param(private_nh, "phase_only", options.phase_only);
-  options.peaks = param(private_nh, "peaks", true);
+  options.peaks = param(private_nh, "peaks", options.peaks);
   options.phase_levels = paramIn(private_nh, "phase_levels", options.phase_levels, 0, 65536);
   options.amplitude_levels = paramIn(private_nh, "amplitude_levels", options.amplitude_levels, 0, 65536);
   options.max_phase_change = paramIn(private_nh, "max_phase_change", options.max_phase_change, 0.0, 3.2);

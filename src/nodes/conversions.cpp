@@ -215,6 +215,8 @@ RenderingReport toMessage(const ultrasound::RenderReport& report, double compres
   out.compression_knee = static_cast<float>(compression_knee);
   out.compressed_points = static_cast<std::uint32_t>(report.compressed_points);
   out.saturated_points = static_cast<std::uint32_t>(report.saturated_points);
+  out.merged_points = static_cast<std::uint32_t>(report.merged_points);
+  out.raised_points = static_cast<std::uint32_t>(report.raised_points);
   out.ignored_samples = static_cast<std::uint32_t>(report.ignored_samples);
   out.wanted.assign(report.wanted.begin(), report.wanted.end());
   out.granted.assign(report.granted.begin(), report.granted.end());

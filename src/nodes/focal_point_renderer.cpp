@@ -20,6 +20,8 @@ ultrasound::FocalPointConfig config(const ros::NodeHandle& nh) {
   config.max_points =
       static_cast<std::size_t>(paramIn(nh, "max_points", static_cast<int>(config.max_points), 1, 256));
   config.min_separation = paramIn(nh, "min_separation", config.min_separation, 0.0, any);
+  config.min_resolution = paramIn(nh, "min_resolution", config.min_resolution, 0.0, any);
+  config.side_lobe_floor = paramIn(nh, "side_lobe_floor", config.side_lobe_floor, 0.0, 1.0);
   config.sigma = paramIn(nh, "sigma", config.sigma, 0.0, any);
   config.perceptual_weights = param(nh, "perceptual_weights", config.perceptual_weights);
   config.full_scale_pressure = paramIn(nh, "full_scale_pressure", config.full_scale_pressure, 0.0, any);
@@ -81,6 +83,8 @@ void FocalPointRenderer::receive(const sensor_msgs::PointCloud2::ConstPtr& press
     *report = toMessage(renderer_.report(), renderer_.config().compression_knee);
     compressed_ += report->compressed_points;
     saturated_ += report->saturated_points;
+    merged_ += report->merged_points;
+    raised_ += report->raised_points;
     ignored_ += report->ignored_samples;
     error_ = report->error;
     weighted_error_ = report->weighted_error;
@@ -106,10 +110,12 @@ void FocalPointRenderer::diagnose(diagnostic_updater::DiagnosticStatusWrapper& s
   status.add("focal points", points_);
   status.add("points compressed", compressed_);
   status.add("points that the array cannot give", saturated_);
+  status.add("points that the array cannot tell apart", merged_);
+  status.add("points raised above side lobes", raised_);
   status.add("error of the pressure field", error_);
   status.add("error, weighted", weighted_error_);
   frames_ = bad_frames_ = 0;
-  compressed_ = saturated_ = ignored_ = 0;
+  compressed_ = saturated_ = merged_ = raised_ = ignored_ = 0;
 }
 
 }  // namespace tactile_clay::nodes

@@ -24,7 +24,7 @@ class FocalPointRenderer {
   ultrasound::FocalPointRenderer renderer_;
   float modulation_frequency_;  // Hz; 0: that of the modulation
   unsigned frames_ = 0, bad_frames_ = 0;
-  std::size_t points_ = 0, compressed_ = 0, saturated_ = 0, ignored_ = 0;
+  std::size_t points_ = 0, compressed_ = 0, saturated_ = 0, merged_ = 0, raised_ = 0, ignored_ = 0;
   double error_ = 0.0, weighted_error_ = 0.0;
 
   ros::Subscriber subscriber_;

@@ -48,23 +48,32 @@ void store(const Lanes& a, float* to) {
 }
 
 /// Sums all sources, in their order, at each point of a block.
-TACTILE_CLAY_CLONES void sumSources(const std::vector<Source>& sources, const PistonConstants& air,
-                                    Block& block) {
+/// \tparam simple the sources lie in one plane of equal z and look along z, and the air takes little
+template <bool simple>
+TACTILE_CLAY_INLINE void sumBlock(const std::vector<Source>& sources, const PistonConstants& air,
+                                  Block& block) {
   for (std::size_t i = 0; i < block_size; i += lane_count) {
     const Lanes x = load(&block.x[i]);
     const Lanes y = load(&block.y[i]);
     const Lanes z = load(&block.z[i]);
+    const Lanes height = z - sources.front().z;
+    const Lanes height_squared = height * height;
     Lanes re{};
     Lanes im{};
     for (const Source& source : sources) {
       const Lanes dx = x - source.x;
       const Lanes dy = y - source.y;
-      const Lanes dz = z - source.z;
       Lanes amplitude;
       Lanes turns;
       Lanes cosine;
       Lanes sine;
-      pistonWave(air, dx, dy, dz, dx * source.nx + dy * source.ny + dz * source.nz, amplitude, turns);
+      if (simple) {
+        pistonWave<true>(air, dx * dx + dy * dy + height_squared, height, amplitude, turns);
+      } else {
+        const Lanes dz = z - source.z;
+        pistonWave<false>(air, dx * dx + dy * dy + dz * dz, dx * source.nx + dy * source.ny + dz * source.nz,
+                          amplitude, turns);
+      }
       unitCircle(turns + source.turns, cosine, sine);
       amplitude *= source.strength;
       re += amplitude * cosine;
@@ -75,9 +84,37 @@ TACTILE_CLAY_CLONES void sumSources(const std::vector<Source>& sources, const Pi
   }
 }
 
+TACTILE_CLAY_CLONES void sumSimple(const std::vector<Source>& sources, const PistonConstants& air,
+                                   Block& block) {
+  sumBlock<true>(sources, air, block);
+}
+
+TACTILE_CLAY_CLONES void sumSources(const std::vector<Source>& sources, const PistonConstants& air,
+                                    Block& block) {
+  sumBlock<false>(sources, air, block);
+}
+
+bool inOnePlane(const std::vector<Source>& sources) {
+  return std::all_of(sources.begin(), sources.end(), [&](const Source& source) {
+    return source.nx == 0.0f && source.ny == 0.0f && source.nz == 1.0f && source.z == sources.front().z;
+  });
+}
+
 bool reachable(const Eigen::Vector3f& point) {
   constexpr float horizon = 100.0f;  // m; nothing is heard there, and float would lose the phase
   return point.allFinite() && point.cwiseAbs().maxCoeff() < horizon;
+}
+
+/// Whether the air takes at most e^{-1/2} on every way from a source to a point in reach.
+bool airTakesLittle(const std::vector<Source>& sources, const std::vector<Eigen::Vector3f>& points,
+                    float attenuation) {
+  float reach = 0.0f;  // m, in each coordinate
+  for (const Source& source : sources)
+    reach = std::max({reach, std::abs(source.x), std::abs(source.y), std::abs(source.z)});
+  float far = 0.0f;
+  for (const Eigen::Vector3f& point : points)
+    if (reachable(point)) far = std::max(far, point.cwiseAbs().maxCoeff());
+  return attenuation * std::sqrt(3.0f) * (reach + far) <= 0.5f;
 }
 
 }  // namespace
@@ -123,10 +160,12 @@ std::vector<std::complex<float>> pressuresAt(const ArrayLayout& layout, const Ac
                        static_cast<float>(acoustics.reference_pressure * drive.amplitude[n]),
                        static_cast<float>(std::remainder(drive.phase[n] / (2.0 * M_PI), 1.0))});
   }
+  std::vector<std::complex<float>> pressures(points.size());
+  if (sources.empty()) return pressures;
   const PistonConstants air(acoustics);
+  const bool simple = inOnePlane(sources) && airTakesLittle(sources, points, air.attenuation);
 
   // Each block is one task that sums its sources in order, whichever thread takes it.
-  std::vector<std::complex<float>> pressures(points.size());
   const std::size_t blocks = (points.size() + block_size - 1) / block_size;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks),
                     [&](const tbb::blocked_range<std::size_t>& range) {
@@ -140,7 +179,7 @@ std::vector<std::complex<float>> pressuresAt(const ArrayLayout& layout, const Ac
                           block.y[i] = points[first + i].y();
                           block.z[i] = points[first + i].z();
                         }
-                        sumSources(sources, air, block);
+                        simple ? sumSimple(sources, air, block) : sumSources(sources, air, block);
                         for (std::size_t i = 0; i < count; ++i) {
                           if (reachable(points[first + i])) pressures[first + i] = {block.re[i], block.im[i]};
                         }

@@ -8,7 +8,11 @@ ArrayReach::ArrayReach(const ArrayLayout& layout, const Acoustics& acoustics)
     : acoustics_(acoustics), transducers_(std::make_shared<TransducerLanes>(layout)) {}
 
 double ArrayReach::amplitude(const Eigen::Vector3d& point) const {
-  if (!point.allFinite()) return 0.0;
+  return beam(point).reach;
+}
+
+FocusBeam ArrayReach::beam(const Eigen::Vector3d& point) const {
+  if (!point.allFinite()) return {};
   Propagator row(1, transducers_->x.size());
   return row.addFocus(*transducers_, acoustics_, point);
 }

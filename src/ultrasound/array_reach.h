@@ -5,6 +5,7 @@
 
 #include "ultrasound/acoustics.h"
 #include "ultrasound/array_layout.h"
+#include "ultrasound/focus_beam.h"
 
 namespace tactile_clay::ultrasound {
 
@@ -18,6 +19,8 @@ class ArrayReach {
 
   /// Peak acoustic pressure, Pa: sum of |G_n|, within 1e-5 of it. \param point m, frame of the array
   double amplitude(const Eigen::Vector3d& point) const;
+  FocusBeam beam(const Eigen::Vector3d& point) const;
+
   const Acoustics& acoustics() const { return acoustics_; }
 
  private:

@@ -1,5 +1,6 @@
 #include "ultrasound/focal_points.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -61,53 +62,118 @@ Field gather(const std::vector<PressureSample>& samples, const FocalPointConfig&
   return field;
 }
 
-/// Merges the closest two centres, and clusters anew, until all are `min_separation` apart.
-Clustering separate(const Field& field, Clustering clustering, double min_separation) {
+/// How close two points may be: apart by `distance`, m, and for the array, if there is one, by `separation`.
+struct Spacing {
+  double distance;
+  double separation;
+  const ArrayReach* array;
+};
+
+/// Map of space in which points 1 apart are as close as they may be. The array's part is that at `centre`.
+Eigen::Matrix3d seedMetric(const Spacing& least, const Eigen::Vector3d& centre) {
+  const double k = least.array->acoustics().wavenumber();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> beam(least.array->beam(centre).spread.cast<double>() *
+                                                            std::pow(k / least.separation, 2));
+  Eigen::Vector3d over_length = beam.eigenvalues().cwiseMax(1e-6).cwiseSqrt();
+  if (least.distance > 0.0) over_length = over_length.cwiseMin(1.0 / least.distance);
+  return over_length.asDiagonal() * beam.eigenvectors().transpose();
+}
+
+/// How far two centres are apart, over the least that they may be.
+double clearance(const Eigen::Vector3d& way, const FocusBeam& a, const FocusBeam& b, const Spacing& least) {
+  double clear = std::numeric_limits<double>::infinity();
+  if (least.distance > 0.0) clear = way.norm() / least.distance;
+  if (least.array != nullptr && least.separation > 0.0)
+    clear = std::min(clear, separation(way, a, b, least.array->acoustics().wavenumber()) / least.separation);
+  return clear;
+}
+
+/// Merges the closest two centres until all are far enough apart, and clusters anew, until they stay so.
+/// \param unresolved counts the pairs that only the array is too coarse for
+Clustering separate(const Field& field, Clustering clustering, const Spacing& least,
+                    std::size_t& unresolved) {
   while (clustering.center.size() > 1) {
-    const auto& center = clustering.center;
-    std::size_t a = 0;
-    std::size_t b = 0;
-    double closest = min_separation * min_separation;
-    for (std::size_t i = 0; i < center.size(); ++i) {
-      for (std::size_t j = i + 1; j < center.size(); ++j) {
-        const double distance = (center[i] - center[j]).squaredNorm();
-        if (distance < closest) {
-          closest = distance;
-          a = i;
-          b = j;
+    std::vector<Eigen::Vector3d> center = clustering.center;
+    std::vector<double> weight(center.size(), 0.0);
+    for (std::size_t i = 0; i < field.weight.size(); ++i) weight[clustering.cluster[i]] += field.weight[i];
+    std::vector<FocusBeam> beam(center.size());
+    const auto look = [&](std::size_t k) {
+      if (least.array != nullptr && least.separation > 0.0) beam[k] = least.array->beam(center[k]);
+    };
+    for (std::size_t k = 0; k < center.size(); ++k) look(k);
+    while (center.size() > 1) {
+      std::size_t a = 0;
+      std::size_t b = 0;
+      double closest = 1.0;
+      for (std::size_t i = 0; i < center.size(); ++i) {
+        for (std::size_t j = i + 1; j < center.size(); ++j) {
+          const double clear = clearance(center[j] - center[i], beam[i], beam[j], least);
+          if (clear < closest) {
+            closest = clear;
+            a = i;
+            b = j;
+          }
         }
       }
+      if (a == b) break;
+      if ((center[a] - center[b]).norm() >= least.distance) ++unresolved;
+      center[a] = (weight[a] * center[a] + weight[b] * center[b]) / (weight[a] + weight[b]);
+      weight[a] += weight[b];
+      look(a);
+      const auto at = static_cast<std::ptrdiff_t>(b);
+      center.erase(center.begin() + at);
+      weight.erase(weight.begin() + at);
+      beam.erase(beam.begin() + at);
     }
-    if (a == b) break;
-
-    double weight_a = 0.0;
-    double weight_b = 0.0;
-    for (std::size_t i = 0; i < field.weight.size(); ++i) {
-      if (clustering.cluster[i] == a) weight_a += field.weight[i];
-      if (clustering.cluster[i] == b) weight_b += field.weight[i];
-    }
-    std::vector<Eigen::Vector3d> merged = center;
-    merged[a] = (weight_a * center[a] + weight_b * center[b]) / (weight_a + weight_b);
-    merged.erase(merged.begin() + static_cast<std::ptrdiff_t>(b));
-    clustering = refineClusters(field.position, field.weight, std::move(merged));
+    if (center.size() == clustering.center.size()) break;
+    clustering = refineClusters(field.position, field.weight, std::move(center));
   }
   return clustering;
 }
 
-Clustering cluster(const Field& field, const FocalPointConfig& config,
-                   const std::vector<FocalPoint>& previous) {
-  Clustering cold = weightedKMeans(field.position, field.weight, config.max_points, config.min_separation,
-                                   previous.empty() ? restarts : 1);
-  cold = separate(field, std::move(cold), config.min_separation);
+std::size_t heaviest(const Field& field) {
+  return static_cast<std::size_t>(std::max_element(field.weight.begin(), field.weight.end()) -
+                                  field.weight.begin());
+}
+
+/// \param unresolved how many points there would be more if the array could tell them apart
+Clustering cluster(const Field& field, const FocalPointConfig& config, const ArrayReach* array,
+                   const std::vector<FocalPoint>& previous, std::size_t& unresolved) {
+  const Spacing least{config.min_separation, config.min_resolution, array};
+  unresolved = 0;
+  Eigen::Matrix3d metric = Eigen::Matrix3d::Identity();
+  double apart = config.min_separation;
+  std::size_t on_skin = 0;  // points that there is room for there
+  if (array != nullptr && config.min_resolution > 0.0 && !field.position.empty()) {
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    double total = 0.0;
+    for (std::size_t i = 0; i < field.position.size(); ++i) {
+      centre += field.weight[i] * field.position[i];
+      total += field.weight[i];
+    }
+    metric = seedMetric(least, centre / total);
+    apart = 1.0;
+    on_skin = addSeeds(field.position, field.weight, {field.position[heaviest(field)]}, config.max_points,
+                       config.min_separation)
+                  .size();
+  }
+  Clustering cold = weightedKMeans(field.position, field.weight, config.max_points, apart,
+                                   previous.empty() ? restarts : 1, metric);
+  const std::size_t unseeded = on_skin - std::min(on_skin, cold.center.size());  // room on the skin only
+  cold = separate(field, std::move(cold), least, unresolved);
+  unresolved += unseeded;
   if (previous.empty() || previous.size() > config.max_points) return cold;
 
   std::vector<Eigen::Vector3d> start;
   start.reserve(previous.size());
   for (const FocalPoint& point : previous) start.push_back(point.position);
-  start = addSeeds(field.position, field.weight, std::move(start), config.max_points, config.min_separation);
+  start = addSeeds(field.position, field.weight, std::move(start), config.max_points, apart, metric);
   Clustering warm = refineClusters(field.position, field.weight, std::move(start));
-  warm = separate(field, std::move(warm), config.min_separation);
-  return warm.objective <= (1.0 + warm_start_slack) * cold.objective ? warm : cold;
+  std::size_t unresolved_warm = unseeded;
+  warm = separate(field, std::move(warm), least, unresolved_warm);
+  if (warm.objective > (1.0 + warm_start_slack) * cold.objective) return cold;
+  unresolved = unresolved_warm;
+  return warm;
 }
 
 double gaussian(double squared_distance, double sigma) {
@@ -162,10 +228,15 @@ void FocalPointConfig::validate() const {
   requireRange("min_separation", min_separation, 0.0, true);
   if (path_points < 1) throw std::invalid_argument("focal points: path_points is 0, expected at least 1");
   requireRange("path_spacing", path_spacing, 0.0, false);
+  requireRange("min_resolution", min_resolution, 0.0, true);
   requireRange("sigma", sigma, 0.0, false);
   requireRange("full_scale_pressure", full_scale_pressure, 0.0, false);
   if (!(compression_knee >= 0.0 && compression_knee <= 1.0)) {
     throw std::invalid_argument("focal points: compression_knee is " + std::to_string(compression_knee) +
+                                ", expected 0 to 1");
+  }
+  if (!(side_lobe_floor >= 0.0 && side_lobe_floor <= 1.0)) {
+    throw std::invalid_argument("focal points: side_lobe_floor is " + std::to_string(side_lobe_floor) +
                                 ", expected 0 to 1");
   }
   requireRange("minimum_pressure", minimum_pressure, 0.0, true);
@@ -197,7 +268,8 @@ std::vector<FocalPoint> FocalPointRenderer::render(const std::vector<PressureSam
     previous_.clear();
     return points;
   }
-  const Clustering clustering = cluster(field, config_, previous_);
+  const Clustering clustering =
+      cluster(field, config_, array_ ? &*array_ : nullptr, previous_, report_.merged_points);
 
   std::vector<double> force(clustering.center.size(), 0.0);
   for (std::size_t i = 0; i < field.position.size(); ++i) {
@@ -257,20 +329,32 @@ void FocalPointRenderer::setArray(const ArrayReach& array) {
 void FocalPointRenderer::setIntensities(std::vector<FocalPoint>& points) {
   const auto count = static_cast<double>(points.size());
   if (array_) report_.gain = radiationPressure(array_->acoustics(), reference_) / config_.full_scale_pressure;
+  std::vector<double> limit;  // Pa on the skin
+  double strongest = 0.0;     // of what is granted, Pa
   for (FocalPoint& point : points) {
     double share = point.pressure / config_.full_scale_pressure;
-    double limit = 0.0;  // Pa on the skin
+    limit.push_back(0.0);
     if (array_) {
-      limit = radiationPressure(array_->acoustics(), array_->amplitude(point.position)) / count;
-      share = limit > 0.0 ? report_.gain * point.pressure / limit : std::numeric_limits<double>::infinity();
+      limit.back() = radiationPressure(array_->acoustics(), array_->amplitude(point.position)) / count;
+      share = limit.back() > 0.0 ? report_.gain * point.pressure / limit.back()
+                                 : std::numeric_limits<double>::infinity();
     }
-    const bool reachable = !array_ || limit > 0.0;  // not behind the array
+    const bool reachable = !array_ || limit.back() > 0.0;  // not behind the array
     const double given = reachable ? compress(share, config_.compression_knee) : 0.0;
     if (share > config_.compression_knee) ++report_.compressed_points;
     if (share > 1.0) ++report_.saturated_points;
     point.intensity = std::sqrt(given);
     report_.wanted.push_back(report_.gain * point.pressure);
-    report_.granted.push_back(given * limit);
+    report_.granted.push_back(given * limit.back());
+    strongest = std::max(strongest, report_.granted.back());
+  }
+  if (config_.modulation == Modulation::spatiotemporal) return;  // one focus at a time has no neighbours
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const double least = config_.side_lobe_floor * config_.side_lobe_floor * strongest;
+    if (!(limit[k] > 0.0) || report_.granted[k] >= least) continue;
+    report_.granted[k] = std::min(least, limit[k]);
+    points[k].intensity = std::sqrt(report_.granted[k] / limit[k]);
+    ++report_.raised_points;
   }
 }
 

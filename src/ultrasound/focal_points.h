@@ -21,13 +21,15 @@ enum class IntensityFit {
 struct FocalPointConfig {
   std::size_t max_points = 8;     // at least 1
   double min_separation = 0.012;  // m; closer points are felt as one and waste power
+  double min_resolution = 2.2;    // least separation for the array (focus_beam.h), so that each is a peak
   double sigma = 0.0086;          // m, of the Gaussian focus: the wavelength (Eq. 9), 8.6 mm at 40 kHz
   IntensityFit fit = IntensityFit::least_squares;
   bool perceptual_weights = true;  // alpha of Eq. 8; off: 1 everywhere
   double full_scale_pressure =
-      500000.0;                   // Pa of the clay that ask for all that the array can give (see render); so
-                                  // many that recorded hands rarely ask for more (doc/rendering.md)
+      450000.0;  // Pa of the clay that ask for all that the array can give (see render): what
+                 // 95 % of the points of recorded hands stay below (doc/rendering.md)
   double compression_knee = 0.5;  // share of that up to which pressures stay in proportion, 0 to 1
+  double side_lobe_floor = 0.15;  // least amplitude of a point, over the strongest: that of side lobes
   double minimum_pressure = 1.0;  // Pa; samples below it are not rendered
   double minimum_force = 0.001;   // N; contacts that press less in sum get no point
   Modulation modulation = Modulation::amplitude;  // stm: a path over the contact instead of clusters
@@ -42,6 +44,8 @@ struct FocalPointConfig {
 /// What became of the last frame.
 struct RenderReport {
   std::size_t ignored_samples = 0;    // non-finite, or of no area or weight
+  std::size_t merged_points = 0;      // that have room on the skin, but that the array cannot tell apart
+  std::size_t raised_points = 0;      // weaker than side lobes: rendered stronger than in proportion
   std::size_t compressed_points = 0;  // above the knee: rendered weaker than in proportion
   std::size_t saturated_points = 0;   // of those, the ones that ask for more than the array can give
   double gain = 0.0;            // Pa of radiation pressure on the skin for a Pa of clay; 0 without array
@@ -63,7 +67,8 @@ double compress(double share, double knee);
 ///
 /// As many points as there is room for on the contact, `min_separation` apart, up to `max_points`: a small
 /// contact gets one, no contact none. Points that k-means brings closer than that are merged, the closest
-/// pair first.
+/// pair first. So are points that the array cannot tell apart (`min_resolution`), such as two that lie above
+/// each other: a focus is 14 mm wide, but 80 mm long.
 ///
 /// With spatiotemporal modulation the points are places of a closed path over the whole contact, in the order
 /// in which one focus visits them (samplePath, tour), and their ids count from 0.
@@ -94,8 +99,10 @@ class FocalPointRenderer {
   /// above the centre of the array. What a focus at x can have is R(x)^2 / M, R(x) being the amplitude of the
   /// whole array there and radiation pressure the square of amplitudes (radiationPressure); so a point asks
   /// for the share (p / full_scale_pressure) R(0, 0, 0.2)^2 M / R(x)^2 of it, is given compress(share), and
-  /// has intensity sqrt(compress(share)). Nothing is cut without a word: see report(). Without setArray,
-  /// R(x)^2 / M counts as the same everywhere. \param samples of all hands, in the frame of the array
+  /// has intensity sqrt(compress(share)). Where other points are there at the same time, one that is weaker
+  /// than their side lobes could not be told from these, and is raised to side_lobe_floor. Nothing is cut
+  /// without a word: see report(). Without setArray, R(x)^2 / M counts as the same everywhere. \param samples
+  /// of all hands, in the frame of the array
   std::vector<FocalPoint> render(const std::vector<contact::PressureSample>& samples);
 
   const RenderReport& report() const { return report_; }

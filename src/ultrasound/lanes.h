@@ -126,4 +126,9 @@ TACTILE_CLAY_INLINE Lanes decaying(Lanes d) {
   return y * y;
 }
 
+/// The same within 1e-6 for d in [0, 1/2], in half the time. Interpolated at Chebyshev nodes.
+TACTILE_CLAY_INLINE Lanes slightlyDecaying(Lanes d) {
+  return 0.99999959f + d * (-0.99995853f + d * (0.49933049f + d * (-0.16284255f + d * 0.032534632f)));
+}
+
 }  // namespace tactile_clay::ultrasound

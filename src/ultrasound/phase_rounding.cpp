@@ -75,7 +75,7 @@ TACTILE_CLAY_CLONES void chooseLevels(const Effects& effects, const Candidates& 
   }
 }
 
-Lanes magnitude(Lanes a) {
+TACTILE_CLAY_INLINE Lanes magnitude(Lanes a) {
   return a < 0.0f ? -a : a;
 }
 
@@ -101,40 +101,55 @@ LaneArray<Lanes> limitPhases(const PhaseLimit& limit, DriveLanes& q) {
   return free;
 }
 
+namespace {
+
+/// The two levels closest to each phase or, of those beyond the limit, the one closest to the phase before.
+TACTILE_CLAY_CLONES void findCandidates(const DriveLanes& q, float steps, const PhaseLimit* limit,
+                                        Candidates& low, Candidates& high) {
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    const Lanes at = turnsOf(q[i].re, q[i].im) * steps;
+    Lanes down = nearest(at - 0.5f);
+    Lanes up = down + 1.0f;
+    if (limit != nullptr) {
+      Lanes change = down / steps - limit->before[i];
+      change -= nearest(change);
+      const LaneBits low_allowed = magnitude(change) <= limit->change[i] + 1e-5f;
+      change = up / steps - limit->before[i];
+      change -= nearest(change);
+      const LaneBits high_allowed = magnitude(change) <= limit->change[i] + 1e-5f;
+      const Lanes stay = nearest(limit->before[i] * steps);
+      down = low_allowed ? down : (high_allowed ? up : stay);
+      up = high_allowed ? up : down;
+    }
+    low.level[i] = down;
+    high.level[i] = up;
+    unitCircle((down - at) / steps, low.cosine[i], low.sine[i]);
+    unitCircle((up - at) / steps, high.cosine[i], high.sine[i]);
+  }
+}
+
+/// Levels to 0 to steps - 1.
+TACTILE_CLAY_CLONES void wrapLevels(float steps, LaneArray<Lanes>& level) {
+  for (Lanes& l : level) {
+    l -= steps * nearest(l / steps - 0.5f);
+    l = l >= steps ? l - steps : (l < 0.0f ? l + steps : l);
+  }
+}
+
+}  // namespace
+
 LaneArray<Lanes> roundPhases(const Propagator& g, const DriveLanes& q, int levels, const PhaseLimit* limit) {
   FocusField p(g.foci);
   propagate(g, q, p);
   const auto steps = static_cast<float>(levels);
   Candidates low(g.width);
   Candidates high(g.width);
-  for (std::size_t i = 0; i < g.width; ++i) {
-    const Lanes at = turnsOf(q[i].re, q[i].im) * steps;
-    const Lanes down = nearest(at - 0.5f);
-    low.level[i] = down;
-    high.level[i] = down + 1.0f;
-    if (limit != nullptr) {
-      const auto allowed = [&](Lanes level) {
-        Lanes change = level / steps - limit->before[i];
-        change -= nearest(change);
-        return magnitude(change) <= limit->change[i] + 1e-5f;
-      };
-      const Lanes stay = nearest(limit->before[i] * steps);
-      const LaneBits low_allowed = allowed(low.level[i]);
-      const LaneBits high_allowed = allowed(high.level[i]);
-      const Lanes one = low_allowed ? low.level[i] : (high_allowed ? high.level[i] : stay);
-      high.level[i] = high_allowed ? high.level[i] : one;
-      low.level[i] = one;
-    }
-    for (Candidates* candidates : {&low, &high}) {
-      unitCircle((candidates->level[i] - at) / steps, candidates->cosine[i], candidates->sine[i]);
-    }
-  }
+  findCandidates(q, steps, limit, low, high);
   const Effects effects(g, q, p);
   LaneArray<Lanes> error(effects.width, Lanes{});
   LaneArray<Lanes> level(g.width);
   chooseLevels(effects, low, high, g.width * lane_count, error.data(), level.data());
-  for (Lanes& l : level) l -= steps * nearest(l / steps - 0.5f);
-  for (Lanes& l : level) l = l >= steps ? l - steps : (l < 0.0f ? l + steps : l);
+  wrapLevels(steps, level);
   return level;
 }
 

@@ -1,6 +1,7 @@
 #include "ultrasound/phase_solver.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -18,10 +19,18 @@ constexpr float tiny = 1e-20f;            // keeps divisions by an amplitude fin
 constexpr double least_intensity = 1e-3;  // weaker foci are lost between the others
 constexpr auto two_pi = static_cast<float>(2.0 * M_PI);
 constexpr auto over_turn = static_cast<float>(0.5 / M_PI);
-constexpr int gram_passes = 30;
-constexpr int newton_steps = 12;
+constexpr int ascent_passes = 10;
+constexpr int newton_steps = 40;
 constexpr float newton_tolerance = 5e-4f;  // of an amplitude: below it single precision gains nothing
-constexpr double peak_tolerance = 3e-4;    // m, from a focus to the peak of its amplitude
+constexpr double peak_tolerance = 7e-4;    // m, from a focus to the peak of its amplitude
+constexpr float least_width = 0.35f;       // of a peak's parabola, over that of a focus that is alone
+constexpr double resolvable = 1.5;         // separation below which two foci cannot both be peaks
+constexpr int peak_steps = 15;             // after which peaks are given up where they could not be had
+constexpr double first_damping = 1e-5;     // foci that no drive can tell apart must not turn it wildly
+constexpr double most_damping = 1e3;       // beyond it no step helps
+constexpr float poor = 0.01f;              // error of the worst amplitude that calls for another start
+constexpr int more_starts = 3;
+constexpr int more_passes = 40;
 constexpr int limited_rounds = 3;
 
 const std::map<std::string, PhaseMethod>& methods() {
@@ -113,6 +122,45 @@ TACTILE_CLAY_CLONES void moderate(DriveLanes& q, std::size_t transducers) {
   }
 }
 
+/// Turns the phases of sources c, |c| = weight, one after the other to where they add most to the power
+/// c^H R c, sixteen starts at once. \param r R, foci x foci \param source in: unit; out: c \param power of
+/// each
+TACTILE_CLAY_CLONES void ascend(const Eigen::MatrixXcf& r, const Eigen::ArrayXf& weight, int passes,
+                                ComplexLanes* source, Lanes& power) {
+  const auto foci = static_cast<std::size_t>(weight.size());
+  const std::complex<float>* column = r.data();
+  for (std::size_t m = 0; m < foci; ++m) {
+    const float w = weight.data()[m];
+    source[m] = {w * source[m].re, w * source[m].im};
+  }
+  for (int pass = 0; pass < passes; ++pass) {
+    power = Lanes{};
+    for (std::size_t m = 0; m < foci; ++m) {
+      Lanes re{};
+      Lanes im{};
+      for (std::size_t k = 0; k < foci; ++k) {  // R is Hermitian: row m is the conjugate of column m
+        if (k == m) continue;
+        const float a = column[m * foci + k].real();
+        const float b = -column[m * foci + k].imag();
+        re += a * source[k].re - b * source[k].im;
+        im += a * source[k].im + b * source[k].re;
+      }
+      const Lanes squared = larger(re * re + im * im, Lanes{} + 1e-30f);
+      const Lanes over = inverseRoot(squared);
+      const float w = weight.data()[m];
+      source[m] = {w * over * re, w * over * im};
+      power += w * squared * over;
+    }
+  }
+}
+
+/// Rows of J of the free phases only. \param free 1 where a phase may change, 0 where not
+TACTILE_CLAY_CLONES void mask(const LaneArray<Lanes>& free, std::size_t rows, LaneArray<Lanes>& j) {
+  for (std::size_t k = 0; k < rows; ++k) {
+    for (std::size_t i = 0; i < free.size(); ++i) j[k * free.size() + i] *= free[i];
+  }
+}
+
 /// Turns each drive by the sum of lambda times its row, as an angle up to third order.
 TACTILE_CLAY_CLONES void turnBy(const Lanes* const* rows, const float* lambda, std::size_t count,
                                 DriveLanes& q) {
@@ -128,16 +176,25 @@ TACTILE_CLAY_CLONES void turnBy(const Lanes* const* rows, const float* lambda, s
   }
 }
 
+/// A focus as the solver sees it.
+struct FocusShape {
+  bool peak;    // whether it is to be one
+  float width;  // of its parabola when it is alone
+};
+
 /// Solves p = G q for |p| = 1 at every focus, up to a common scale.
 class Solver {
  public:
-  Solver(const Propagator& g, std::size_t transducers, double wavenumber, const PhaseSolverOptions& options)
+  /// \param shapes of the foci; empty: amplitudes are all that counts
+  Solver(const Propagator& g, std::size_t transducers, double wavenumber, std::vector<FocusShape> shapes,
+         const PhaseSolverOptions& options)
       : g_(g),
         transducers_(transducers),
         options_(options),
+        shapes_(std::move(shapes)),
         q_(g.width),
         p_(g.foci),
-        most_slope_(static_cast<float>(wavenumber * peak_tolerance)) {}
+        most_aside_(static_cast<float>(wavenumber * peak_tolerance)) {}
 
   /// From the phases that this drive has at the foci.
   void start(const DriveLanes& q) {
@@ -154,14 +211,19 @@ class Solver {
         emit(power);
         break;
       case PhaseMethod::weighted_gerchberg_saxton:
-        gerchbergSaxton(power);
+        gerchbergSaxton(power, options_.iterations);
         break;
       case PhaseMethod::gs_pat:
         emit(amongFoci(options_.iterations));
         break;
       case PhaseMethod::newton:
-        gerchbergSaxton(warm_ ? power : amongFoci(gram_passes));
+        gerchbergSaxton(warm_ ? power : strongest(), options_.iterations);
         correct(LaneArray<Lanes>(g_.width, Lanes{} + 1.0f));
+        // A few sets of many unequal foci end where no small change helps; from elsewhere they do not.
+        for (int start = 0; start < more_starts && worst(p_.abs()) > poor; ++start) {
+          gerchbergSaxton(power, more_passes);
+          correct(LaneArray<Lanes>(g_.width, Lanes{} + 1.0f));
+        }
         break;
     }
   }
@@ -209,9 +271,9 @@ class Solver {
     propagate(g_, q_, p_);
   }
 
-  void gerchbergSaxton(const Eigen::ArrayXf& first) {
+  void gerchbergSaxton(const Eigen::ArrayXf& first, int passes) {
     Weights weights(first);
-    for (int pass = 0; pass < options_.iterations; ++pass) {
+    for (int pass = 0; pass < passes; ++pass) {
       emit(weights.value);
       weights.update(p_.abs().max(tiny));
     }
@@ -234,6 +296,33 @@ class Solver {
     return over_energy / p_.abs().max(tiny);
   }
 
+  /// Phases of the foci that give the most power, the best of sixteen starts. \return weights for `emit`
+  Eigen::ArrayXf strongest() {
+    const Eigen::MatrixXcf r = gram(g_);
+    const Eigen::ArrayXf over_energy = r.diagonal().real().array().max(tiny).inverse();
+    LaneArray<ComplexLanes> source(g_.foci);
+    for (std::size_t m = 0; m < g_.foci; ++m) {
+      Lanes turns{};  // lane 0: all foci in phase; others: scattered evenly (additive recurrence)
+      for (std::size_t lane = 1; lane < lane_count; ++lane)
+        turns[lane] = static_cast<float>(std::fmod(0.7548776662 * static_cast<double>((m + 1) * lane) +
+                                                       0.5698402910 * static_cast<double>(m * m * lane),
+                                                   1.0));
+      unitCircle(turns, source[m].re, source[m].im);
+    }
+    Lanes power;
+    ascend(r, over_energy, ascent_passes, source.data(), power);
+    std::size_t best = 0;
+    for (std::size_t lane = 1; lane < lane_count; ++lane)
+      if (power[lane] > power[best]) best = lane;
+    Eigen::VectorXcf c(p_.re.size());
+    for (std::size_t m = 0; m < g_.foci; ++m)
+      c(static_cast<Eigen::Index>(m)) = {source[m].re[best], source[m].im[best]};
+    const Eigen::VectorXcf p = r * c;
+    p_.re = p.real().array();
+    p_.im = p.imag().array();
+    return over_energy / p_.abs().max(tiny);
+  }
+
   static float spread(const Eigen::ArrayXf& amplitude) {
     return (amplitude / std::max(amplitude.mean(), tiny) - 1.0f).square().mean();
   }
@@ -242,38 +331,116 @@ class Solver {
     return (amplitude / std::max(amplitude.mean(), tiny) - 1.0f).abs().maxCoeff();
   }
 
+  /// What keeps focus m from being a peak close enough to its place.
+  struct PeakFault {
+    PeakShape shape;
+    Eigen::Vector2f narrowest = Eigen::Vector2f::UnitX();  // unit vector along which its parabola is flattest
+    float lacking = 0.0f;                                  // width along it, over that of a lone focus
+    float near = 1.0f;                                     // share of the slope that it may have, at most 1
+  };
+
+  struct State {
+    FocusParts parts;
+    std::vector<PeakFault> peak;  // of each focus where shapes_ has any
+    float fault = 0.0f;           // mean square error of amplitudes, and of slopes and widths as they count
+    bool good = false;
+  };
+
+  void assess(const DriveLanes& q, const FocusField& p, State& state) const {
+    constexpr float slope_weight = 3.0f;  // of slopes, whose s is some 0.3
+    constexpr float width_weight = 0.03f;
+    focusParts(g_, q, p, state.parts);
+    state.fault = spread(state.parts.amplitude);
+    state.good = worst(state.parts.amplitude) < newton_tolerance;
+    state.peak.resize(shapes_.size());
+    const float over_foci = 1.0f / static_cast<float>(g_.foci);
+    for (std::size_t m = 0; m < shapes_.size(); ++m) {
+      if (!shapes_[m].peak) continue;
+      PeakFault& peak = state.peak[m];
+      peak = PeakFault();
+      peak.shape = peakShape(g_, state.parts, m);
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2f> along;
+      along.computeDirect(peak.shape.width);
+      const float least = least_width * shapes_[m].width;
+      peak.lacking = std::max(1.0f - along.eigenvalues()(0) / least, 0.0f);
+      peak.narrowest = along.eigenvectors().col(0);
+      const Eigen::Vector2f aside = (along.eigenvectors().transpose() * peak.shape.slope).array() /
+                                    along.eigenvalues().array().max(least);
+      peak.near = std::min(most_aside_ / std::max(aside.norm(), tiny), 1.0f);
+      if (peak.lacking > 0.0f || peak.near < 1.0f) state.good = false;
+      state.fault += over_foci * (slope_weight * ((1.0f - peak.near) * peak.shape.slope).squaredNorm() +
+                                  width_weight * peak.lacking * peak.lacking);
+    }
+  }
+
+  /// Asks no more for peaks that could not be had, so that the amplitudes can be. \return whether there were
+  /// any
+  bool giveUpPeaks(const State& state) {
+    bool any = false;
+    for (std::size_t m = 0; m < shapes_.size(); ++m) {
+      const PeakFault& peak = state.peak[m];
+      if (!shapes_[m].peak || (peak.lacking == 0.0f && peak.near == 1.0f)) continue;
+      shapes_[m].peak = false;
+      any = true;
+    }
+    return any;
+  }
+
   /// Newton steps of the free phases, damped further (Levenberg-Marquardt) until the error falls: all
-  /// amplitudes the same and, where foci are to be peaks, no slope that moves a peak too far.
+  /// amplitudes the same and, where foci are to be peaks, no slope that moves a peak too far and no parabola
+  /// that is too flat.
   void correct(const LaneArray<Lanes>& free) {
-    FocusChange now;
-    FocusChange after;
+    constexpr float well_near = 0.6f;  // of what is allowed, so that one step brings it within
+    constexpr float well_wide = 1.3f;
+    State now;
+    State after;
     DriveLanes trial;
     FocusField reached(g_.foci);
     propagate(g_, q_, p_);
-    focusChange(g_, q_, p_, free, options_.peaks, now);
-    std::vector<bool> held(static_cast<std::size_t>(now.slope.size()), false);  // slopes that were too large
+    assess(q_, p_, now);
+    std::vector<bool> slope_held(shapes_.size(), false);  // that was too large once
+    LaneArray<Lanes> j;
     std::vector<const Lanes*> rows;
     std::vector<double> wanted;
-    double damping = 1e-5;  // foci that no drive can tell apart must not turn it wildly
+    double damping = first_damping;
     Eigen::MatrixXd products;
     bool moved = true;
-    for (int step = 0; step < newton_steps; ++step) {
-      if (worst(now.amplitude) < newton_tolerance && (tooLarge(now) == 0.0f).all()) return;
+    for (int step = 0; step < newton_steps && !now.good; ++step) {
+      if (damping > most_damping || step == peak_steps) {
+        if (giveUpPeaks(now)) {
+          assess(q_, p_, now);
+          damping = first_damping;
+          moved = true;
+        } else if (damping > most_damping) {
+          return;
+        }
+      }
       if (moved) {
-        rows.clear();
         wanted.clear();
-        const float mean = now.amplitude.mean();
-        for (std::size_t m = 0; m < g_.foci; ++m) {
-          rows.push_back(&now.j[m * g_.width]);
-          wanted.push_back(mean - now.amplitude(static_cast<Eigen::Index>(m)));
+        j.resize((g_.foci + 3 * shapes_.size()) * g_.width);
+        const auto row = [&] { return &j[wanted.size() * g_.width]; };
+        const float mean = now.parts.amplitude.mean();
+        std::copy(now.parts.across.begin(), now.parts.across.end(), j.begin());
+        for (std::size_t m = 0; m < g_.foci; ++m)
+          wanted.push_back(mean - now.parts.amplitude(static_cast<Eigen::Index>(m)));
+        for (std::size_t m = 0; m < shapes_.size(); ++m) {
+          if (!shapes_[m].peak) continue;
+          const PeakFault& peak = now.peak[m];
+          if (peak.lacking > 0.0f) {
+            widthRow(g_, now.parts, m, peak.shape, peak.narrowest, row());
+            wanted.push_back(least_width * shapes_[m].width * (well_wide - 1.0f + peak.lacking));
+          }
+          slope_held[m] = slope_held[m] || peak.near < 1.0f;
+          if (!slope_held[m]) continue;
+          const float keep = peak.near < 1.0f ? well_near * peak.near : 1.0f;
+          for (const Eigen::Vector2f& u : {Eigen::Vector2f(1.0f, 0.0f), Eigen::Vector2f(0.0f, 1.0f)}) {
+            slopeRow(g_, now.parts, m, peak.shape, u, row());
+            wanted.push_back((keep - 1.0f) * peak.shape.slope.dot(u));
+          }
         }
-        const Eigen::ArrayXf excess = tooLarge(now);
-        for (std::size_t k = 0; k < held.size(); ++k) {
-          held[k] = held[k] || excess(static_cast<Eigen::Index>(k)) != 0.0f;
-          if (!held[k]) continue;
-          rows.push_back(&now.j[(g_.foci + k) * g_.width]);
-          wanted.push_back(-now.slope(static_cast<Eigen::Index>(k)));
-        }
+        rows.clear();
+        for (std::size_t k = 0; k < wanted.size(); ++k) rows.push_back(&j[k * g_.width]);
+        mask(free, rows.size(), j);
         products = rowProducts(rows, g_.width);
       }
       Eigen::MatrixXd damped = products;
@@ -285,8 +452,8 @@ class Solver {
       trial = q_;
       turnBy(rows.data(), lambda.data(), rows.size(), trial);
       propagate(g_, trial, reached);
-      focusChange(g_, trial, reached, free, options_.peaks, after);
-      moved = fault(after) < fault(now);
+      assess(trial, reached, after);
+      moved = after.fault < now.fault;
       damping *= moved ? 0.1 : 10.0;
       if (!moved) continue;
       q_.swap(trial);
@@ -295,26 +462,14 @@ class Solver {
     }
   }
 
-  /// What of each slope moves a peak by more than the tolerance.
-  Eigen::ArrayXf tooLarge(const FocusChange& change) const {
-    constexpr float flat = 1e-4f;  // no peak at all
-    const Eigen::ArrayXf bound = most_slope_ * change.peak_width.max(flat);
-    return change.slope - change.slope.max(-bound).min(bound);
-  }
-
-  float fault(const FocusChange& change) const {
-    constexpr float weight = 3.0f;  // of slopes, whose s is some 0.3
-    return spread(change.amplitude) +
-           (change.slope.size() > 0 ? weight * tooLarge(change).square().mean() : 0.0f);
-  }
-
   const Propagator& g_;
   std::size_t transducers_;
   const PhaseSolverOptions& options_;
+  std::vector<FocusShape> shapes_;
   DriveLanes q_;
   FocusField p_;
   bool warm_ = false;
-  float most_slope_;  // over peak width
+  float most_aside_;  // k times the way from a focus to its peak
 };
 
 /// A drive in lanes.
@@ -432,12 +587,14 @@ PhaseSolution solvePhases(const ArrayLayout& layout, const Acoustics& acoustics,
   const TransducerLanes transducers(layout);
   Propagator g(points.size(), transducers.x.size());
   std::vector<std::size_t> active;  // points that take part, a row each
+  std::vector<FocusBeam> beams;
   for (std::size_t k = 0; k < points.size(); ++k) {
     if (points[k].intensity < least_intensity) continue;
-    const float reach = g.addFocus(transducers, acoustics, points[k].position);
-    if (!(reach > 0.0f)) continue;
-    solution.target[k] = points[k].intensity * reach;  // over sqrt(M) below
+    const FocusBeam beam = g.addFocus(transducers, acoustics, points[k].position);
+    if (!(beam.reach > 0.0f)) continue;
+    solution.target[k] = points[k].intensity * beam.reach;  // over sqrt(M) below
     active.push_back(k);
+    beams.push_back(beam);
   }
   if (active.empty()) return solution;
   const double sharing = std::sqrt(static_cast<double>(active.size()));
@@ -449,7 +606,17 @@ PhaseSolution solvePhases(const ArrayLayout& layout, const Acoustics& acoustics,
     power(static_cast<Eigen::Index>(m)) = static_cast<float>(std::pow(points[active[m]].intensity, 2));
   }
 
-  Solver solver(g, layout.size(), acoustics.wavenumber(), options);
+  const double k = acoustics.wavenumber();
+  std::vector<FocusShape> shapes;
+  for (std::size_t m = 0; options.peaks && active.size() > 1 && m < active.size(); ++m) {
+    FocusShape shape{true, 0.5f * beams[m].spread.topLeftCorner<2, 2>().trace()};
+    for (std::size_t n = 0; n < active.size(); ++n) {
+      const Eigen::Vector3d way = points[active[n]].position - points[active[m]].position;
+      if (n != m && separation(way, beams[m], beams[n], k) < resolvable) shape.peak = false;
+    }
+    shapes.push_back(shape);
+  }
+  Solver solver(g, layout.size(), k, std::move(shapes), options);
   DriveLanes last;
   PhaseLimit limit;
   const bool limited = before != nullptr && options.max_phase_change > 0.0;

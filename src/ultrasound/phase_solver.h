@@ -22,7 +22,7 @@ PhaseMethod phaseMethod(const std::string& name);
 struct PhaseSolverOptions {
   PhaseMethod method = PhaseMethod::newton;
   int iterations = 5;             // passes of Gerchberg-Saxton, 1 to 1000; one point needs none
-  bool peaks = false;             // newton: foci are peaks in planes of equal z, not on the slope of others
+  bool peaks = true;              // newton: foci are peaks in planes of equal z, not on the slope of others
   bool phase_only = true;         // one amplitude for all transducers; else each has its own
   int phase_levels = 0;           // steps of a turn that the device knows, 2 to 65536; 0: any phase
   int amplitude_levels = 0;       // steps from 0 to 1 that the device knows, 1 to 65536; 0: any amplitude
@@ -51,13 +51,16 @@ double focusPressure(const ArrayLayout& layout, const Acoustics& acoustics, cons
 /// - `gs_pat`: the same without transducers, in the foci x foci matrix G F, where F is G^H with each focus
 /// over
 ///   its energy; weights b^2 / |p| in the end (Plasencia et al. 2020, ACM Trans. Graph. 39:138).
-/// - `newton`: phases of the foci by gs_pat, some passes of weighted Gerchberg-Saxton for the power, then
-/// steps
+/// - `newton`: phases of the foci that give the most power, the best of sixteen ascents of c^H R c in the
+///   foci x foci matrix R = G G^H; some passes of weighted Gerchberg-Saxton; then steps
 ///   dphi = J^T (J J^T)^-1 (s b - |p|) with J = d|p| / dphi, the smallest change of the phases that corrects
-///   all amplitudes at once, s being their common scale; M x M to solve. With `peaks`, a slope of |p| along x
-///   or y that moves the peak of a focus by more than 0.3 mm gets a row of J of its own, and goes to 0 as
-///   well: foci closer than some two widths lie on each other's flanks. That takes some 3 % of the pressure.
-///   Along z, where a focus is long, its peak is nearer to the array by some mm, as it is for a single one.
+///   all amplitudes at once, s being their common scale; M x M to solve. With `peaks`, foci closer than some
+///   two widths do not lie on each other's flanks: where the parabola of |p| in the plane of a focus has its
+///   top more than 0.7 mm away, its slope gets two rows of J, and where it is flat or bends upwards, as a
+///   weak focus does between the lobes of strong ones, its width gets one. Foci that no drive could make
+///   peaks of their own, less than 1.5 apart (separation()), such as two above each other, are left as they
+///   are. That takes 1 % of the pressure. Along z, where a focus is long, its peak is nearer to the array by
+///   some mm, as it is for a single one.
 ///
 /// Not phase_only: transducers that the foci hardly need are driven less, in proportion up to the mean.
 ///

@@ -19,12 +19,14 @@ struct PistonConstants {
         inverse_radius(static_cast<float>(1.0 / air.transducer_radius)) {}
 };
 
-/// The wave of one piston after the way (x, y, z), m, for sixteen ways at once: its amplitude D e^{-alpha r}
-/// / r and its phase k r in turns. The field of acoustic_field.h, in single precision. \param along of the
-/// way along the piston's normal, m; amplitude 0 where it is not positive
-TACTILE_CLAY_INLINE void pistonWave(const PistonConstants& air, Lanes x, Lanes y, Lanes z, Lanes along,
-                                    Lanes& amplitude, Lanes& turns) {
-  const Lanes squared = larger(x * x + y * y + z * z, Lanes{} + 1e-12f);
+/// The wave of one piston over a way of square length `squared`, m^2, for sixteen ways at once: its amplitude
+/// D e^{-alpha r} / r and its phase k r in turns. The field of acoustic_field.h, in single precision.
+/// \tparam near alpha r is at most 1/2 \param along the part of the way along the piston's normal, m;
+/// amplitude 0 where it is not positive
+template <bool near>
+TACTILE_CLAY_INLINE void pistonWave(const PistonConstants& air, Lanes squared, Lanes along, Lanes& amplitude,
+                                    Lanes& turns) {
+  squared = larger(squared, Lanes{} + 1e-12f);
   const Lanes one_over = inverseRoot(squared);
   const Lanes r = squared * one_over;
   const Lanes inverse = smaller(one_over, Lanes{} + air.inverse_radius);
@@ -34,7 +36,8 @@ TACTILE_CLAY_INLINE void pistonWave(const PistonConstants& air, Lanes x, Lanes y
   const Lanes directivity =
       0.99999957f + u * (-0.12499805f + u * (0.0052068899f + u * (-0.00010811540f +
                                                                   u * (1.3079104e-6f + u * -8.4793804e-9f))));
-  const Lanes heard = directivity * inverse * decaying(air.attenuation * larger(r, Lanes{} + air.radius));
+  const Lanes lost = air.attenuation * larger(r, Lanes{} + air.radius);
+  const Lanes heard = directivity * inverse * (near ? slightlyDecaying(lost) : decaying(lost));
   amplitude = along > 0.0f ? heard : Lanes{};
   turns = r * air.turns_per_metre;
 }

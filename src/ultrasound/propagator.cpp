@@ -7,9 +7,11 @@
 namespace tactile_clay::ultrasound {
 namespace {
 
-TACTILE_CLAY_CLONES float fillRow(const TransducerLanes& t, const PistonConstants& air, float strength,
-                                  const float* point, ComplexLanes* row, ComplexLanes* direction) {
-  Lanes reach{};
+/// \param moments sums over the row of a, a sx, a sy, a sz, a sx^2, a sx sy, a sx sz, a sy^2, a sy sz, a sz^2
+TACTILE_CLAY_CLONES void fillRow(const TransducerLanes& t, const PistonConstants& air, float strength,
+                                 const float* point, ComplexLanes* row, ComplexLanes* direction,
+                                 float* moments) {
+  Lanes total[10] = {};
   for (std::size_t i = 0; i < t.x.size(); ++i) {
     const Lanes x = point[0] - t.x[i];
     const Lanes y = point[1] - t.y[i];
@@ -18,15 +20,22 @@ TACTILE_CLAY_CLONES float fillRow(const TransducerLanes& t, const PistonConstant
     Lanes turns;
     Lanes cosine;
     Lanes sine;
-    pistonWave(air, x, y, z, x * t.nx[i] + y * t.ny[i] + z * t.nz[i], amplitude, turns);
+    const Lanes squared = x * x + y * y + z * z;
+    pistonWave<false>(air, squared, x * t.nx[i] + y * t.ny[i] + z * t.nz[i], amplitude, turns);
     unitCircle(turns, cosine, sine);
     amplitude *= strength;
     row[i] = {amplitude * cosine, amplitude * sine};
-    const Lanes one_over = inverseRoot(larger(x * x + y * y + z * z, Lanes{} + 1e-12f));
-    direction[i] = {x * one_over, y * one_over};
-    reach += amplitude;
+    const Lanes one_over = inverseRoot(larger(squared, Lanes{} + 1e-12f));
+    const Lanes s[3] = {x * one_over, y * one_over, z * one_over};
+    direction[i] = {s[0], s[1]};
+    total[0] += amplitude;
+    for (std::size_t a = 0, n = 4; a < 3; ++a) {
+      const Lanes weighted = amplitude * s[a];
+      total[1 + a] += weighted;
+      for (std::size_t b = a; b < 3; ++b, ++n) total[n] += weighted * s[b];
+    }
   }
-  return sum(reach);
+  for (std::size_t n = 0; n < 10; ++n) moments[n] = sum(total[n]);
 }
 
 TACTILE_CLAY_CLONES void propagateRows(const Propagator& g, const ComplexLanes* q, float* re, float* im) {
@@ -73,50 +82,47 @@ TACTILE_CLAY_CLONES void gramRow(const Propagator& g, std::size_t m, float* re, 
 }
 
 /// (re, im) is conj(p) / |p|.
-TACTILE_CLAY_CLONES float amplitudeRow(const ComplexLanes* row, const ComplexLanes* q, const Lanes* free,
-                                       std::size_t width, float re, float im, Lanes* along, Lanes* j) {
+TACTILE_CLAY_CLONES float partsRow(const ComplexLanes* row, const ComplexLanes* q, std::size_t width,
+                                   float re, float im, Lanes* along, Lanes* across) {
   Lanes total{};
   for (std::size_t i = 0; i < width; ++i) {
     const Lanes x = row[i].re * q[i].re - row[i].im * q[i].im;
     const Lanes y = row[i].re * q[i].im + row[i].im * q[i].re;
     along[i] = x * re - y * im;
-    j[i] = -free[i] * (x * im + y * re);
+    across[i] = -(x * im + y * re);
     total += along[i];
   }
   return sum(total);
 }
 
-/// The slopes along x and y, from a = `along` and -b = `across`.
-TACTILE_CLAY_CLONES void slopeRows(const ComplexLanes* s, const Lanes* along, const Lanes* across,
-                                   const Lanes* free, std::size_t width, float amplitude, float* slope,
-                                   float* peak_width, Lanes* j) {
-  const float over = 1.0f / amplitude;
-  Lanes mean_x{};
-  Lanes mean_y{};
-  Lanes square_x{};
-  Lanes square_y{};
-  Lanes slope_x{};
-  Lanes slope_y{};
+/// \param moments sums of a sx, a sy, a sx^2, a sx sy, a sy^2, b sx, b sy
+TACTILE_CLAY_CLONES void shapeMoments(const ComplexLanes* s, const Lanes* along, const Lanes* across,
+                                      std::size_t width, float* moments) {
+  Lanes total[7] = {};
   for (std::size_t i = 0; i < width; ++i) {
     const Lanes ax = along[i] * s[i].re;
     const Lanes ay = along[i] * s[i].im;
-    mean_x += ax;
-    mean_y += ay;
-    square_x += ax * s[i].re;
-    square_y += ay * s[i].im;
-    slope_x -= across[i] * s[i].re;
-    slope_y -= across[i] * s[i].im;
+    total[0] += ax;
+    total[1] += ay;
+    total[2] += ax * s[i].re;
+    total[3] += ax * s[i].im;
+    total[4] += ay * s[i].im;
+    total[5] -= across[i] * s[i].re;
+    total[6] -= across[i] * s[i].im;
   }
-  const float x = sum(mean_x) * over;
-  const float y = sum(mean_y) * over;
-  slope[0] = sum(slope_x) * over;
-  slope[1] = sum(slope_y) * over;
-  peak_width[0] = sum(square_x) * over - x * x;
-  peak_width[1] = sum(square_y) * over - y * y;
+  for (std::size_t n = 0; n < 7; ++n) moments[n] = sum(total[n]);
+}
+
+TACTILE_CLAY_CLONES void fillSlopeRow(const ComplexLanes* s, const Lanes* along, std::size_t width, float ux,
+                                      float uy, float mean, float over, Lanes* row) {
+  for (std::size_t i = 0; i < width; ++i) row[i] = over * along[i] * (ux * s[i].re + uy * s[i].im - mean);
+}
+
+TACTILE_CLAY_CLONES void fillWidthRow(const ComplexLanes* s, const Lanes* across, std::size_t width, float ux,
+                                      float uy, float mean, float square, float over, Lanes* row) {
   for (std::size_t i = 0; i < width; ++i) {
-    const Lanes a = free[i] * along[i] * over;
-    j[i] = a * (s[i].re - x);
-    j[width + i] = a * (s[i].im - y);
+    const Lanes aside = ux * s[i].re + uy * s[i].im - mean;
+    row[i] = over * across[i] * (aside * aside - square);
   }
 }
 
@@ -163,14 +169,23 @@ TransducerLanes::TransducerLanes(const ArrayLayout& layout) {
   }
 }
 
-float Propagator::addFocus(const TransducerLanes& transducers, const Acoustics& acoustics,
-                           const Eigen::Vector3d& point) {
+FocusBeam Propagator::addFocus(const TransducerLanes& transducers, const Acoustics& acoustics,
+                               const Eigen::Vector3d& point) {
   const Eigen::Vector3f at = point.cast<float>();
-  const float reach =
-      fillRow(transducers, PistonConstants(acoustics), static_cast<float>(acoustics.reference_pressure),
-              at.data(), row(foci), &s[foci * width]);
-  if (reach > 0.0f) ++foci;
-  return reach;
+  float moments[10];
+  fillRow(transducers, PistonConstants(acoustics), static_cast<float>(acoustics.reference_pressure),
+          at.data(), row(foci), &s[foci * width], moments);
+  FocusBeam beam;
+  beam.reach = moments[0];
+  if (!(beam.reach > 0.0f)) return beam;
+  ++foci;
+  for (float& moment : moments) moment /= beam.reach;
+  const Eigen::Vector3f mean(moments[1], moments[2], moments[3]);
+  beam.spread << moments[4], moments[5], moments[6],  //
+      moments[5], moments[7], moments[8],             //
+      moments[6], moments[8], moments[9];
+  beam.spread -= mean * mean.transpose();
+  return beam;
 }
 
 void Propagator::scaleRow(std::size_t m, float factor) {
@@ -200,26 +215,45 @@ Eigen::MatrixXcf gram(const Propagator& g) {
   return r;
 }
 
-void focusChange(const Propagator& g, const DriveLanes& q, const FocusField& p, const LaneArray<Lanes>& free,
-                 bool slopes, FocusChange& change) {
+void focusParts(const Propagator& g, const DriveLanes& q, const FocusField& p, FocusParts& parts) {
   const auto foci = static_cast<Eigen::Index>(g.foci);
-  const std::size_t width = g.width;
   const Eigen::ArrayXf scale = p.abs().max(1e-20f).inverse();
-  change.amplitude.resize(foci);
-  change.slope.resize(slopes ? 2 * foci : 0);
-  change.peak_width.resize(slopes ? 2 * foci : 0);
-  change.j.resize((slopes ? 3 : 1) * g.foci * width);
-  LaneArray<Lanes> along(width);
+  parts.amplitude.resize(foci);
+  parts.along.resize(g.foci * g.width);
+  parts.across.resize(g.foci * g.width);
   for (Eigen::Index k = 0; k < foci; ++k) {
-    const auto m = static_cast<std::size_t>(k);
-    Lanes* across = &change.j[m * width];
-    change.amplitude(k) = amplitudeRow(g.row(m), q.data(), free.data(), width, p.re(k) * scale(k),
-                                       -p.im(k) * scale(k), along.data(), across);
-    if (slopes)
-      slopeRows(&g.s[m * width], along.data(), across, free.data(), width,
-                std::max(change.amplitude(k), 1e-20f), &change.slope(2 * k), &change.peak_width(2 * k),
-                &change.j[(g.foci + 2 * m) * width]);
+    const std::size_t at = static_cast<std::size_t>(k) * g.width;
+    parts.amplitude(k) = partsRow(&g.g[at], q.data(), g.width, p.re(k) * scale(k), -p.im(k) * scale(k),
+                                  &parts.along[at], &parts.across[at]);
   }
+}
+
+PeakShape peakShape(const Propagator& g, const FocusParts& parts, std::size_t m) {
+  const std::size_t at = m * g.width;
+  float moments[7];
+  shapeMoments(&g.s[at], &parts.along[at], &parts.across[at], g.width, moments);
+  const float over = 1.0f / std::max(parts.amplitude(static_cast<Eigen::Index>(m)), 1e-20f);
+  for (float& moment : moments) moment *= over;
+  PeakShape shape;
+  shape.slope = {moments[5], moments[6]};
+  shape.mean = {moments[0], moments[1]};
+  shape.width << moments[2], moments[3], moments[3], moments[4];
+  shape.width -= shape.mean * shape.mean.transpose();
+  return shape;
+}
+
+void slopeRow(const Propagator& g, const FocusParts& parts, std::size_t m, const PeakShape& shape,
+              const Eigen::Vector2f& u, Lanes* row) {
+  const std::size_t at = m * g.width;
+  fillSlopeRow(&g.s[at], &parts.along[at], g.width, u.x(), u.y(), shape.mean.dot(u),
+               1.0f / std::max(parts.amplitude(static_cast<Eigen::Index>(m)), 1e-20f), row);
+}
+
+void widthRow(const Propagator& g, const FocusParts& parts, std::size_t m, const PeakShape& shape,
+              const Eigen::Vector2f& u, Lanes* row) {
+  const std::size_t at = m * g.width;
+  fillWidthRow(&g.s[at], &parts.across[at], g.width, u.x(), u.y(), shape.mean.dot(u), u.dot(shape.width * u),
+               1.0f / std::max(parts.amplitude(static_cast<Eigen::Index>(m)), 1e-20f), row);
 }
 
 Eigen::MatrixXd rowProducts(const std::vector<const Lanes*>& rows, std::size_t width) {

@@ -5,6 +5,7 @@
 
 #include "ultrasound/acoustics.h"
 #include "ultrasound/array_layout.h"
+#include "ultrasound/focus_beam.h"
 #include "ultrasound/lanes.h"
 
 namespace tactile_clay::ultrasound {
@@ -30,9 +31,9 @@ struct Propagator {
   ComplexLanes* row(std::size_t m) { return &g[m * width]; }
 
   /// Adds a row: the pressure (Pa) of each transducer at `point` at full drive. Kept only if anything is
-  /// heard. \return sum of the amplitudes of the row
-  float addFocus(const TransducerLanes& transducers, const Acoustics& acoustics,
-                 const Eigen::Vector3d& point);
+  /// heard.
+  FocusBeam addFocus(const TransducerLanes& transducers, const Acoustics& acoustics,
+                     const Eigen::Vector3d& point);
   void scaleRow(std::size_t m, float factor);
 };
 
@@ -57,23 +58,33 @@ void backpropagate(const Propagator& g, const FocusField& p, DriveLanes& q);
 /// R = G G^H, foci x foci.
 Eigen::MatrixXcf gram(const Propagator& g);
 
-/// How the field at the foci changes with the phases, rows of `width` lanes. With a + i b the part of each
-/// transducer in p_m, turned so that p_m is real (sum a = |p_m|, sum b = 0), and s the x or y of the unit
-/// vector to the focus:
-/// - |p_m|: value sum a, d / dphi_n = -b_n
-/// - its slope along x and y, -k sum s b, where the amplitudes' own slopes are left out (they move a peak by
-///   0.2 mm): value sum s b / sum a, d / dphi_n = a_n (s_n - sum s a / sum a) / sum a
-struct FocusChange {
-  Eigen::ArrayXf amplitude;   // |p_m|
-  Eigen::ArrayXf slope;       // of x, then y of each focus; empty: not asked for
-  Eigen::ArrayXf peak_width;  // sum a (s - mean)^2 / sum a, as `slope`: slope / (k peak_width) is how far the
-                              // peak is away, m
-  LaneArray<Lanes> j;         // d amplitude / d phi, then d slope / d phi
+/// The field at the foci, transducer by transducer. With a + i b the part of each in p_m, turned so that p_m
+/// is real (sum a = |p_m|, sum b = 0): |p_m| changes with the phases by -b.
+struct FocusParts {
+  Eigen::ArrayXf amplitude;        // |p_m|
+  LaneArray<Lanes> along, across;  // a and -b, rows of Propagator::width
 };
+void focusParts(const Propagator& g, const DriveLanes& q, const FocusField& p, FocusParts& parts);
 
-/// \param free 1 where a phase may change, 0 where not; of width
-void focusChange(const Propagator& g, const DriveLanes& q, const FocusField& p, const LaneArray<Lanes>& free,
-                 bool slopes, FocusChange& change);
+/// The amplitude around a focus in its plane of equal z: at a way d aside it is |p| (1 - k slope d - k^2 d^T
+/// width d / 2), so that the peak is at d = -width^-1 slope / k, if width is positive definite. The
+/// amplitudes' own slopes are left out; they move a peak by 0.2 mm.
+struct PeakShape {
+  Eigen::Vector2f slope =
+      Eigen::Vector2f::Zero();  // sum s b / sum a, s being the x and y of the unit vectors to the focus
+  Eigen::Vector2f mean = Eigen::Vector2f::Zero();  // of s, weighted by a
+  Eigen::Matrix2f width =
+      Eigen::Matrix2f::Zero();  // covariance of s, weighted by a; not positive between the lobes of others
+};
+PeakShape peakShape(const Propagator& g, const FocusParts& parts, std::size_t m);
+
+/// How the slope along the unit vector u changes with the phases: a (s u - mean u) / sum a.
+void slopeRow(const Propagator& g, const FocusParts& parts, std::size_t m, const PeakShape& shape,
+              const Eigen::Vector2f& u, Lanes* row);
+
+/// How the width along u changes with the phases: -b ((s u - mean u)^2 - u^T width u) / sum a.
+void widthRow(const Propagator& g, const FocusParts& parts, std::size_t m, const PeakShape& shape,
+              const Eigen::Vector2f& u, Lanes* row);
 
 /// J J^T. \param rows of J, `width` lanes each
 Eigen::MatrixXd rowProducts(const std::vector<const Lanes*>& rows, std::size_t width);

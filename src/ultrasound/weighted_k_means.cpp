@@ -125,16 +125,21 @@ void checkLengths(const std::vector<Eigen::Vector3d>& position, const std::vecto
 
 std::vector<Eigen::Vector3d> addSeeds(const std::vector<Eigen::Vector3d>& position,
                                       const std::vector<double>& weight, std::vector<Eigen::Vector3d> seeds,
-                                      std::size_t count, double min_separation) {
+                                      std::size_t count, double min_separation,
+                                      const Eigen::Matrix3d& metric) {
   checkLengths(position, weight);
   if (position.empty()) return {};
   if (seeds.empty()) throw std::invalid_argument("k-means: no seed to start from, expected at least one");
+  const auto mapped = static_cast<Eigen::Matrix3Xd>(
+      metric * Eigen::Map<const Eigen::Matrix3Xd>(position.front().data(), 3,
+                                                  static_cast<Eigen::Index>(position.size())));
   std::vector<double> distance(position.size(), std::numeric_limits<double>::infinity());
   std::size_t measured = 0;  // seeds that `distance` knows
   while (seeds.size() < count) {
     for (; measured < seeds.size(); ++measured) {
+      const Eigen::Vector3d seed = metric * seeds[measured];
       for (std::size_t i = 0; i < position.size(); ++i) {
-        distance[i] = std::min(distance[i], (position[i] - seeds[measured]).squaredNorm());
+        distance[i] = std::min(distance[i], (mapped.col(static_cast<Eigen::Index>(i)) - seed).squaredNorm());
       }
     }
     std::size_t next = 0;
@@ -159,7 +164,8 @@ Clustering refineClusters(const std::vector<Eigen::Vector3d>& position, const st
 }
 
 Clustering weightedKMeans(const std::vector<Eigen::Vector3d>& position, const std::vector<double>& weight,
-                          std::size_t count, double min_separation, std::size_t restarts) {
+                          std::size_t count, double min_separation, std::size_t restarts,
+                          const Eigen::Matrix3d& metric) {
   checkLengths(position, weight);
   Clustering best;
   if (position.empty() || count == 0) return best;
@@ -170,7 +176,7 @@ Clustering weightedKMeans(const std::vector<Eigen::Vector3d>& position, const st
     if (weight[i] > weight[first]) first = i;
   }
   for (std::size_t run = 0; run < std::max<std::size_t>(restarts, 1); ++run) {
-    auto seeds = addSeeds(position, weight, {position[first]}, count, min_separation);
+    auto seeds = addSeeds(position, weight, {position[first]}, count, min_separation, metric);
     Clustering clustering = refineClusters(position, weight, std::move(seeds));
     if (best.center.size() < clustering.center.size() ||
         (best.center.size() == clustering.center.size() && clustering.objective < best.objective)) {

@@ -321,6 +321,107 @@ TEST(FocalPoints, ThatTheArrayCannotGiveAreReported) {
   EXPECT_EQ(renderer.report().granted, std::vector<double>{0.0});
 }
 
+/// A focus is some six times as long as it is wide: contacts above each other are one point for the array,
+/// contacts as far apart beside each other are two.
+TEST(FocalPoints, ThatTheArrayCannotTellApartAreOne) {
+  Samples above = patch(0.0f, 0.0f, 0.006f, 3000.0f);
+  Samples beside = above;
+  for (const PressureSample& s : patch(0.0f, 0.0f, 0.006f, 3000.0f)) {
+    above.push_back(s);
+    above.back().position.z() += 0.03f;
+    beside.push_back(s);
+    beside.back().position.x() += 0.03f;
+  }
+  FocalPointRenderer renderer;
+  EXPECT_EQ(renderer.render(above).size(), 2u) << "no array";
+  renderer.reset();
+  const ArrayReach usx(arrayLayout("usx"), Acoustics());
+  renderer.setArray(usx);
+  const auto one = renderer.render(above);
+  ASSERT_EQ(one.size(), 1u);
+  EXPECT_EQ(renderer.report().merged_points, 1u);
+  EXPECT_LT(one[0].position.head<2>().norm(), 0.007);
+  renderer.reset();
+  EXPECT_EQ(renderer.render(beside).size(), 2u);
+  EXPECT_EQ(renderer.report().merged_points, 0u);
+  // All points of a hand that leans: far enough apart for the array, however they lie.
+  Samples slope = patch(0.0f, 0.0f, 0.04f, 5000.0f);
+  for (PressureSample& s : slope) s.position.z() += 1.5f * s.position.x();
+  renderer.reset();
+  const auto points = renderer.render(slope);
+  ASSERT_GT(points.size(), 2u);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const Eigen::Vector3d way = points[i].position - points[j].position;
+      EXPECT_GE(way.norm(), renderer.config().min_separation);
+      EXPECT_GE(separation(way, usx.beam(points[i].position), usx.beam(points[j].position),
+                           Acoustics().wavenumber()),
+                renderer.config().min_resolution);
+    }
+  }
+}
+
+/// Points that come from the frame before keep the distance, too, and become one when their contacts meet.
+TEST(FocalPoints, BecomeOneForTheArrayWhenContactsMeet) {
+  const ArrayReach usx(arrayLayout("usx"), Acoustics());
+  FocalPointRenderer renderer;
+  renderer.setArray(usx);
+  std::size_t two = 0;
+  std::vector<FocalPoint> points;
+  for (float apart = 0.03f; apart > 0.0125f; apart -= 0.0005f) {
+    points = renderer.render(patch(0.0f, 0.0f, 0.004f, 3000.0f) + patch(apart, 0.0f, 0.004f, 3000.0f));
+    if (points.size() != 2) continue;
+    ++two;
+    EXPECT_GE(separation(points[1].position - points[0].position, usx.beam(points[0].position),
+                         usx.beam(points[1].position), Acoustics().wavenumber()),
+              renderer.config().min_resolution)
+        << apart;
+  }
+  EXPECT_GT(two, 10u);
+  EXPECT_EQ(points.size(), 1u) << "closer than a width of a focus, though not than min_separation";
+}
+
+/// The separation of two foci says how the amplitude of a lone focus falls: by half of its square.
+TEST(FocalPoints, SeparationIsTheParabolaOfAFocus) {
+  const ArrayLayout layout = arrayLayout("usx");
+  const Acoustics air;
+  const ArrayReach reach(layout, air);
+  const Eigen::Vector3d focus(0.03, -0.02, 0.18);
+  FocalPoint point;
+  point.position = focus;
+  point.intensity = 1.0;
+  const Drive drive = solvePhases(layout, air, {point}).drive;
+  const FocusBeam beam = reach.beam(focus);
+  for (const Eigen::Vector3d& way : {Eigen::Vector3d(1e-3, 0, 0), Eigen::Vector3d(0, 1e-3, 0)}) {
+    const double there = 0.5 * (std::abs(pressureAt(layout, air, drive, focus + way)) +
+                                std::abs(pressureAt(layout, air, drive, focus - way)));
+    const double fall = 1.0 - there / std::abs(pressureAt(layout, air, drive, focus));
+    EXPECT_NEAR(fall, 0.5 * std::pow(separation(way, beam, beam, air.wavenumber()), 2), 0.1 * fall);
+  }
+}
+
+TEST(FocalPoints, WeakerThanSideLobesAreRaisedToThem) {
+  FocalPointConfig config;
+  config.full_scale_pressure = 60000.0;
+  FocalPointRenderer renderer(config);
+  renderer.setArray(ArrayReach(arrayLayout("usx"), Acoustics()));
+  const Samples samples{sample(0.03f, 0, 20000), sample(-0.03f, 0, 300)};
+  const auto raised = renderer.render(samples);
+  ASSERT_EQ(raised.size(), 2u);
+  const RenderReport report = renderer.report();
+  const std::size_t weak = raised[0].pressure < raised[1].pressure ? 0 : 1;
+  EXPECT_EQ(report.raised_points, 1u);
+  EXPECT_NEAR(std::sqrt(report.granted[weak] / report.granted[1 - weak]), 0.15, 1e-9);
+  EXPECT_NEAR(raised[weak].intensity / raised[1 - weak].intensity, 0.15, 1e-6) << "equally far, equal reach";
+  EXPECT_GT(report.granted[weak], report.wanted[weak]);
+  EXPECT_EQ(report.granted[1 - weak], std::min(report.wanted[1 - weak], report.granted[1 - weak]));
+  config.side_lobe_floor = 0.0;
+  renderer.configure(config);
+  const auto plain = renderer.render(samples);
+  EXPECT_EQ(renderer.report().raised_points, 0u);
+  EXPECT_LT(plain[weak].intensity, 0.13 * plain[1 - weak].intensity);
+}
+
 TEST(FocalPoints, ReportTheErrorOfTheField) {
   FocalPointRenderer renderer;
   Samples samples = patch(0.0f, 0.0f, 0.02f, 3000.0f, 0.3f) + patch(0.08f, 0.0f, 0.006f, 3000.0f, 1.0f);
@@ -522,6 +623,8 @@ TEST(FocalPoints, RefuseBadSettingsByName) {
     return std::string("accepted");
   };
   EXPECT_NE(message([](auto& c) { c.max_points = 0; }).find("max_points"), std::string::npos);
+  EXPECT_NE(message([](auto& c) { c.min_resolution = -1.0; }).find("min_resolution"), std::string::npos);
+  EXPECT_NE(message([](auto& c) { c.side_lobe_floor = 1.5; }).find("side_lobe_floor"), std::string::npos);
   EXPECT_NE(message([](auto& c) { c.sigma = 0.0; }).find("sigma"), std::string::npos);
   EXPECT_NE(message([](auto& c) { c.min_separation = -1.0; }).find("min_separation"), std::string::npos);
   EXPECT_NE(message([](auto& c) { c.full_scale_pressure = std::nan(""); }).find("full_scale_pressure is nan"),

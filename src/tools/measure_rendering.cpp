@@ -1,0 +1,194 @@
+// What rendering makes of the contacts of recorded runs, as the tables of doc/rendering.md:
+//   measure_rendering [step=N] [full_scale_pressure=PA] [min_resolution=X] [side_lobe_floor=X] [peaks=0]
+//   RUN.bag...
+// where each bag was written by `scripts/rig lockstep:=true record:=RUN.bag`. Times and pressures are of
+// every frame that is touched; peaks are searched in every N-th, uphill in the plane of a point, in the field
+// (summed in double precision) of the SonicSurface board at 32 levels of phase.
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <string>
+#include <vector>
+
+#include "nodes/conversions.h"
+#include "nodes/topics.h"
+#include "ultrasound/focal_points.h"
+#include "ultrasound/phase_solver.h"
+
+namespace {
+
+using namespace tactile_clay;
+using namespace tactile_clay::ultrasound;
+using ultrasound::FocalPoint;  // not the message
+
+struct Figures {
+  std::size_t frames = 0, points = 0, saturated = 0, raised = 0, merged = 0;
+  std::vector<double> pressure;  // Pa of clay
+  std::vector<double> asked;     // Pa of clay that would ask for the same share 0.2 m above the centre, alone
+  std::vector<double> amplitude;                // Pa, that the intensity of a point stands for
+  std::vector<double> aside;                    // m, from a point to its peak
+  std::vector<double> rendering, phases, both;  // s
+
+  void add(const Figures& other) {
+    frames += other.frames;
+    points += other.points;
+    saturated += other.saturated;
+    raised += other.raised;
+    merged += other.merged;
+    for (auto member : {&Figures::pressure, &Figures::asked, &Figures::amplitude, &Figures::aside,
+                        &Figures::rendering, &Figures::phases, &Figures::both})
+      (this->*member).insert((this->*member).end(), (other.*member).begin(), (other.*member).end());
+  }
+};
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0.0;
+  std::sort(values.begin(), values.end());
+  return values[std::min(values.size() - 1,
+                         static_cast<std::size_t>(share * static_cast<double>(values.size())))];
+}
+
+/// Uphill from the point, in its plane, in steps from 1.6 to 0.2 mm; 8 mm where no peak is nearer.
+double distanceOfPeak(const ArrayLayout& layout, const Acoustics& air, const Drive& drive,
+                      const Eigen::Vector3d& point) {
+  Eigen::Vector3d here = point;
+  double best = std::abs(pressureAt(layout, air, drive, here));
+  for (double step = 0.0016; step >= 0.0002;) {
+    Eigen::Vector3d next = here;
+    for (int x = -1; x <= 1; ++x) {
+      for (int y = -1; y <= 1; ++y) {
+        const Eigen::Vector3d at = here + step * Eigen::Vector3d(x, y, 0.0);
+        const double amplitude = std::abs(pressureAt(layout, air, drive, at));
+        if (amplitude <= best || (at - point).norm() > 0.008) continue;
+        best = amplitude;
+        next = at;
+      }
+    }
+    if (next == here) step *= 0.5;
+    here = next;
+  }
+  return (here - point).norm();
+}
+
+Figures measure(const std::string& file, std::size_t step, const FocalPointConfig& config,
+                const PhaseSolverOptions& options) {
+  using Clock = std::chrono::steady_clock;
+  const auto seconds = [](Clock::duration time) { return std::chrono::duration<double>(time).count(); };
+  const Acoustics air;
+  const ArrayLayout layout = arrayLayout("sonic_surface");
+  const ArrayReach reach(layout, air);
+  const double reference = std::pow(reach.amplitude({0.0, 0.0, 0.2}), 2);
+  FocalPointRenderer renderer(config);
+  renderer.setArray(reach);
+  rosbag::Bag bag(file);
+  rosbag::View view(bag, rosbag::TopicQuery(std::string("/") + nodes::topic::hands_pressure));
+  if (view.size() == 0)
+    throw std::runtime_error(file + ": no messages on /hands/pressure, expected a recorded run");
+  Figures figures;
+  for (const rosbag::MessageInstance& message : view) {
+    const auto cloud = message.instantiate<sensor_msgs::PointCloud2>();
+    if (!cloud) continue;
+    const std::vector<contact::PressureSample> samples = nodes::pressureSamples(*cloud);
+    const auto start = Clock::now();
+    const std::vector<FocalPoint> points = renderer.render(samples);
+    const auto rendered = Clock::now();
+    if (points.empty()) continue;
+    const PhaseSolution solution = solvePhases(layout, air, points, options);
+    const auto solved = Clock::now();
+    figures.rendering.push_back(seconds(rendered - start));
+    figures.phases.push_back(seconds(solved - rendered));
+    figures.both.push_back(seconds(solved - start));
+    figures.points += points.size();
+    figures.saturated += renderer.report().saturated_points;
+    figures.raised += renderer.report().raised_points;
+    figures.merged += renderer.report().merged_points;
+    const auto count = static_cast<double>(points.size());
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      const double most = reach.amplitude(points[k].position);
+      figures.pressure.push_back(points[k].pressure);
+      figures.asked.push_back(points[k].pressure * count * reference / (most * most));
+      figures.amplitude.push_back(points[k].intensity * most / std::sqrt(count));
+    }
+    if (figures.frames++ % step != 0) continue;
+    for (const FocalPoint& point : points)
+      figures.aside.push_back(distanceOfPeak(layout, air, solution.drive, point.position));
+  }
+  return figures;
+}
+
+void print(const std::string& name, const Figures& f) {
+  const Acoustics air;
+  const auto points = static_cast<double>(std::max<std::size_t>(f.points, 1));
+  const auto near = std::count_if(f.aside.begin(), f.aside.end(), [](double x) { return x < 0.002; });
+  const double amplitude = quantile(f.amplitude, 0.5);
+  std::printf(
+      "| %s | %zu | %zu | %.0f, %.0f, %.0f | %.0f, %.0f, %.0f, %.0f | %.1f | %.1f | %.0f | %.0f Pa, %.0f dB, "
+      "%.1f Pa | "
+      "%zu | %.2f mm, %.2f %% | %.0f, %.0f | %.0f, %.0f |\n",
+      name.c_str(), f.frames, f.points, 1e-3 * quantile(f.pressure, 0.5), 1e-3 * quantile(f.pressure, 0.95),
+      1e-3 * quantile(f.pressure, 0.99), 1e-3 * quantile(f.asked, 0.5), 1e-3 * quantile(f.asked, 0.9),
+      1e-3 * quantile(f.asked, 0.95), 1e-3 * quantile(f.asked, 0.99),
+      100.0 * static_cast<double>(f.saturated) / points, 100.0 * static_cast<double>(f.raised) / points,
+      static_cast<double>(f.merged), amplitude, soundPressureLevel(amplitude),
+      radiationPressure(air, amplitude), f.aside.size(), 1e3 * quantile(f.aside, 0.5),
+      100.0 * static_cast<double>(near) / static_cast<double>(std::max<std::size_t>(f.aside.size(), 1)),
+      1e6 * quantile(f.rendering, 0.5), 1e6 * quantile(f.rendering, 0.9), 1e6 * quantile(f.both, 0.5),
+      1e6 * quantile(f.both, 0.9));
+}
+
+bool option(const std::string& word, const char* name, double& value) {
+  const std::string start = std::string(name) + "=";
+  if (word.rfind(start, 0) != 0) return false;
+  char* end = nullptr;
+  value = std::strtod(word.c_str() + start.size(), &end);
+  if (end == word.c_str() + start.size() || *end != '\0')
+    throw std::runtime_error("'" + word + "': expected a number");
+  return true;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    double step = 10.0, peaks = 1.0;
+    FocalPointConfig config;
+    PhaseSolverOptions options;
+    options.phase_levels = 32;
+    std::vector<std::string> files;
+    for (int i = 1; i < argc; ++i) {
+      const std::string word = argv[i];
+      if (!option(word, "step", step) && !option(word, "peaks", peaks) &&
+          !option(word, "full_scale_pressure", config.full_scale_pressure) &&
+          !option(word, "min_resolution", config.min_resolution) &&
+          !option(word, "side_lobe_floor", config.side_lobe_floor))
+        files.push_back(word);
+    }
+    options.peaks = peaks != 0.0;
+    if (files.empty() || !(step >= 1.0))
+      throw std::runtime_error(
+          "expected: measure_rendering [step=N] [PARAMETER=VALUE...] RUN.bag..., N from 1");
+    std::printf(
+        "| run | frames | points | pressure, kPa: median, 95 %%, 99 %% | asked, kPa: median, 90 %%, 95 %%, "
+        "99 %% | "
+        "saturated %% | raised %% | merged | median point | searched | peak aside: median, share within 2 mm "
+        "| "
+        "clustering and intensities, us: median, 90 %% | with phases, us: median, 90 %% |\n"
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
+    Figures all;
+    for (const std::string& file : files) {
+      const Figures figures = measure(file, static_cast<std::size_t>(step), config, options);
+      print(file.substr(file.rfind('/') + 1), figures);
+      all.add(figures);
+    }
+    print("all", all);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "measure_rendering: %s\n", error.what());
+    return 1;
+  }
+}
