@@ -19,8 +19,8 @@ class VectorField {
 
   const Eigen::Vector4f& operator[](std::size_t i) const { return slots_[i]; }
   /// The slots, four numbers each.
-  const float* data() const { return slots_.data()->data(); }
-  float* data() { return slots_.data()->data(); }
+  const float* data() const { return reinterpret_cast<const float*>(slots_.data()); }
+  float* data() { return reinterpret_cast<float*>(slots_.data()); }
 
   Eigen::Vector4f& operator[](std::size_t i) { return slots_[i]; }
 
