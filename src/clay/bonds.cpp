@@ -40,7 +40,7 @@ TACTILE_CLAY_INLINE void storeBonds(Bond* to, const std::uint32_t* other, const 
 struct Update {
   const Neighbourhood& near;
   const float* velocity;         // of all particles
-  const std::uint8_t* material;  // of all particles; null where there is one material only
+  const std::uint8_t* material;  // of all particles
   float reach;                   // m, within which bonds form
 };
 

@@ -119,6 +119,7 @@ struct Clay::Solver {
   Sums precondition(std::size_t first, std::size_t last);
   void measureLumps();
   void translate(float dt);
+  const std::vector<LumpSums<6>::Sum>& momentaOfLumps(const VectorField& velocity);
   std::vector<Eigen::Matrix3f> turnsOfLumps(float dt);
   void ownDirection();
   void balanceForces();
@@ -282,13 +283,14 @@ void Clay::Solver::step(const Ghosts& ghosts, const std::vector<Solid>& solids, 
 void Clay::Solver::updateBonds() {
   const float per_frame = static_cast<float>(1.0 / config.frame);
   const bool ends = window_steps >= config.budget.substeps;
+  VectorField& mean_velocity = z;  // which is free until the iterations
   ranges([&](std::size_t, std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
-      z[i] = per_frame * (particles.position[i] - window_start[i]);
+      mean_velocity[i] = per_frame * (particles.position[i] - window_start[i]);
       if (ends) window_start[i] = particles.position[i];
     }
   });
-  bond_constraint.update(near, particles, z, ends);
+  bond_constraint.update(near, particles, mean_velocity, ends);
   window_steps = ends ? 1 : window_steps + 1;
 }
 
@@ -411,16 +413,21 @@ void Clay::Solver::measureLumps() {
   }
 }
 
+/// Momentum, and angular momentum about its centre, of each lump, were this its velocities.
+const std::vector<LumpSums<6>::Sum>& Clay::Solver::momentaOfLumps(const VectorField& velocity) {
+  return momenta.of(near, particles.size(), [&](std::size_t i) {
+    const Eigen::Vector3d arm = particles.position.at(i).cast<double>() - bodies[near.lump(i)].centre;
+    const Eigen::Vector3d momentum = velocity.at(i).cast<double>() / particles.inverse_mass[i];
+    LumpSums<6>::Sum sum;
+    sum << momentum, arm.cross(momentum);
+    return sum;
+  });
+}
+
 /// What turning by a finite angle adds to the displacements dt v of a turning lump, by the arm from its
 /// centre: without it a lump grows with every step of its turn, and few iterations cannot take that back.
 std::vector<Eigen::Matrix3f> Clay::Solver::turnsOfLumps(float dt) {
-  const auto& momentum = momenta.of(near, particles.size(), [&](std::size_t i) {
-    const Eigen::Vector3d arm = particles.position.at(i).cast<double>() - bodies[near.lump(i)].centre;
-    const Eigen::Vector3d each = particles.velocity.at(i).cast<double>() / particles.inverse_mass[i];
-    LumpSums<6>::Sum sum;
-    sum << each, arm.cross(each);
-    return sum;
-  });
+  const auto& momentum = momentaOfLumps(particles.velocity);
   std::vector<Eigen::Matrix3f> turns(bodies.size(), Eigen::Matrix3f::Zero());
   for (std::size_t l = 0; l < bodies.size(); ++l) {
     const Body& body = bodies[l];
@@ -445,20 +452,14 @@ std::vector<Eigen::Matrix3f> Clay::Solver::turnsOfLumps(float dt) {
 /// of lumps that no contact blocks. These no internal force resists; along them the momentum is right, and
 /// stays so.
 void Clay::Solver::ownDirection() {
-  using Motion = Eigen::Matrix<double, 6, 1>;  // of a lump: translation, rotation
+  using Motion = LumpSums<6>::Sum;  // of a lump: translation, rotation
   constexpr double none = 1e-6, tiny = 1e-9;
   struct Lump {
     Eigen::Matrix<double, 6, 6> blocked = Eigen::Matrix<double, 6, 6>::Zero();
     Motion unblocked = Motion::Zero();
   };
   std::vector<Lump> lumps(near.lumps());
-  const auto& momentum_of = momenta.of(near, particles.size(), [&](std::size_t i) {
-    const Eigen::Vector3d arm = particles.position.at(i).cast<double>() - bodies[near.lump(i)].centre;
-    const Eigen::Vector3d momentum = u.at(i).cast<double>() / particles.inverse_mass[i];
-    Motion motion;
-    motion << momentum, arm.cross(momentum);
-    return motion;
-  });
+  const auto& momentum_of = momentaOfLumps(u);
   const auto block = [&](const Contact& c, const Eigen::Vector3d& direction) {
     Lump& lump = lumps[near.lump(c.particle)];
     const Body& body = bodies[near.lump(c.particle)];

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "hand/hand_pose.h"
+#include "hand/kinematic_hand.h"
+#include "hand/skin_template.h"
 #include "hand/soft_hand.h"
 
 namespace tactile_clay::hand {
@@ -87,6 +89,28 @@ inline double fastest(const Skin& skin) {
   float most = 0.0F;
   for (const Eigen::Vector3f& v : skin.velocity) most = std::max(most, v.norm());
   return most;
+}
+
+/// At rest the skin of a soft hand is that of the kinematic one.
+inline void expectKinematicAtRest(double skin_spacing, const SoftHandParameters& flesh = {}) {
+  for (const Side side : {Side::left, Side::right}) {
+    const TrackedHand rest = restHand(side, 1.03);
+    SoftHands soft(skin_spacing, flesh);
+    KinematicHands kinematic(skin_spacing);
+    soft.update({rest}, stampOf(0));
+    const Skin& a = soft.update({rest}, stampOf(1));
+    const Skin& b = kinematic.update({rest}, stampOf(1));
+    ASSERT_EQ(a.size(), b.size());
+    EXPECT_EQ(a.region, b.region);
+    EXPECT_EQ(a.side, b.side);
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      EXPECT_LT((a.position[i] - b.position[i]).norm(), 1e-5F);
+      EXPECT_GT(a.normal[i].dot(b.normal[i]), 0.9999F);
+      EXPECT_NEAR(a.area[i] / b.area[i], 1.0F, 1e-2F);
+      EXPECT_NEAR(a.pad_distance[i], b.pad_distance[i], 1e-5F);
+      EXPECT_LT(a.velocity[i].norm(), 1e-3F);
+    }
+  }
 }
 
 inline bool allFinite(const Skin& skin) {

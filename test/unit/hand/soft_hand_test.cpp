@@ -27,24 +27,7 @@ SoftHandParameters coarse() {
 constexpr double coarse_spacing = 10e-3;  // m
 
 TEST(SoftHand, AtRestItIsTheKinematicHand) {
-  for (const Side side : {Side::left, Side::right}) {
-    const TrackedHand rest = restHand(side, 1.03);
-    SoftHands soft(coarse_spacing, coarse());
-    KinematicHands kinematic(coarse_spacing);
-    soft.update({rest}, stampOf(0));
-    const Skin& a = soft.update({rest}, stampOf(1));
-    const Skin& b = kinematic.update({rest}, stampOf(1));
-    ASSERT_EQ(a.size(), b.size());
-    EXPECT_EQ(a.region, b.region);
-    EXPECT_EQ(a.side, b.side);
-    for (std::size_t i = 0; i < a.size(); ++i) {
-      EXPECT_LT((a.position[i] - b.position[i]).norm(), 1e-5F);
-      EXPECT_GT(a.normal[i].dot(b.normal[i]), 0.9999F);
-      EXPECT_NEAR(a.area[i] / b.area[i], 1.0F, 1e-2F);
-      EXPECT_NEAR(a.pad_distance[i], b.pad_distance[i], 1e-5F);
-      EXPECT_LT(a.velocity[i].norm(), 1e-3F);
-    }
-  }
+  expectKinematicAtRest(coarse_spacing, coarse());
 }
 
 TEST(SoftHand, LossJumpAndStandingClock) {
