@@ -310,7 +310,7 @@ Clay::Solver::Sums Clay::Solver::residual(float dt) {
   potential.setPressing(pressing);
   return sumOver([&](std::size_t first, std::size_t last) {
     potential.finishForce(r, first, last);
-    contact_constraint.addFriction(particles, u, first, last, r);
+    contact_constraint.addFriction(u, first, last, r);
     for (std::size_t i = first; i < last; ++i) {
       const float inertia = 1.0f / (particles.inverse_mass[i] * dt * dt);
       r[i] -= inertia * (u[i] - free[i]);
@@ -373,7 +373,7 @@ void Clay::Solver::translate(float dt) {
     Lump& lump = lumps[near.lump(c.particle)];
     const Eigen::Vector3d normal = c.normal.cast<double>();
     lump.blocked += normal * normal.transpose();
-    lump.force += contact_constraint.frictionOn(c, particles, u).cast<double>();
+    lump.force += contact_constraint.frictionOn(c, u).cast<double>();
     if (c.state == Contact::State::stick) {
       lump.inertia += c.stiffness * (Eigen::Matrix3d::Identity() - normal * normal.transpose());
     }
@@ -435,10 +435,11 @@ std::vector<Eigen::Matrix3f> Clay::Solver::turnsOfLumps(float dt) {
         std::pow(size(body), 2) * body.mass * 1e-9;  // so that a line of particles has an inverse
     const Eigen::LDLT<Eigen::Matrix3d> inertia(body.inertia + point * Eigen::Matrix3d::Identity());
     const Eigen::Vector3d turn = dt * inertia.solve(momentum[l].tail<3>());
-    const double angle = turn.norm();
-    if (!(angle > 1e-6) || angle > 0.5) continue;
-    const Eigen::Matrix3d bend =
-        Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix() - Eigen::Matrix3d::Identity() - skew(turn);
+    const double sine = turn.norm();
+    if (!(sine > 1e-6) || sine > 0.5) continue;
+    // The velocities are of the chords of the last step, x - R^-1 x, those of the next step are R x - x.
+    const Eigen::Matrix3d rotation = Eigen::AngleAxisd(std::asin(sine), turn / sine).toRotationMatrix();
+    const Eigen::Matrix3d bend = rotation + rotation.transpose() - 2.0 * Eigen::Matrix3d::Identity();
     // Without what of it is a turn itself: the momentum is right already.
     const Eigen::Matrix3d second = 0.5 * body.inertia.trace() * Eigen::Matrix3d::Identity() - body.inertia;
     const Eigen::Matrix3d m = bend * second;
@@ -535,9 +536,9 @@ void Clay::Solver::descend(int count, float dt) {
         if (moves) p[i] -= o * d[i];
       }
     });
-    const double curvature = multiply(p, dt, q)[0];
-    if (!(curvature > 0.0)) break;
-    const float alpha = static_cast<float>(rz / curvature);
+    const Sums along = multiply(p, dt, q);  // p . A p, p . r
+    if (!(along[0] > 0.0)) break;
+    const float alpha = static_cast<float>(along[1] / along[0]);
     products = sumOver([&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
         u[i] += alpha * p[i];
@@ -575,6 +576,7 @@ void Clay::Solver::minimise(float dt) {
     contact_constraint.prescribe(u);
     descend(std::min(left, iterations_a_round), dt);
     contact_constraint.update(particles, u, r);
+    contact_constraint.detectStrays(particles, u, dt);
   }
   balanceForces();
   contact_constraint.finish(particles, u, dt);

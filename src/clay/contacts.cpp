@@ -12,8 +12,9 @@ constexpr float reach = 1.5f;           // spacings, R: ghosts this near make th
 constexpr float margin = 0.5f;          // spacings, of contacts that the step may yet close
 constexpr float capture = 1.0f;         // spacings beneath the skin from which clay is still pushed out
 constexpr float recovery_speed = 0.5f;  // m/s, at which an old penetration is undone, so that none explodes
-constexpr float anchor_stiffness = 20.0f;  // of the friction spring, in particle masses per step squared
-constexpr float same_side = 0.2f;          // cosine between normals of one side
+constexpr float pre_sliding = 0.01f;  // spacings, by which a friction spring gives before its contact slides
+constexpr float least_stiffness = 20.0f, most_stiffness = 500.0f;  // its range, particle masses per step^2
+constexpr float same_side = 0.2f;                                  // cosine between normals of one side
 
 using Vector = Eigen::Vector3f;
 
@@ -37,11 +38,16 @@ void Contacts::detect(const Neighbourhood& near, const Particles& particles, con
                       float dt) {
   previous_.swap(contacts_);
   contacts_.clear(), shares_.clear();
+  guess_ = &guess, solids_ = solids, solids_end_ = end;
   detectSkin(near, particles, guess, ghosts, dt);
   detectSolids(particles, guess, solids, start, end, dt);
+  sortContacts();
+  recall(particles, dt);
+}
+
+void Contacts::sortContacts() {
   std::stable_sort(contacts_.begin(), contacts_.end(),
                    [](const Contact& a, const Contact& b) { return a.particle < b.particle; });
-  recall(particles, dt);
   filters_.clear();
   for (std::uint32_t c = 0; c < contacts_.size(); ++c) {
     if (filters_.empty() || filters_.back().particle != contacts_[c].particle) {
@@ -207,6 +213,47 @@ void Contacts::detectSolids(const Particles& particles, const VectorField& guess
   }
 }
 
+/// Whether there is a contact of the same particle with the same solid.
+bool Contacts::isListed(const Contact& contact) const {
+  auto at = std::lower_bound(contacts_.begin(), contacts_.end(), contact.particle,
+                             [](const Contact& c, std::uint32_t particle) { return c.particle < particle; });
+  for (; at != contacts_.end() && at->particle == contact.particle; ++at)
+    if (at->solid == contact.solid) return true;
+  return false;
+}
+
+/// What is struck goes where nothing led to at the start of the step.
+void Contacts::detectStrays(const Particles& particles, const VectorField& u, float dt) {
+  constexpr std::size_t chunk_size = 256;
+  const std::size_t n = particles.size();
+  const float foreseen = margin * spacing_;
+  found_.resize((n + chunk_size - 1) / chunk_size);
+  parallelFor(found_.size(), 1, [&](std::size_t chunk) {
+    found_[chunk].contacts.clear();
+    for (std::size_t i = chunk * chunk_size; i < std::min(n, (chunk + 1) * chunk_size); ++i) {
+      if (!((u.at(i) - guess_->at(i)).squaredNorm() > foreseen * foreseen)) continue;
+      for (std::size_t s = 0; s < solids_.size(); ++s) {
+        Contact contact;
+        contact.particle = static_cast<std::uint32_t>(i), contact.solid = static_cast<std::uint32_t>(s);
+        if (isListed(contact)) continue;
+        const Eigen::Vector3d end = (particles.position.at(i) + u.at(i)).cast<double>();
+        const SurfacePoint touch = surface(solids_[s], solids_end_[s].inverse() * end);
+        const float depth = 0.5f * spacing_ - static_cast<float>(touch.distance);
+        if (!(depth > 0.0f)) continue;
+        contact.normal = (solids_end_[s].linear() * touch.normal).cast<float>();
+        contact.gap = depth + contact.normal.dot(u.at(i));
+        if (friction(contact, particles) > 0.0f)
+          contact.stiffness = least_stiffness / (particles.inverse_mass[i] * dt * dt);
+        found_[chunk].contacts.push_back(contact);
+      }
+    }
+  });
+  const std::size_t led_to = contacts_.size();
+  for (const Found& found : found_)
+    contacts_.insert(contacts_.end(), found.contacts.begin(), found.contacts.end());
+  if (contacts_.size() > led_to) sortContacts();
+}
+
 float Contacts::friction(const Contact& c, const Particles& particles) const {
   const auto& of_material = c.solid == Contact::skin ? skin_friction_ : friction_;
   return of_material[particles.material[c.particle]];
@@ -215,16 +262,16 @@ float Contacts::friction(const Contact& c, const Particles& particles) const {
 void Contacts::recall(const Particles& particles, float dt) {
   auto from = previous_.cbegin();
   for (Contact& c : contacts_) {
-    c.anchor = particles.position.at(c.particle) + c.drift;
-    if (friction(c, particles) > 0.0f) {
-      c.stiffness = anchor_stiffness / (particles.inverse_mass[c.particle] * dt * dt);
-    }
+    c.anchor = c.drift;
+    if (friction(c, particles) > 0.0f)
+      c.stiffness = least_stiffness / (particles.inverse_mass[c.particle] * dt * dt);
     while (from != previous_.cend() && from->particle < c.particle) ++from;
     for (auto old = from; old != previous_.cend() && old->particle == c.particle; ++old) {
       if (old->state == Contact::State::open || old->solid != c.solid ||
           old->normal.dot(c.normal) <= same_side)
         continue;
       c.state = old->state;
+      c.stiffness = old->stiffness;
       c.anchor = old->anchor + c.drift;
       c.friction = tangential(old->friction, c.normal);
       break;
@@ -275,28 +322,26 @@ void Contacts::filter(std::size_t first, std::size_t last, VectorField& field) c
 }
 
 /// Force of the spring to the anchor.
-Eigen::Vector3f Contacts::pull(const Contact& c, const Particles& particles, const Vector& u) const {
-  return c.stiffness * tangential(c.anchor - (particles.position.at(c.particle) + u), c.normal);
+Eigen::Vector3f Contacts::pull(const Contact& c, const Vector& u) const {
+  return c.stiffness * tangential(c.anchor - u, c.normal);
 }
 
-Eigen::Vector3f Contacts::frictionOn(const Contact& c, const Particles& particles,
-                                     const VectorField& u) const {
+Eigen::Vector3f Contacts::frictionOn(const Contact& c, const VectorField& u) const {
   switch (c.state) {
     case Contact::State::slide:
       return c.friction;
     case Contact::State::stick:
-      return pull(c, particles, u.at(c.particle));
+      return pull(c, u.at(c.particle));
     case Contact::State::open:
       break;
   }
   return Vector::Zero();
 }
 
-void Contacts::addFriction(const Particles& particles, const VectorField& u, std::size_t first,
-                           std::size_t last, VectorField& force) const {
+void Contacts::addFriction(const VectorField& u, std::size_t first, std::size_t last,
+                           VectorField& force) const {
   forFilters(first, last, [&](const Filter& f) {
-    for (std::uint32_t k = f.first; k < f.last; ++k)
-      force.add(f.particle, frictionOn(contacts_[k], particles, u));
+    for (std::uint32_t k = f.first; k < f.last; ++k) force.add(f.particle, frictionOn(contacts_[k], u));
   });
 }
 
@@ -323,7 +368,7 @@ void Contacts::update(const Particles& particles, const VectorField& u, const Ve
       const float pressing = needed.dot(c.normal);
       needed -= pressing * c.normal;
       // the force that acted in this round, a pull too; the new state acts in the next
-      const Vector trial = pull(c, particles, u.at(c.particle));
+      const Vector trial = pull(c, u.at(c.particle));
       c.force = pressing * c.normal + (c.state == Contact::State::stick ? trial : c.friction);
       const float adhesion = c.solid == Contact::skin ? 0.0f : adhesion_[particles.material[filter.particle]];
       if (pressing < -adhesion) {
@@ -355,9 +400,14 @@ void Contacts::finish(const Particles& particles, VectorField& u, float dt) {
     }
     for (std::uint32_t k = filters_[f].first; k < filters_[f].last; ++k) {
       Contact& c = contacts_[k];
-      if (c.state == Contact::State::slide && c.stiffness > 0.0f) {
-        c.anchor = particles.position.at(i) + step + c.friction / c.stiffness;
-      }
+      if (!(c.stiffness > 0.0f)) continue;
+      // As stiff as the next step's load asks for; only half the way there, since a stiffness that follows a
+      // trembling force would feed the trembling.
+      const float limit = friction(c, particles) * c.force.dot(c.normal);
+      const float unit = 1.0f / (particles.inverse_mass[i] * dt * dt);
+      c.stiffness = std::clamp(0.5f * (c.stiffness + limit / (pre_sliding * spacing_)),
+                               least_stiffness * unit, most_stiffness * unit);
+      c.anchor = c.friction / c.stiffness;
     }
     u.set(i, step);
   });

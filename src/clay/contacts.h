@@ -25,7 +25,8 @@ struct Contact {
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit, out of the obstacle
   Eigen::Vector3f drift =
       Eigen::Vector3f::Zero();  // m, displacement of the obstacle at the contact in this step
-  Eigen::Vector3f anchor = Eigen::Vector3f::Zero();    // m, at the end of the step
+  Eigen::Vector3f anchor = Eigen::Vector3f::Zero();    // m, from the particle before the step; after it, from
+                                                       // the particle then
   float stiffness = 0.0f;                              // N/m, of the friction spring
   Eigen::Vector3f friction = Eigen::Vector3f::Zero();  // N, tangential force on the particle while it slides
   Eigen::Vector3f force = Eigen::Vector3f::Zero();     // N, on the particle, this step
@@ -64,6 +65,9 @@ class Contacts {
               const std::vector<Eigen::Isometry3d>& start, const std::vector<Eigen::Isometry3d>& end,
               float dt);
 
+  /// Adds contacts with solids that u leads to, but the guess did not.
+  void detectStrays(const Particles& particles, const VectorField& u, float dt);
+
   /// Closes open contacts that u violates, and moves particles to where their closed contacts prescribe.
   void prescribe(VectorField& u);
 
@@ -71,13 +75,12 @@ class Contacts {
   /// Removes the prescribed directions from a field.
   void filter(std::size_t first, std::size_t last, VectorField& field) const;
   /// Adds the friction at the displacements u to the forces, N.
-  void addFriction(const Particles& particles, const VectorField& u, std::size_t first, std::size_t last,
-                   VectorField& force) const;
+  void addFriction(const VectorField& u, std::size_t first, std::size_t last, VectorField& force) const;
   /// Adds the change of friction with the displacements p to the forces.
   void addFrictionChange(const VectorField& p, std::size_t first, std::size_t last, VectorField& force) const;
 
   /// Friction of a contact at the displacements u, N.
-  Eigen::Vector3f frictionOn(const Contact& c, const Particles& particles, const VectorField& u) const;
+  Eigen::Vector3f frictionOn(const Contact& c, const VectorField& u) const;
 
   /// Reads the contact forces off the residual r = (forces - M a) on the particles, N, and changes states: a
   /// contact that pulls opens; one outside the Coulomb cone slides, one inside sticks.
@@ -122,12 +125,17 @@ class Contacts {
   void forFilters(std::size_t first, std::size_t last, const F& f) const;
   float friction(const Contact& c, const Particles& particles) const;
   void recall(const Particles& particles, float dt);
+  void sortContacts();
+  bool isListed(const Contact& contact) const;
   Eigen::Vector3f prescribed(Filter& filter, Eigen::Vector3f u);
-  Eigen::Vector3f pull(const Contact& c, const Particles& particles, const Eigen::Vector3f& u) const;
+  Eigen::Vector3f pull(const Contact& c, const Eigen::Vector3f& u) const;
 
   float spacing_;
   std::vector<float> friction_, skin_friction_;  // of each material
   std::vector<float> adhesion_;                  // N, of one particle of each material
+  const VectorField* guess_ = nullptr;           // of the step
+  std::vector<Solid> solids_;                    // of the step
+  std::vector<Eigen::Isometry3d> solids_end_;    // their poses at its end
   std::vector<Contact> contacts_, previous_;
   std::vector<GhostShare> shares_;
   std::vector<Filter> filters_;  // one a touched particle

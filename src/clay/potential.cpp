@@ -132,6 +132,8 @@ TACTILE_CLAY_INLINE void linearise(const Setup& s, std::size_t first, std::size_
     const float* dashpots = s.dashpot + s.material[i] * s.materials;
     const BondRule* rules = s.bonds != nullptr ? s.bonds->rules(s.material[i]) : nullptr;
     Lane damping = all(dashpots[0]), stiffness = all(rules != nullptr ? rules->stiffness : 0.0f);
+    Lane shortest_rest = all(rules != nullptr ? rules->shortest : 0.0f);
+    Lane longest_rest = all(rules != nullptr ? rules->longest : 0.0f);
     Lane guessed{}, lag{}, fx{}, fy{}, fz{};
     for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.end[i]; p += lane_width) {
       const LaneVector of_other = gather(s.guess, s.pairs.other + p);
@@ -155,6 +157,8 @@ TACTILE_CLAY_INLINE void linearise(const Setup& s, std::size_t first, std::size_
             const std::uint8_t with = s.material[s.pairs.other[p + k]];
             damping[k] = dashpots[with];
             stiffness[k] = rules != nullptr ? rules[with].stiffness : 0.0f;
+            shortest_rest[k] = rules != nullptr ? rules[with].shortest : 0.0f;
+            longest_rest[k] = rules != nullptr ? rules[with].longest : 0.0f;
           }
         }
         const Lane both = 0.5f * (own + gatherNumbers(s.amend, s.pairs.other + p));
@@ -163,8 +167,11 @@ TACTILE_CLAY_INLINE void linearise(const Setup& s, std::size_t first, std::size_
         const Lane start = length + along * r * inverse_square;
         Lane spring = dashpot, push = dashpot * (r - start);
         if (rules != nullptr) {
-          const Lane rest_length = load(s.rest_length + p);
-          const Lane bond = (rest_length > 0.0f ? stiffness : Lane{}) * inverse_square;
+          const Lane kept = load(s.rest_length + p);
+          // What yields in this step flows in it; at most until nothing is left of the strain at its start.
+          const Lane flowed = least(greatest(kept, length * shortest_rest), length * longest_rest);
+          const Lane rest_length = least(greatest(flowed, least(kept, r)), greatest(kept, r));
+          const Lane bond = (kept > 0.0f ? stiffness : Lane{}) * inverse_square;
           spring += bond, push += bond * (rest_length - start);
         }
         store(s.spring + p, spring);

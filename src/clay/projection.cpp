@@ -425,7 +425,7 @@ void Projection::projectContact(Contact& c, Eigen::Vector3f& u) const {
   c.state = Contact::State::slide;
 
   const float mu = (c.solid == Contact::skin ? skin_friction_ : friction_)[particles_->material[i]];
-  Eigen::Vector3f pull = c.anchor - (particles_->position.at(i) + u);
+  Eigen::Vector3f pull = c.anchor - u;
   pull -= pull.dot(c.normal) * c.normal;
   const float distance = pull.norm(), limit = mu * depth;
   if (distance > limit) pull *= limit / distance;
@@ -439,14 +439,12 @@ void Projection::projectContact(Contact& c, Eigen::Vector3f& u) const {
 /// An anchor is left behind by no more than the friction of the step moved the particle.
 void Projection::slideAnchors(std::vector<Contact>& contacts, const VectorField& u) const {
   for (Contact& c : contacts) {
+    c.anchor -= u.at(c.particle);
     if (c.state == Contact::State::open) continue;
-    const Eigen::Vector3f at = particles_->position.at(c.particle) + u.at(c.particle);
     const float moved = c.friction.norm() * particles_->inverse_mass[c.particle] / force_per_kg_m_;
-    Eigen::Vector3f behind = c.anchor - at;
-    behind -= behind.dot(c.normal) * c.normal;
-    const float distance = behind.norm();
-    if (distance > moved) behind *= moved / distance;
-    c.anchor = at + behind;
+    c.anchor -= c.anchor.dot(c.normal) * c.normal;
+    const float distance = c.anchor.norm();
+    if (distance > moved) c.anchor *= moved / distance;
   }
 }
 

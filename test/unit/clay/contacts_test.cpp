@@ -60,7 +60,7 @@ struct Loose {
 
   VectorField residual() const {
     VectorField r = zeros(particles.size());
-    contacts.addFriction(particles, u, 0, u.size(), r);
+    contacts.addFriction(u, 0, u.size(), r);
     for (std::size_t i = 0; i < r.size(); ++i) r.add(i, inertia * (free.at(i) - u.at(i)));
     return r;
   }
