@@ -75,6 +75,32 @@ TEST(Clay, KeepsSpinning) {
   EXPECT_LT((angularMomentum(clay.particles()) - before).norm(), 1e-4 * before.norm());
 }
 
+/// A step starts from the whole turn of a lump, not from its tangent, so that a lump neither grows with each
+/// step nor counts on iterations to be pulled back. It grows by its centrifugal strain, of the order of rho
+/// omega^2 R^2 / E.
+TEST(Clay, ASpinningBlockKeepsItsSizeAtAnyBudget) {
+  constexpr double omega = 12.0;  // rad/s
+  const double radius = 3.0 * spacing;
+  const auto size = [](const Particles& p) {  // about the axis
+    double sum = 0.0;
+    for (std::size_t i = 0; i < p.size(); ++i) sum += p.position.at(i).head<2>().squaredNorm();
+    return std::sqrt(sum / static_cast<double>(p.size()));
+  };
+  for (const int iterations : {1, 2, 4, 8}) {
+    auto particles = block(6, 6, 6, spacing);
+    for (InitialParticle& p : particles) p.velocity = Eigen::Vector3f(0, 0, omega).cross(p.position);
+    ClayConfig config = configOf();
+    config.gravity.setZero();
+    config.budget = {4, iterations};
+    const Material material;
+    Clay clay(config, {material}, particles);
+    const double before = size(clay.particles());
+    run(clay, 120);
+    const double strain = material.density * std::pow(omega * radius, 2.0) / material.stiffness;
+    EXPECT_NEAR(size(clay.particles()) / before, 1.0, 0.5 * strain) << iterations << " iterations";
+  }
+}
+
 TEST(Clay, KeepsSpinningWithoutViscosity) {
   auto particles = block(6, 6, 6, spacing);
   const Eigen::Vector3f spin(0.0f, 2.0f, 6.0f), centre(0.0f, 0.0f, static_cast<float>(3.0 * spacing));

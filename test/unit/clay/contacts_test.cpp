@@ -197,6 +197,23 @@ TEST(Contacts, ForcesStayInTheCoulombCone) {
   }
 }
 
+/// A contact gives way by a hundredth of a spacing before it slides, under any load; twice that is allowed
+/// for, since the stiffness follows the load.
+TEST(Contacts, WhatSticksHardlyGivesWayHoweverHardItIsPressed) {
+  constexpr float mu = 0.5f;
+  for (const float load : {0.01f, 0.1f, 1.0f}) {  // N
+    Loose loose({{0.0f, 0.0f, 0.5f * spacing}}, mu);
+    loose.push.set(0, {0.0f, 0.0f, -load});
+    for (int k = 0; k < 20; ++k) loose.step({}, {ground()});
+    for (int k = 1; k <= 20; ++k) {
+      loose.push.set(0, {0.04f * static_cast<float>(k) * mu * load, 0.0f, -load});
+      loose.step({}, {ground()});
+    }
+    EXPECT_LT(loose.particles.position[0].x(), 0.02f * spacing) << load << " N";
+    EXPECT_GT(loose.particles.position[0].x(), 0.0f) << load << " N";
+  }
+}
+
 TEST(Contacts, AParticleRestsBelowTheFrictionAngleAndSlidesAbove) {
   constexpr double mu = 0.5, g = 9.81;
   for (const double degrees : {1.0, -1.0}) {

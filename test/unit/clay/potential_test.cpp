@@ -215,6 +215,32 @@ TEST(Potential, BondForceIsTheGradientOfItsEnergy) {
   expectForceIsGradient(s, s.forceAt(u), toVectors(u), [&](const Vectors& v) { return s.bondEnergy(v); });
 }
 
+/// A bond that the guess takes beyond its yield pulls with what it yields at, k d y, however far a step goes;
+/// but the flow of a step does not reverse its strain.
+TEST(Potential, BondsYieldWithinAStep) {
+  Material material = bonds_only;
+  material.yield_strain = 0.1, material.unbond_rate = 1e9;
+  Bonds bonds(spacing, {material});
+  Potential potential(Kernel(2.0f * spacing), spacing, {material});
+  Neighbourhood near(2.0f * spacing);
+  const double stiffness = material.stiffness * spacing;
+  Particles pair = particlesAt({{0.0f, 0.0f, 0.0f}, {spacing, 0.0f, 0.0f}}, 2e-4f);
+  near.build(pair.position);
+  bonds.update(near, pair, pair.velocity, true);
+  pair.position[1].x() *= 1.05f;  // strained, and short of its yield
+  near.build(pair.position);
+  bonds.update(near, pair, pair.velocity, false);
+  for (const float opening : {0.0f, 0.02f, 0.05f, 0.1f, 0.2f}) {  // spacings, in the step
+    VectorField guess = zeros(2), f = zeros(2);
+    guess[1].x() = opening * spacing;
+    potential.begin(near, pair, &bonds, guess, dt);
+    potential.force(guess, f);
+    const double length = spacing * (1.05 + opening);
+    const double flowed = std::min(std::max(double{spacing}, length / 1.1), 1.05 * spacing);
+    EXPECT_NEAR(f[0].x(), stiffness * (length - flowed), 1e-3 * stiffness * spacing) << opening;
+  }
+}
+
 TEST(Potential, ForcesSumToZeroAndTurnNothing) {
   for (const Material& m : {density_only, viscosity_only, bonds_only, Material()}) {
     Cloud s(m, 0.95f);
