@@ -18,6 +18,7 @@ import sonic_surface  # noqa: E402  pylint: disable=wrong-import-position
 
 UPLOAD = 258 * 10 / 230400.0  # s, of a frame on the wire
 TOLERANCE = 0.002             # m, from a focal point to its peak
+FEWEST = 35                   # channels that are on, of 256, below which side lobes are as strong as foci
 DATA = os.environ.get('TACTILE_CLAY_DATA') or os.path.join(rig_run.PACKAGE, '..', 'shared', 'data')
 
 
@@ -42,7 +43,9 @@ def distance_of_peak(sources, point):
 
 class KneadingField(unittest.TestCase):
     def knead(self, most_patterns, hands='bag', file=rig_run.bag('knead'), **arguments):
-        """Distance (m) from each focal point to the peak of the field, in its plane, of so many of the patterns that played."""
+        """Distance (m) from each focal point to the peak of the field, in its plane, of so many of the patterns that played. Left out
+        are those of fewer than FEWEST channels, by which the boards play what can hardly be felt: they have side lobes of a third of a
+        focus and more."""
         with rig_run.Graph() as graph, sonic_surface.Emulator(os.path.join(graph.folder, 'port')) as emulator:
             recording = graph.record(['/array/focal_points'])
             clock = time.time() - time.monotonic()
@@ -58,9 +61,11 @@ class KneadingField(unittest.TestCase):
         self.assertEqual(emulator.faults(), 0)
         played = patterns(emulator)
         self.assertGreater(len(played), 20, 'patterns')
-        step = -(-len(played) // most_patterns)
+        enough = [pattern for pattern in played if len(pattern[1]) >= FEWEST]
+        self.assertGreater(len(enough), 10, 'patterns of %d channels and more' % FEWEST)
+        step = -(-len(enough) // most_patterns)
         distances = []
-        for when, sources in played[::step]:
+        for when, sources in enough[::step]:
             # A frame of the 300 ms before, for the machine may be busy, newest first; the recorder may have heard of it a little later.
             best = None
             before = [(came, points) for came, points in frames if came <= when + 0.02 and points]
@@ -72,8 +77,9 @@ class KneadingField(unittest.TestCase):
             self.assertIsNotNone(best, 'a pattern that nobody asked for')
             distances += best
         within = sum(distance < TOLERANCE for distance in distances) / len(distances)
-        print('%d patterns, %d focal points, distance of the peak: median %.2f mm, longest %.2f mm, %.0f %% within 2 mm' %
-              (len(played[::step]), len(distances), 1e3 * statistics.median(distances), 1e3 * max(distances), 100 * within))
+        print('%d of %d patterns, %d too faint, %d focal points, distance of the peak: median %.2f mm, longest %.2f mm, %.1f %% within '
+              '2 mm' % (len(enough[::step]), len(played), len(played) - len(enough), len(distances),
+                        1e3 * statistics.median(distances), 1e3 * max(distances), 100 * within))
         return distances
 
     def recording(self, name, **arguments):
@@ -96,12 +102,11 @@ class KneadingField(unittest.TestCase):
         """Contacts above each other, which no array beside them can tell apart."""
         self.assertGreaterEqual(self.within(self.knead(60, file=rig_run.bag('potter'), scene='potters_wheel', duration='4')), 0.98)
 
-    def test_peaks_of_recorded_hands_pinching(self):
-        """Few points, of which one or two are lost between their neighbours: 97 % were measured."""
-        self.assertGreaterEqual(self.within(self.recording('pinch_and_move')), 0.9)
-
-    def test_peaks_of_recorded_hands_clapping(self):
-        self.assertGreaterEqual(self.within(self.recording('three_claps')), 0.95)
+    def test_peaks_of_recorded_hands(self):
+        """The light touches of these leave most channels off; of four patterns of channels the driver takes one that drowns none."""
+        for name in ('grab', 'three_claps', 'pinch_and_move', 'finger_tap', 'left_or_right', 'both_hands_low_confidence'):
+            with self.subTest(name):
+                self.assertGreaterEqual(self.within(self.recording(name)), 0.98)
 
 
 if __name__ == '__main__':
