@@ -225,6 +225,19 @@ TEST_F(StartedGate, LowersWhatIsTooLoud) {
       << "all are lowered together";
 }
 
+/// Boards that switch channels off go down in steps: just above the cap, a little less changes nothing.
+TEST_F(StartedGate, LowersAnArrayThatGoesDownInSteps) {
+  const auto steps = [](const Points& points) {
+    return Loudness{0.0, 110.1 + 20.0 * std::log10(std::ceil(4.0 * points[0].intensity) / 3.0)};
+  };
+  const Verdict verdict = gate.check(emission(point(0, 0, 0.2, 0.75)), now(), steps);
+  EXPECT_EQ(verdict.reason, "");
+  ASSERT_EQ(verdict.emission.points.size(), 1u);
+  EXPECT_LE(verdict.emission.points[0].intensity, 0.5);
+  EXPECT_GT(verdict.emission.points[0].intensity, 0.25) << "no lower than it has to be";
+  EXPECT_NEAR(verdict.head_spl.value(), 110.1 + 20.0 * std::log10(2.0 / 3.0), 1e-9);
+}
+
 TEST_F(StartedGate, SilencesWhatCannotBeMeasuredOrLowered) {
   const Emission good = emission(point(0, 0, 0.2));
   const auto reason = [&](const Loudness& loudness) {

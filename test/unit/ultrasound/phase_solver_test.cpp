@@ -187,8 +187,8 @@ TEST_F(PhaseSolver, FociArePeaks) {
 }
 
 /// Weak foci lie between the lobes of strong ones, where the amplitude bends upwards as often as not. These
-/// have the least amplitude that is commanded, beside three strong ones; on a ridge between lobes a few are
-/// lost.
+/// are weaker than any that the renderer commands, beside three strong ones; on a ridge between lobes a few
+/// are lost.
 TEST_F(PhaseSolver, MostWeakFociBesideStrongOnesArePeaks) {
   std::mt19937 dice(8);
   std::uniform_real_distribution<double> place(-0.04, 0.04);
