@@ -202,6 +202,16 @@ TEST_F(StartedGate, LetsIntensityRiseNoFasterThanTheSlew) {
   EXPECT_DOUBLE_EQ(passed(1.0, 0.01, 8), 0.2) << "after a stop it starts from 0";
 }
 
+TEST(SafetyGate, ALongPauseIsNoReasonToJump) {
+  SafetyGateConfig config;
+  config.intensity_slew = 2.0;
+  SafetyGate gate(config);
+  gate.start();
+  const Verdict verdict = gate.check(emission(point(0, 0, 0.2, 1.0)), now(60.0), quiet);
+  ASSERT_EQ(verdict.emission.points.size(), 1u);
+  EXPECT_DOUBLE_EQ(verdict.emission.points[0].intensity, 0.2) << "0.1 s of rise at most";
+}
+
 TEST_F(StartedGate, LowersWhatIsTooLoud) {
   // 3000 Pa and 120 dB at intensity 1; caps 2000 Pa and 110 dB, which is 0.316 of 120 dB.
   const Verdict verdict = gate.check(emission(point(0, 0, 0.2, 1.0)), now(), loudness);

@@ -37,6 +37,7 @@ TEST(PeaksWithin, AreThoseThatAClimbFinds) {
   const Acoustics air;
   FocalPoint focus;
   focus.position = {0.01, 0.02, 0.18};
+  focus.intensity = 1.0;
   const Drive drive = solvePhases(layout, air, {focus}).drive;
   for (const double aside : {0.0, 0.001, 0.0015, 0.0025, 0.004}) {
     for (const double angle : {0.0, 1.0, 2.5, 4.0}) {
