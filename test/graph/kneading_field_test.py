@@ -18,7 +18,6 @@ import sonic_surface  # noqa: E402  pylint: disable=wrong-import-position
 
 UPLOAD = 258 * 10 / 230400.0  # s, of a frame on the wire
 TOLERANCE = 0.002             # m, from a focal point to its peak
-FEWEST = 35                   # channels that are on, of 256, below which side lobes are as strong as foci
 DATA = os.environ.get('TACTILE_CLAY_DATA') or os.path.join(rig_run.PACKAGE, '..', 'shared', 'data')
 
 
@@ -43,9 +42,7 @@ def distance_of_peak(sources, point):
 
 class KneadingField(unittest.TestCase):
     def knead(self, most_patterns, hands='bag', file=rig_run.bag('knead'), **arguments):
-        """Distance (m) from each focal point to the peak of the field, in its plane, of so many of the patterns that played. Left out
-        are those of fewer than FEWEST channels, by which the boards play what can hardly be felt: they have side lobes of a third of a
-        focus and more."""
+        """Distance (m) from each focal point to the peak of the field, in its plane, of so many of the patterns that played."""
         with rig_run.Graph() as graph, sonic_surface.Emulator(os.path.join(graph.folder, 'port')) as emulator:
             recording = graph.record(['/array/focal_points'])
             clock = time.time() - time.monotonic()
@@ -61,14 +58,12 @@ class KneadingField(unittest.TestCase):
         self.assertEqual(emulator.faults(), 0)
         played = patterns(emulator)
         self.assertGreater(len(played), 20, 'patterns')
-        enough = [pattern for pattern in played if len(pattern[1]) >= FEWEST]
-        self.assertGreater(len(enough), 10, 'patterns of %d channels and more' % FEWEST)
-        step = -(-len(enough) // most_patterns)
+        step = -(-len(played) // most_patterns)
         distances = []
-        for when, sources in enough[::step]:
-            # A frame of the 300 ms before, for the machine may be busy, newest first; the recorder may have heard of it a little later.
+        for when, sources in played[::step]:
+            # A frame of the 300 ms before, for the machine may be busy, newest first; the recorder may have heard of it later, too.
             best = None
-            before = [(came, points) for came, points in frames if came <= when + 0.02 and points]
+            before = [(came, points) for came, points in frames if came <= when + 0.1 and points]
             for points in reversed([points for came, points in before if came >= when - 0.3] or [p for _, p in before[-1:]]):
                 found = [distance_of_peak(sources, point) for point in points]
                 best = min(best or found, found, key=max)
@@ -77,9 +72,8 @@ class KneadingField(unittest.TestCase):
             self.assertIsNotNone(best, 'a pattern that nobody asked for')
             distances += best
         within = sum(distance < TOLERANCE for distance in distances) / len(distances)
-        print('%d of %d patterns, %d too faint, %d focal points, distance of the peak: median %.2f mm, longest %.2f mm, %.1f %% within '
-              '2 mm' % (len(enough[::step]), len(played), len(played) - len(enough), len(distances),
-                        1e3 * statistics.median(distances), 1e3 * max(distances), 100 * within))
+        print('%d patterns, %d focal points, distance of the peak: median %.2f mm, longest %.2f mm, %.1f %% within 2 mm' %
+              (len(played[::step]), len(distances), 1e3 * statistics.median(distances), 1e3 * max(distances), 100 * within))
         return distances
 
     def recording(self, name, **arguments):
@@ -104,9 +98,14 @@ class KneadingField(unittest.TestCase):
 
     def test_peaks_of_recorded_hands(self):
         """The light touches of these leave most channels off; of four patterns of channels the driver takes one that drowns none."""
+        all_distances = []
         for name in ('grab', 'three_claps', 'pinch_and_move', 'finger_tap', 'left_or_right', 'both_hands_low_confidence'):
             with self.subTest(name):
-                self.assertGreaterEqual(self.within(self.recording(name)), 0.98)
+                distances = self.recording(name)
+                all_distances += distances
+                self.assertGreaterEqual(self.within(distances), 0.95)
+        if all_distances:
+            self.assertGreaterEqual(self.within(all_distances), 0.98)
 
 
 if __name__ == '__main__':
