@@ -61,10 +61,10 @@ class KneadingField(unittest.TestCase):
         step = -(-len(played) // most_patterns)
         distances = []
         for when, sources in played[::step]:
-            # A frame of the 300 ms before, for the machine may be busy, newest first; the recorder may have heard of it later, too.
+            # A frame of the 300 ms before, for the machine may be busy, newest first; or one that the recorder heard of later.
             best = None
-            before = [(came, points) for came, points in frames if came <= when + 0.1 and points]
-            for points in reversed([points for came, points in before if came >= when - 0.3] or [p for _, p in before[-1:]]):
+            asked = [(came > when + 0.02, -came, points) for came, points in frames if when - 0.3 <= came <= when + 0.1 and points]
+            for _, _, points in sorted(asked, key=lambda frame: frame[:2]):
                 found = [distance_of_peak(sources, point) for point in points]
                 best = min(best or found, found, key=max)
                 if max(best) < TOLERANCE:
