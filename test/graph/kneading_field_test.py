@@ -64,7 +64,8 @@ class KneadingField(unittest.TestCase):
             # A frame of the 300 ms before, for the machine may be busy, newest first; or one that the recorder heard of later.
             best = None
             asked = [(came > when + 0.02, -came, points) for came, points in frames if when - 0.3 <= came <= when + 0.1 and points]
-            for _, _, points in sorted(asked, key=lambda frame: frame[:2]):
+            last = [(False, -came, points) for came, points in frames if came <= when and points][-1:]
+            for _, _, points in sorted(asked, key=lambda frame: frame[:2]) or last:
                 found = [distance_of_peak(sources, point) for point in points]
                 best = min(best or found, found, key=max)
                 if max(best) < TOLERANCE:
