@@ -34,6 +34,7 @@ void validate(const ClayConfig& c) {
   require(c.budget.iterations >= 1, "iterations", c.budget.iterations, ">= 1");
   require(c.gravity.allFinite(), "gravity", c.gravity.norm(), "finite numbers");
   require(c.world > 0.0, "world", c.world, "> 0 m");
+  require(c.tolerance >= 0.0, "tolerance", c.tolerance, ">= 0 m/s^2");
   require(c.threads >= 0, "threads", c.threads, ">= 0");
 }
 
@@ -97,14 +98,22 @@ struct Clay::Solver {
     parallelRanges(particles.size(), range_size,
                    [&](std::size_t first, std::size_t last) { f(first / range_size, first, last); });
   }
-  using Sums = Eigen::Vector2d;
+  /// Two sums, and a maximum, over particles.
+  struct Sums {
+    double first = 0.0, second = 0.0;
+    float largest = 0.0f;
+    void add(const Sums& other) {
+      first += other.first, second += other.second;
+      largest = std::max(largest, other.largest);
+    }
+  };
   /// Sums of f(first, last) over fixed ranges, added in order: the same bits for any number of threads.
   template <typename F>
   Sums sumOver(const F& f) {
-    partial.assign((particles.size() + range_size - 1) / range_size, Sums::Zero());
+    partial.assign((particles.size() + range_size - 1) / range_size, Sums());
     ranges([&](std::size_t range, std::size_t first, std::size_t last) { partial[range] = f(first, last); });
-    Sums total = Sums::Zero();
-    for (const Sums& s : partial) total += s;
+    Sums total;
+    for (const Sums& s : partial) total.add(s);
     return total;
   }
 
@@ -113,7 +122,7 @@ struct Clay::Solver {
   void updateBonds();
   void project(float dt);
   void minimise(float dt);
-  void descend(int count, float dt);
+  bool descend(int count, float dt);
   Sums residual(float dt);
   Sums multiply(const VectorField& x, float dt, VectorField& a_x);
   Sums precondition(std::size_t first, std::size_t last);
@@ -156,6 +165,7 @@ struct Clay::Solver {
   bool bonded = false;
   VectorField window_start;        // m, positions when bonds were last decided on
   int window_steps = 0;            // steps since
+  int iterations_done = 0;         // in this frame
   double time = 0.0, carry = 0.0;  // s
   Ghosts target;                   // ghosts at the end of the frame
   Ghosts moved;                    // and at the end of the current step
@@ -326,25 +336,26 @@ Clay::Solver::Sums Clay::Solver::multiply(const VectorField& x, float dt, Vector
   return sumOver([&](std::size_t first, std::size_t last) {
     potential.finishChange(a_x, first, last);
     contact_constraint.addFrictionChange(x, first, last, a_x);
-    Sums products = Sums::Zero();
+    Sums products;
     for (std::size_t i = first; i < last; ++i) {
       const float inertia = 1.0f / (particles.inverse_mass[i] * dt * dt);
       a_x[i] = inertia * x[i] - a_x[i];
-      products[0] += static_cast<double>(x[i].dot(a_x[i]));
-      products[1] += static_cast<double>(x[i].dot(r[i]));
+      products.first += static_cast<double>(x[i].dot(a_x[i]));
+      products.second += static_cast<double>(x[i].dot(r[i]));
     }
     return products;
   });
 }
 
-/// z = r / M in free directions. \return r . z, and A d . z
+/// z = r / M in free directions. \return r . z, A d . z, and the largest |z|^2
 Clay::Solver::Sums Clay::Solver::precondition(std::size_t first, std::size_t last) {
   for (std::size_t i = first; i < last; ++i) z[i] = particles.inverse_mass[i] * r[i];
   contact_constraint.filter(first, last, z);
-  Sums products = Sums::Zero();
+  Sums products;
   for (std::size_t i = first; i < last; ++i) {
-    products[0] += static_cast<double>(r[i].dot(z[i]));
-    products[1] += static_cast<double>(a_d[i].dot(z[i]));
+    products.first += static_cast<double>(r[i].dot(z[i]));
+    products.second += static_cast<double>(a_d[i].dot(z[i]));
+    products.largest = std::max(products.largest, z[i].squaredNorm());
   }
   return products;
 }
@@ -510,13 +521,17 @@ void Clay::Solver::ownDirection() {
 /// free. The first direction is that of the displacements themselves, and all others are conjugate to it
 /// (deflation, Saad et al. 2000): the residual stays orthogonal to the displacements, and so, the energies
 /// being convex, a step gains no energy however few directions are tried; see doc/method.md.
-void Clay::Solver::descend(int count, float dt) {
+/// \return whether the residual is under the tolerance
+bool Clay::Solver::descend(int count, float dt) {
+  const float enough = static_cast<float>(config.tolerance * config.tolerance);
   Sums products = residual(dt);  // r . z, A d . z
+  if (products.largest <= enough) return true;
+  ++iterations_done;
   ownDirection();
   const Sums own = multiply(d, dt, a_d);  // d . A d, d . r
-  const bool moves = own[0] > 0.0;
+  const bool moves = own.first > 0.0;
   if (moves) {
-    const float alpha = static_cast<float>(own[1] / own[0]);
+    const float alpha = static_cast<float>(own.second / own.first);
     products = sumOver([&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
         u[i] += alpha * d[i];
@@ -526,10 +541,11 @@ void Clay::Solver::descend(int count, float dt) {
     });
   }
   double last_rz = 0.0;
-  for (int k = 1; k < count && products[0] > 0.0; ++k) {
-    const double rz = products[0];
+  for (int k = 1; k < count && products.largest > enough; ++k) {
+    ++iterations_done;
+    const double rz = products.first;
     const float b = k > 1 ? static_cast<float>(rz / last_rz) : 0.0f;
-    const float o = moves ? static_cast<float>(products[1] / own[0]) : 0.0f;
+    const float o = moves ? static_cast<float>(products.second / own.first) : 0.0f;
     ranges([&](std::size_t, std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
         p[i] = k > 1 ? Eigen::Vector4f(z[i] + b * p[i]) : z[i];
@@ -537,8 +553,8 @@ void Clay::Solver::descend(int count, float dt) {
       }
     });
     const Sums along = multiply(p, dt, q);  // p . A p, p . r
-    if (!(along[0] > 0.0)) break;
-    const float alpha = static_cast<float>(along[1] / along[0]);
+    if (!(along.first > 0.0)) break;
+    const float alpha = static_cast<float>(along.second / along.first);
     products = sumOver([&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
         u[i] += alpha * p[i];
@@ -548,6 +564,7 @@ void Clay::Solver::descend(int count, float dt) {
     });
     last_rz = rz;
   }
+  return products.largest <= enough;
 }
 
 void Clay::Solver::minimise(float dt) {
@@ -574,9 +591,10 @@ void Clay::Solver::minimise(float dt) {
     contact_constraint.prescribe(u);
     translate(dt);
     contact_constraint.prescribe(u);
-    descend(std::min(left, iterations_a_round), dt);
-    contact_constraint.update(particles, u, r);
-    contact_constraint.detectStrays(particles, u, dt);
+    const bool solved = descend(std::min(left, iterations_a_round), dt);
+    const bool changed = contact_constraint.update(particles, u, r);
+    const bool strayed = contact_constraint.detectStrays(particles, u, dt);
+    if (solved && !changed && !strayed) break;
   }
   balanceForces();
   contact_constraint.finish(particles, u, dt);
@@ -754,6 +772,7 @@ Clay::~Clay() = default;
 void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, double duration) {
   Solver& s = *solver_;
   for (Stage& stage : s.statistics.stages) stage.ms = 0.0;
+  s.iterations_done = 0;
   const double dt = s.timeStep();
   s.carry += duration;
   const int steps = std::max(static_cast<int>(std::lround(s.carry / dt)), 0);
@@ -796,6 +815,7 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, doubl
   s.statistics.density_error_mean = s.everyone.size() ? error / s.everyone.size() : 0.0;
   s.statistics.density_error_max = largest;
   s.statistics.awake = s.particles.size();
+  s.statistics.iterations = static_cast<double>(s.iterations_done) / steps;
   s.statistics.bonds = s.bond_constraint.size() + s.sleeping_bonds.size() / 2;
   s.statistics.contacts = s.contact_constraint.contacts().size() + s.sleeping_contacts.size();
   s.ghost_forces.clear();

@@ -37,8 +37,9 @@ struct ClayConfig {
   Budget budget;
   Eigen::Vector3d gravity{0.0, 0.0, -9.81};  // m/s^2
   double world = 1.0;                        // m, half extent of the cube that particles cannot leave
-  int threads = 0;                           // 0: as many as there are cores
-  bool sleeping = true;  // leave clay at rest alone until something comes near (class Sleep)
+  double tolerance = 0.01;  // m/s^2, iterations stop where no particle lacks more acceleration than this
+  int threads = 0;          // 0: as many as there are cores
+  bool sleeping = true;     // leave clay at rest alone until something comes near (class Sleep)
 };
 
 /// Particles to start from.
@@ -59,6 +60,7 @@ struct Statistics {
   std::size_t awake = 0;   // particles
   std::size_t bonds = 0;
   std::size_t contacts = 0;         // with ghosts and solids, last substep
+  double iterations = 0.0;          // of a substep, mean over the last frame
   double density_error_mean = 0.0;  // of max(rho / rho0 - 1, 0)
   double density_error_max = 0.0;
   std::vector<Stage> stages;

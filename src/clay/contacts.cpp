@@ -1,6 +1,7 @@
 #include "clay/contacts.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "clay/threads.h"
@@ -223,7 +224,7 @@ bool Contacts::isListed(const Contact& contact) const {
 }
 
 /// What is struck goes where nothing led to at the start of the step.
-void Contacts::detectStrays(const Particles& particles, const VectorField& u, float dt) {
+bool Contacts::detectStrays(const Particles& particles, const VectorField& u, float dt) {
   constexpr std::size_t chunk_size = 256;
   const std::size_t n = particles.size();
   const float foreseen = margin * spacing_;
@@ -251,7 +252,9 @@ void Contacts::detectStrays(const Particles& particles, const VectorField& u, fl
   const std::size_t led_to = contacts_.size();
   for (const Found& found : found_)
     contacts_.insert(contacts_.end(), found.contacts.begin(), found.contacts.end());
-  if (contacts_.size() > led_to) sortContacts();
+  if (contacts_.size() == led_to) return false;
+  sortContacts();
+  return true;
 }
 
 float Contacts::friction(const Contact& c, const Particles& particles) const {
@@ -356,7 +359,8 @@ void Contacts::addFrictionChange(const VectorField& p, std::size_t first, std::s
   });
 }
 
-void Contacts::update(const Particles& particles, const VectorField& u, const VectorField& residual) {
+bool Contacts::update(const Particles& particles, const VectorField& u, const VectorField& residual) {
+  std::atomic<bool> changed{false};
   parallelFor(filters_.size(), 64, [&](std::size_t f) {
     const Filter& filter = filters_[f];
     // What the contacts must add for the particle to move as prescribed.
@@ -364,7 +368,10 @@ void Contacts::update(const Particles& particles, const VectorField& u, const Ve
     for (std::uint32_t k = filter.first; k < filter.last; ++k) {
       Contact& c = contacts_[k];
       c.force.setZero();
-      if (c.state == Contact::State::open) continue;
+      if (c.state == Contact::State::open) {
+        if (c.normal.dot(u.at(c.particle)) < c.gap) changed = true;
+        continue;
+      }
       const float pressing = needed.dot(c.normal);
       needed -= pressing * c.normal;
       // the force that acted in this round, a pull too; the new state acts in the next
@@ -374,15 +381,19 @@ void Contacts::update(const Particles& particles, const VectorField& u, const Ve
       if (pressing < -adhesion) {
         c.state = Contact::State::open;
         c.friction.setZero();
+        changed = true;
         continue;
       }
       const float limit = friction(c, particles) * (pressing + adhesion), size = trial.norm();
       // A particle that friction would turn around comes to rest first.
       const bool turned = c.state == Contact::State::slide && trial.dot(c.friction) < 0.0f;
-      c.state = size > limit && !turned ? Contact::State::slide : Contact::State::stick;
+      const bool slides = size > limit && !turned;
+      if (slides || c.state == Contact::State::slide) changed = true;  // its friction is another one now
+      c.state = slides ? Contact::State::slide : Contact::State::stick;
       c.friction = size > limit ? Vector(limit / size * trial) : trial;
     }
   });
+  return changed;
 }
 
 void Contacts::finish(const Particles& particles, VectorField& u, float dt) {

@@ -65,8 +65,8 @@ class Contacts {
               const std::vector<Eigen::Isometry3d>& start, const std::vector<Eigen::Isometry3d>& end,
               float dt);
 
-  /// Adds contacts with solids that u leads to, but the guess did not.
-  void detectStrays(const Particles& particles, const VectorField& u, float dt);
+  /// Adds contacts with solids that u leads to, but the guess did not. \return whether there are any
+  bool detectStrays(const Particles& particles, const VectorField& u, float dt);
 
   /// Closes open contacts that u violates, and moves particles to where their closed contacts prescribe.
   void prescribe(VectorField& u);
@@ -84,7 +84,8 @@ class Contacts {
 
   /// Reads the contact forces off the residual r = (forces - M a) on the particles, N, and changes states: a
   /// contact that pulls opens; one outside the Coulomb cone slides, one inside sticks.
-  void update(const Particles& particles, const VectorField& u, const VectorField& residual);
+  /// \return whether any contact acts otherwise from now on
+  bool update(const Particles& particles, const VectorField& u, const VectorField& residual);
 
   /// Ends a step: pushes out what still penetrates, adds the force of doing so, and slides anchors.
   void finish(const Particles& particles, VectorField& u, float dt);

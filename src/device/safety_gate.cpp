@@ -171,10 +171,11 @@ Loudness SafetyGate::loudest(const Emission& emission, const Meter& meter) {
 }
 
 void SafetyGate::limitLoudness(Verdict& verdict, const Meter& meter) const {
-  // A few rounds, for a drive need not be proportional to the intensities; a margin, for it is rounded.
+  // A few rounds, for a drive need not be proportional to the intensities; a margin, for it is rounded. It
+  // grows, for boards that switch channels off go down in steps.
   constexpr int rounds = 6;
-  constexpr double margin = 0.995;
-  for (int round = 0; round < rounds; ++round) {
+  double margin = 0.995;
+  for (int round = 0; round < rounds; ++round, margin *= margin * margin) {
     const Loudness loudness = loudest(verdict.emission, meter);
     verdict.head_spl = loudness.head;
     verdict.reason.clear();

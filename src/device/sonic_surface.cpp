@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "device/options.h"
+#include "ultrasound/focus_peak.h"
 #include "ultrasound/phase_solver.h"
 
 namespace tactile_clay::device {
@@ -20,6 +21,8 @@ constexpr auto hung = 500ms;            // without one, the guard silences the b
 constexpr auto retry = 250ms;           // between tries to open a lost port
 constexpr auto port_patience = 200ms;   // for a port that takes no bytes
 constexpr auto open_patience = 1000ms;  // for the guard of a driver that has just died
+constexpr unsigned patterns = 4;        // of channels that are on, to choose from
+constexpr double near_focus = 0.0019;   // m, in which a focus has its peak
 
 ultrasound::ArrayLayout layoutOf(std::size_t boards, const Eigen::Isometry3d& second) {
   std::string csv = "channel,column,row\n";
@@ -43,6 +46,12 @@ Eigen::Isometry3d pose(const std::vector<double>& n) {
        Eigen::AngleAxisd(n[3], Eigen::Vector3d::UnitX()))
           .toRotationMatrix();
   return result;
+}
+
+ultrasound::PhaseSolverOptions solverOptions(Firmware firmware) {
+  ultrasound::PhaseSolverOptions options;
+  options.phase_levels = firmware == Firmware::stock ? 32 : 16;
+  return options;
 }
 
 }  // namespace
@@ -101,12 +110,34 @@ Capabilities SonicSurface::capabilities() const {
 }
 
 ultrasound::Drive SonicSurface::solve(const std::vector<ultrasound::FocalPoint>& points) const {
-  ultrasound::PhaseSolverOptions options;
-  options.phase_levels = firmware_ == Firmware::stock ? 32 : 16;
-  const auto whole = ultrasound::solvePhases(layout_, acoustics_, points, options);
-  ultrasound::Drive drive = sonic_surface::emitted(whole.drive, firmware_);
-  // A weaker drive switches channels off; the phases of the others are then solved anew, for without the
-  // missing ones the foci would be neither as strong nor where they were.
+  const auto whole = ultrasound::solvePhases(layout_, acoustics_, points, solverOptions(firmware_));
+  std::vector<ultrasound::FocalPoint> sounding;
+  std::vector<double> target;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (!(whole.target[k] > 0.0)) continue;
+    sounding.push_back(points[k]);
+    target.push_back(whole.target[k]);
+  }
+  ultrasound::Drive best;
+  std::size_t most = 0;
+  for (unsigned pattern = 0; pattern < patterns; ++pattern) {
+    ultrasound::Drive drive = sonic_surface::emitted(whole.drive, firmware_, pattern);
+    const auto on = std::count(drive.amplitude.begin(), drive.amplitude.end(), 1.0f);
+    if (on == 0 || on == static_cast<std::ptrdiff_t>(layout_.size())) return drive;
+    solveAnew(sounding, target, drive);
+    const std::size_t peaks = ultrasound::peaksWithin(near_focus, layout_, acoustics_, drive, sounding);
+    if (pattern > 0 && peaks <= most) continue;
+    most = peaks;
+    best = std::move(drive);
+    if (most == sounding.size()) break;
+  }
+  return best;
+}
+
+/// Phases of the channels that are on, for without the others the foci would be neither as strong nor where
+/// they were. \param target amplitude of each point, Pa
+void SonicSurface::solveAnew(std::vector<ultrasound::FocalPoint> points, const std::vector<double>& target,
+                             ultrasound::Drive& drive) const {
   ultrasound::ArrayLayout on;
   std::vector<std::size_t> channel;
   for (std::size_t n = 0; n < layout_.size(); ++n) {
@@ -115,23 +146,15 @@ ultrasound::Drive SonicSurface::solve(const std::vector<ultrasound::FocalPoint>&
     on.normal.push_back(layout_.normal[n]);
     channel.push_back(n);
   }
-  if (channel.empty() || channel.size() == layout_.size()) return drive;
-  std::vector<ultrasound::FocalPoint> there;
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    if (whole.target[k] > 0.0) there.push_back(points[k]);
-  }
-  std::size_t k = 0;
   double strongest = 0.0;
-  for (const double target : whole.target) {
-    if (!(target > 0.0)) continue;
-    there[k].intensity = target / ultrasound::focusPressure(on, acoustics_, there[k].position);
-    strongest = std::max(strongest, there[k].intensity);
-    ++k;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    points[k].intensity = target[k] / ultrasound::focusPressure(on, acoustics_, points[k].position);
+    strongest = std::max(strongest, points[k].intensity);
   }
-  for (ultrasound::FocalPoint& point : there) point.intensity /= strongest;  // all that the channels give
-  const ultrasound::Drive part = ultrasound::solvePhases(on, acoustics_, there, options).drive;
+  for (ultrasound::FocalPoint& point : points) point.intensity /= strongest;  // all that the channels give
+  const ultrasound::Drive part =
+      ultrasound::solvePhases(on, acoustics_, points, solverOptions(firmware_)).drive;
   for (std::size_t n = 0; n < channel.size(); ++n) drive.phase[channel[n]] = part.phase[n];
-  return drive;
 }
 
 std::optional<ultrasound::Drive> SonicSurface::drive(

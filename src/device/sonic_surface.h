@@ -21,6 +21,11 @@ namespace tactile_clay::device {
 /// one buffer of the boards is silent, and they are swapped every half period; a new frame is uploaded while
 /// the silent one plays, and then modulated for at least as long as the upload took.
 ///
+/// The boards know no amplitude: a weaker emission switches channels off, evenly over the board. The fewer
+/// are on, the stronger are the side lobes, in which a weak focal point can be lost; which one it is differs
+/// with the channels, so of four patterns of them the first is taken in which all foci are peaks, or the one
+/// with the most.
+///
 /// Silent when told so, at the end, when no emission renews the last one for `hold`, and, by a guard process,
 /// when this process dies or hangs. Silence is two frames with all channels off. A port that goes away is
 /// opened again as soon as it is back.
@@ -64,6 +69,8 @@ class SonicSurface : public ArrayDevice {
   void write(const std::vector<std::uint8_t>& bytes);
   void silence();
   ultrasound::Drive solve(const std::vector<ultrasound::FocalPoint>& points) const;
+  void solveAnew(std::vector<ultrasound::FocalPoint> points, const std::vector<double>& target,
+                 ultrasound::Drive& drive) const;
 
   // Set by open().
   std::string path_;

@@ -18,23 +18,22 @@ int level(float phase, int levels) {
 
 /// Amplitude above which each channel of a board is on: (rank + 1/2) / 256 in the order of the additive
 /// sequence R2 (Roberts 2018, generalised golden ratio), which spreads over the plane at every length.
-const std::array<float, channels>& thresholds() {
-  static const auto table = [] {
-    const auto order = channelOrder();
-    std::array<double, channels> value{};
-    for (std::size_t n = 0; n < channels; ++n) {
-      const double x = 0.7548776662466927 * order[n].first + 0.5698402909980532 * order[n].second;
-      value[n] = x - std::floor(x);
-    }
-    std::array<std::size_t, channels> ranked{};
-    std::iota(ranked.begin(), ranked.end(), std::size_t{0});
-    std::sort(ranked.begin(), ranked.end(), [&](auto a, auto b) { return value[a] < value[b]; });
-    std::array<float, channels> result{};
-    for (std::size_t rank = 0; rank < channels; ++rank)
-      result[ranked[rank]] = (static_cast<float>(rank) + 0.5f) / channels;
-    return result;
-  }();
-  return table;
+/// \param pattern shifts that sequence by the golden ratio each
+std::array<float, channels> thresholds(unsigned pattern) {
+  const auto order = channelOrder();
+  std::array<double, channels> value{};
+  for (std::size_t n = 0; n < channels; ++n) {
+    const double x = 0.7548776662466927 * order[n].first + 0.5698402909980532 * order[n].second +
+                     0.6180339887498949 * pattern;
+    value[n] = x - std::floor(x);
+  }
+  std::array<std::size_t, channels> ranked{};
+  std::iota(ranked.begin(), ranked.end(), std::size_t{0});
+  std::sort(ranked.begin(), ranked.end(), [&](auto a, auto b) { return value[a] < value[b]; });
+  std::array<float, channels> result{};
+  for (std::size_t rank = 0; rank < channels; ++rank)
+    result[ranked[rank]] = (static_cast<float>(rank) + 0.5f) / channels;
+  return result;
 }
 
 }  // namespace
@@ -51,12 +50,13 @@ std::array<std::pair<int, int>, channels> channelOrder() {
   return order;
 }
 
-ultrasound::Drive emitted(const ultrasound::Drive& drive, Firmware firmware) {
+ultrasound::Drive emitted(const ultrasound::Drive& drive, Firmware firmware, unsigned pattern) {
+  const std::array<float, channels> threshold = thresholds(pattern);
   const int levels = firmware == Firmware::stock ? 32 : 16;
   ultrasound::Drive result = drive;
   for (std::size_t n = 0; n < drive.phase.size(); ++n) {
     result.phase[n] = static_cast<float>(level(drive.phase[n], levels) * 2.0 * M_PI / levels);
-    result.amplitude[n] = drive.amplitude[n] > thresholds()[n % channels] ? 1.0f : 0.0f;
+    result.amplitude[n] = drive.amplitude[n] > threshold[n % channels] ? 1.0f : 0.0f;
   }
   return result;
 }
@@ -69,6 +69,7 @@ std::vector<std::uint8_t> frame(const ultrasound::Drive& drive, Firmware firmwar
     throw std::invalid_argument("sonic_surface: drive of " + std::to_string(drive.phase.size()) +
                                 " channels, expected 256 for each of 1 to " + std::to_string(most) +
                                 " boards");
+  const std::array<float, channels> threshold = thresholds(0);
   std::vector<std::uint8_t> bytes;
   for (std::size_t n = 0; n < drive.phase.size(); ++n) {
     if (n % channels == 0) {
@@ -76,7 +77,7 @@ std::vector<std::uint8_t> frame(const ultrasound::Drive& drive, Firmware firmwar
       bytes.push_back(start_byte);
     }
     // The tactile firmware leaves out the lowest bit.
-    bytes.push_back(drive.amplitude[n] > thresholds()[n % channels]
+    bytes.push_back(drive.amplitude[n] > threshold[n % channels]
                         ? static_cast<std::uint8_t>(firmware == Firmware::stock
                                                         ? level(drive.phase[n], 32)
                                                         : 2 * level(drive.phase[n], 16))

@@ -35,9 +35,10 @@ std::array<std::pair<int, int>, channels> channelOrder();
 
 /// What a board can emit of a drive: phases rounded to the firmware's levels, amplitudes to 0 or 1. A board
 /// knows no amplitude, so an amplitude a below 1 switches off a share 1 - a of the channels, spread evenly
-/// over the board and always the same ones, so that its foci become weaker by that much.
+/// over the board, so that its foci become weaker by that much.
 /// \param drive of one or more boards, in channel order
-ultrasound::Drive emitted(const ultrasound::Drive& drive, Firmware firmware);
+/// \param pattern of the channels that are on, any number: always the same ones for one, others for another
+ultrasound::Drive emitted(const ultrasound::Drive& drive, Firmware firmware, unsigned pattern = 0);
 
 /// Frame of such a drive; its length says how many boards it is for. \throws std::invalid_argument if it is
 /// not 256 channels a board, 1 or 2 boards (tactile: 1)

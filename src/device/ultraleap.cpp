@@ -28,6 +28,7 @@ Ultraleap::~Ultraleap() {
 void Ultraleap::open(const std::map<std::string, std::string>& options) {
   const auto wanted = static_cast<std::size_t>(number(options, "ultraleap", "max_points", 8, 1, 64));
   hold_ = std::chrono::duration<double>(number(options, "ultraleap", "hold", 0.2, 0.02, 10.0));
+  const double callback_rate = number(options, "ultraleap", "callback_rate", 500.0, 50.0, 2000.0);
   library_ = std::make_unique<sdk::Library>();
   require(library_->connect(), "the haptics service cannot be reached", "a running service");
   const auto array = library_->findDevice(sdk::DeviceFeatures::StreamingHaptics);
@@ -43,6 +44,8 @@ void Ultraleap::open(const std::map<std::string, std::string>& options) {
   max_points_ = std::min(count, static_cast<std::size_t>(granted.value()));
   played_ = renewed_ = sdk::LocalTimeClock::now();
   require(emitter_->setEmissionCallback(&Ultraleap::fill, this), "no callback", "one");
+  require(emitter_->setCallbackRate(static_cast<float>(callback_rate)),
+          "callback_rate is " + std::to_string(callback_rate), "a rate that the array can do");
   require(emitter_->start(), "the array does not start", "a start");
   require(emitter_->pause(), "the array does not pause", "a pause");
 }

@@ -17,7 +17,8 @@ namespace tactile_clay::device {
 /// modulation and STM move the control points from instant to instant of their period. The SDK asks for
 /// samples in a thread of its own; they are silent when no emission was submitted for `hold`.
 ///
-/// Options: `max_points` to ask the array for (default 8; it may grant fewer), `hold` in s (default 0.2).
+/// Options: `max_points` to ask the array for (default 8; it may grant fewer), `hold` in s (default 0.2),
+/// `callback_rate` in Hz, how often the SDK asks for samples (default 500: an emission is 2 ms late at most).
 class Ultraleap : public ArrayDevice {
  public:
   ~Ultraleap() override;

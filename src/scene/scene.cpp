@@ -141,6 +141,8 @@ Scene loadScene(const std::string& name, const std::string& share, double spacin
   if (!(scene.config.spacing > 0.0)) map.fail("'spacing' expected above zero, in m");
   scene.config.gravity = map.vector("gravity", scene.config.gravity, "x y z in m/s^2");
   scene.config.world = map.get("world", scene.config.world, "m, half extent of the world");
+  scene.config.tolerance =
+      map.get("tolerance", scene.config.tolerance, "m/s^2, residual at which iterations stop");
 
   const std::string urdf = map.get<std::string>("urdf", "the URDF of table and tools");
   const fs::path beside = fs::path(file).parent_path() / urdf;

@@ -18,13 +18,16 @@
 
 #include "nodes/conversions.h"
 #include "nodes/topics.h"
+#include "tools/quantile.h"
 #include "ultrasound/focal_points.h"
+#include "ultrasound/focus_peak.h"
 #include "ultrasound/phase_solver.h"
 
 namespace {
 
 using namespace tactile_clay;
 using namespace tactile_clay::ultrasound;
+using tools::quantile;
 using ultrasound::FocalPoint;  // not the message
 
 struct Figures {
@@ -46,35 +49,6 @@ struct Figures {
       (this->*member).insert((this->*member).end(), (other.*member).begin(), (other.*member).end());
   }
 };
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1,
-                         static_cast<std::size_t>(share * static_cast<double>(values.size())))];
-}
-
-/// Uphill from the point, in its plane, in steps from 1.6 to 0.2 mm; 8 mm where no peak is nearer.
-double distanceOfPeak(const ArrayLayout& layout, const Acoustics& air, const Drive& drive,
-                      const Eigen::Vector3d& point) {
-  Eigen::Vector3d here = point;
-  double best = std::abs(pressureAt(layout, air, drive, here));
-  for (double step = 0.0016; step >= 0.0002;) {
-    Eigen::Vector3d next = here;
-    for (int x = -1; x <= 1; ++x) {
-      for (int y = -1; y <= 1; ++y) {
-        const Eigen::Vector3d at = here + step * Eigen::Vector3d(x, y, 0.0);
-        const double amplitude = std::abs(pressureAt(layout, air, drive, at));
-        if (amplitude <= best || (at - point).norm() > 0.008) continue;
-        best = amplitude;
-        next = at;
-      }
-    }
-    if (next == here) step *= 0.5;
-    here = next;
-  }
-  return (here - point).norm();
-}
 
 Figures measure(const std::string& file, std::size_t step, const FocalPointConfig& config,
                 const PhaseSolverOptions& options) {
@@ -116,8 +90,11 @@ Figures measure(const std::string& file, std::size_t step, const FocalPointConfi
       figures.amplitude.push_back(points[k].intensity * most / std::sqrt(count));
     }
     if (figures.frames++ % step != 0) continue;
+    const auto amplitude = [&](const Eigen::Vector3d& at) {
+      return std::abs(pressureAt(layout, air, solution.drive, at));
+    };
     for (const FocalPoint& point : points)
-      figures.aside.push_back(distanceOfPeak(layout, air, solution.drive, point.position));
+      figures.aside.push_back((peakNear(point.position, amplitude) - point.position).norm());
   }
   return figures;
 }

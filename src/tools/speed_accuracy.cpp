@@ -27,10 +27,12 @@
 #include "scene/scene.h"
 #include "scene/solids.h"
 #include "scene/yaml_reader.h"
+#include "tools/quantile.h"
 
 namespace {
 
 using namespace tactile_clay;
+using tools::quantile;
 
 constexpr const char* usage = R"(usage: speed_accuracy [--OPTION VALUE]...
 
@@ -392,13 +394,6 @@ Errors compare(const Outcome& outcome, const Outcome& reference, double spacing)
   e.force = size > 0.0 ? std::sqrt(difference / size) : NAN;
   e.mean_force = reference.mean_force > 0.0 ? outcome.mean_force / reference.mean_force - 1.0 : NAN;
   return e;
-}
-
-double quantile(std::vector<double> values, double q) {
-  if (values.empty()) return NAN;
-  std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1,
-                         static_cast<std::size_t>(q * static_cast<double>(values.size())))];
 }
 
 // ---- Telling

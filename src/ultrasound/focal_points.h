@@ -29,7 +29,7 @@ struct FocalPointConfig {
       450000.0;  // Pa of the clay that ask for all that the array can give (see render): what
                  // 95 % of the points of recorded hands stay below (doc/rendering.md)
   double compression_knee = 0.5;  // share of that up to which pressures stay in proportion, 0 to 1
-  double side_lobe_floor = 0.15;  // least amplitude of a point, over the strongest: that of side lobes
+  double side_lobe_floor = 0.25;  // least amplitude of a point, over the strongest: above their side lobes
   double minimum_pressure = 1.0;  // Pa; samples below it are not rendered
   double minimum_force = 0.001;   // N; contacts that press less in sum get no point
   Modulation modulation = Modulation::amplitude;  // stm: a path over the contact instead of clusters

@@ -61,10 +61,11 @@ class KneadingField(unittest.TestCase):
         step = -(-len(played) // most_patterns)
         distances = []
         for when, sources in played[::step]:
-            # A frame of the 300 ms before, for the machine may be busy, newest first; the recorder may have heard of it a little later.
+            # A frame of the 300 ms before, for the machine may be busy, newest first; or one that the recorder heard of later.
             best = None
-            before = [(came, points) for came, points in frames if came <= when + 0.02 and points]
-            for points in reversed([points for came, points in before if came >= when - 0.3] or [p for _, p in before[-1:]]):
+            asked = [(came > when + 0.02, -came, points) for came, points in frames if when - 0.3 <= came <= when + 0.1 and points]
+            last = [(False, -came, points) for came, points in frames if came <= when and points][-1:]
+            for _, _, points in sorted(asked, key=lambda frame: frame[:2]) or last:
                 found = [distance_of_peak(sources, point) for point in points]
                 best = min(best or found, found, key=max)
                 if max(best) < TOLERANCE:
@@ -72,7 +73,7 @@ class KneadingField(unittest.TestCase):
             self.assertIsNotNone(best, 'a pattern that nobody asked for')
             distances += best
         within = sum(distance < TOLERANCE for distance in distances) / len(distances)
-        print('%d patterns, %d focal points, distance of the peak: median %.2f mm, longest %.2f mm, %.0f %% within 2 mm' %
+        print('%d patterns, %d focal points, distance of the peak: median %.2f mm, longest %.2f mm, %.1f %% within 2 mm' %
               (len(played[::step]), len(distances), 1e3 * statistics.median(distances), 1e3 * max(distances), 100 * within))
         return distances
 
@@ -96,12 +97,16 @@ class KneadingField(unittest.TestCase):
         """Contacts above each other, which no array beside them can tell apart."""
         self.assertGreaterEqual(self.within(self.knead(60, file=rig_run.bag('potter'), scene='potters_wheel', duration='4')), 0.98)
 
-    def test_peaks_of_recorded_hands_pinching(self):
-        """Few points, of which one or two are lost between their neighbours: 97 % were measured."""
-        self.assertGreaterEqual(self.within(self.recording('pinch_and_move')), 0.9)
-
-    def test_peaks_of_recorded_hands_clapping(self):
-        self.assertGreaterEqual(self.within(self.recording('three_claps')), 0.95)
+    def test_peaks_of_recorded_hands(self):
+        """The light touches of these leave most channels off; of four patterns of channels the driver takes one that drowns none."""
+        all_distances = []
+        for name in ('grab', 'three_claps', 'pinch_and_move', 'finger_tap', 'left_or_right', 'both_hands_low_confidence'):
+            with self.subTest(name):
+                distances = self.recording(name)
+                all_distances += distances
+                self.assertGreaterEqual(self.within(distances), 0.95)
+        if all_distances:
+            self.assertGreaterEqual(self.within(all_distances), 0.98)
 
 
 if __name__ == '__main__':

@@ -75,6 +75,37 @@ TEST(Clay, KeepsSpinning) {
   EXPECT_LT((angularMomentum(clay.particles()) - before).norm(), 1e-4 * before.norm());
 }
 
+/// Iterations stop where no particle lacks more acceleration than the tolerance: a block that settles needs
+/// few of them, at rest none, and what is left out moves nothing.
+TEST(Clay, IterationsStopUnderTheTolerance) {
+  struct Settled {
+    double iterations = 0.0, at_rest = 0.0;
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  };
+  const auto settle = [](double tolerance) {
+    ClayConfig config = configOf();
+    config.tolerance = tolerance;
+    config.sleeping = false;
+    Clay clay(config, {Material()}, block(6, 6, 6, spacing));
+    Settled settled;
+    for (int k = 0; k < 60; ++k) {
+      clay.advance({}, {ground()}, config.frame);
+      settled.iterations += clay.statistics().iterations;
+    }
+    settled.at_rest = clay.statistics().iterations;
+    settled.centre = centreOfMass(clay.particles());
+    const double top = 6.0 * spacing - 0.25 * spacing;
+    const Ghosts palm = ghostPlane({0.0, 0.0, top}, -Eigen::Vector3d::UnitZ(), 0.02, 0.003, {0.0, 0.0, -0.1});
+    clay.advance(palm, {ground()}, config.frame);
+    EXPECT_GE(clay.statistics().iterations, 0.75 * config.budget.iterations);
+    return settled;
+  };
+  const Settled exact = settle(0.0), enough = settle(0.05);
+  EXPECT_EQ(enough.at_rest, 0.0);
+  EXPECT_LT(enough.iterations, 0.8 * exact.iterations);
+  EXPECT_LT((enough.centre - exact.centre).norm(), 1e-3 * spacing);
+}
+
 /// A step starts from the whole turn of a lump, not from its tangent, so that a lump neither grows with each
 /// step nor counts on iterations to be pulled back. It grows by its centrifugal strain, of the order of rho
 /// omega^2 R^2 / E.

@@ -202,6 +202,16 @@ TEST_F(StartedGate, LetsIntensityRiseNoFasterThanTheSlew) {
   EXPECT_DOUBLE_EQ(passed(1.0, 0.01, 8), 0.2) << "after a stop it starts from 0";
 }
 
+TEST(SafetyGate, ALongPauseIsNoReasonToJump) {
+  SafetyGateConfig config;
+  config.intensity_slew = 2.0;
+  SafetyGate gate(config);
+  gate.start();
+  const Verdict verdict = gate.check(emission(point(0, 0, 0.2, 1.0)), now(60.0), quiet);
+  ASSERT_EQ(verdict.emission.points.size(), 1u);
+  EXPECT_DOUBLE_EQ(verdict.emission.points[0].intensity, 0.2) << "0.1 s of rise at most";
+}
+
 TEST_F(StartedGate, LowersWhatIsTooLoud) {
   // 3000 Pa and 120 dB at intensity 1; caps 2000 Pa and 110 dB, which is 0.316 of 120 dB.
   const Verdict verdict = gate.check(emission(point(0, 0, 0.2, 1.0)), now(), loudness);
@@ -223,6 +233,19 @@ TEST_F(StartedGate, LowersWhatIsTooLoud) {
   EXPECT_NEAR(capped.emission.points[0].intensity, 2.0 / 3.0, 0.01);
   EXPECT_DOUBLE_EQ(capped.emission.points[1].intensity, 0.5 * capped.emission.points[0].intensity)
       << "all are lowered together";
+}
+
+/// Boards that switch channels off go down in steps: just above the cap, a little less changes nothing.
+TEST_F(StartedGate, LowersAnArrayThatGoesDownInSteps) {
+  const auto steps = [](const Points& points) {
+    return Loudness{0.0, 110.1 + 20.0 * std::log10(std::ceil(4.0 * points[0].intensity) / 3.0)};
+  };
+  const Verdict verdict = gate.check(emission(point(0, 0, 0.2, 0.75)), now(), steps);
+  EXPECT_EQ(verdict.reason, "");
+  ASSERT_EQ(verdict.emission.points.size(), 1u);
+  EXPECT_LE(verdict.emission.points[0].intensity, 0.5);
+  EXPECT_GT(verdict.emission.points[0].intensity, 0.25) << "no lower than it has to be";
+  EXPECT_NEAR(verdict.head_spl.value(), 110.1 + 20.0 * std::log10(2.0 / 3.0), 1e-9);
 }
 
 TEST_F(StartedGate, SilencesWhatCannotBeMeasuredOrLowered) {

@@ -11,6 +11,7 @@
 
 #include "device/sonic_surface.h"
 #include "device/sonic_surface_protocol.h"
+#include "ultrasound/focus_peak.h"
 
 namespace tactile_clay::device {
 namespace {
@@ -182,6 +183,55 @@ TEST_F(SonicSurfaceOnATerminal, SendsWhatItSaysThatItSends) {
   std::vector<std::uint8_t> rest = read(4096);
   ASSERT_GE(rest.size(), 516u);
   EXPECT_EQ(std::vector<std::uint8_t>(rest.end() - 516, rest.end()), silence);
+}
+
+/// Contacts of recorded hands, weak enough to leave 40 to 160 of the 256 channels on. With the first pattern
+/// of channels, each of these sets has a focus that is lost in side lobes, at 8 mm from any peak or nearly.
+TEST_F(SonicSurfaceOnATerminal, TakesChannelsWithWhichEveryFocusIsAPeak) {
+  SonicSurface device;
+  device.open(options);
+  const ultrasound::ArrayLayout layout = device.capabilities().layout;
+  struct Focus {
+    double x, y, z, intensity;
+  };
+  const std::vector<std::vector<Focus>> sets = {
+      {{0.004, -0.041, 0.181, 0.653},
+       {-0.021, -0.042, 0.173, 0.590},
+       {0.063, -0.042, 0.182, 0.834},
+       {0.046, -0.045, 0.188, 0.771},
+       {0.065, 0.045, 0.164, 0.600},
+       {0.049, 0.044, 0.178, 0.400},
+       {-0.008, -0.040, 0.176, 0.200}},
+      {{-0.022, -0.043, 0.170, 0.691},
+       {0.062, -0.031, 0.182, 0.603},
+       {0.048, -0.041, 0.189, 0.432},
+       {0.033, 0.043, 0.167, 0.330},
+       {-0.002, -0.041, 0.177, 0.779},
+       {0.024, 0.034, 0.179, 0.483}},
+      {{-0.004, -0.056, 0.188, 0.157}, {0.026, 0.022, 0.190, 0.270}, {-0.025, -0.048, 0.173, 0.108}},
+      {{0.026, -0.002, 0.193, 0.239}, {-0.016, -0.061, 0.189, 0.065}},
+      {{0.030, 0.000, 0.203, 0.243}, {-0.011, -0.065, 0.195, 0.085}, {0.040, 0.007, 0.190, 0.308}},
+      {{-0.019, 0.067, 0.186, 0.053}, {0.028, -0.057, 0.189, 0.162}, {0.029, 0.062, 0.188, 0.211}},
+      {{-0.025, 0.067, 0.182, 0.236},
+       {0.028, 0.057, 0.190, 0.135},
+       {-0.042, -0.064, 0.180, 0.109},
+       {-0.015, -0.059, 0.188, 0.058}},
+      {{0.056, 0.053, 0.189, 0.189}, {0.045, 0.061, 0.186, 0.277}}};
+  for (std::size_t k = 0; k < sets.size(); ++k) {
+    std::vector<ultrasound::FocalPoint> points;
+    for (const Focus& focus : sets[k]) {
+      points.emplace_back();
+      points.back().position = {focus.x, focus.y, focus.z};
+      points.back().intensity = focus.intensity;
+    }
+    const ultrasound::Drive drive = device.drive(points).value();
+    const auto amplitude = [&](const Eigen::Vector3d& at) {
+      return std::abs(ultrasound::pressureAt(layout, ultrasound::Acoustics(), drive, at));
+    };
+    for (const auto& point : points)
+      EXPECT_LT((ultrasound::peakNear(point.position, amplitude) - point.position).norm(), 0.002)
+          << "set " << k << ", focus at " << point.position.transpose();
+  }
 }
 
 TEST_F(SonicSurfaceOnATerminal, DoesNotPlayWhatTheWireIsTooSlowFor) {

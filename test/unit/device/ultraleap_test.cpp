@@ -63,6 +63,15 @@ TEST_F(UltraleapTest, AsksTheArrayHowManyPointsItCanDo) {
   EXPECT_EQ(one.capabilities().max_points, 1u);
 }
 
+TEST_F(UltraleapTest, SaysHowOftenItWantsToBeAsked) {
+  device.open({});
+  EXPECT_EQ(sdk::standIn().callback_rate, 500.0f);
+  sdk::standIn() = {};
+  Ultraleap often;
+  often.open({{"callback_rate", "800"}});
+  EXPECT_EQ(sdk::standIn().callback_rate, 800.0f);
+}
+
 TEST_F(UltraleapTest, StreamsModulatedPoints) {
   device.open({});
   device.submit(emission(2));
@@ -171,6 +180,10 @@ TEST_F(UltraleapTest, TellsWhatIsMissing) {
   sdk::standIn().connected = true;
   sdk::standIn().most_points = 0;
   EXPECT_NE(refusal().find("no control points: too many"), std::string::npos);
+  sdk::standIn().most_points = 4;
+  EXPECT_NE(refusal({{"callback_rate", "2000"}}).find("callback_rate is 2000"), std::string::npos)
+      << "more than the array can do";
+  EXPECT_NE(refusal({{"callback_rate", "0"}}).find("callback_rate is '0'"), std::string::npos);
   EXPECT_NE(refusal({{"hold", "soon"}}).find("hold is 'soon'"), std::string::npos);
 }
 

@@ -400,7 +400,9 @@ TEST(FocalPoints, SeparationIsTheParabolaOfAFocus) {
   }
 }
 
-TEST(FocalPoints, WeakerThanSideLobesAreRaisedToThem) {
+/// A square array has side lobes along its axes of 0.217 of a focus: the second extremum of sin(x)/x. The
+/// floor is above it.
+TEST(FocalPoints, WeakerThanSideLobesAreRaisedAboveThem) {
   FocalPointConfig config;
   config.full_scale_pressure = 60000.0;
   FocalPointRenderer renderer(config);
@@ -411,8 +413,8 @@ TEST(FocalPoints, WeakerThanSideLobesAreRaisedToThem) {
   const RenderReport report = renderer.report();
   const std::size_t weak = raised[0].pressure < raised[1].pressure ? 0 : 1;
   EXPECT_EQ(report.raised_points, 1u);
-  EXPECT_NEAR(std::sqrt(report.granted[weak] / report.granted[1 - weak]), 0.15, 1e-9);
-  EXPECT_NEAR(raised[weak].intensity / raised[1 - weak].intensity, 0.15, 1e-6) << "equally far, equal reach";
+  EXPECT_NEAR(std::sqrt(report.granted[weak] / report.granted[1 - weak]), 0.25, 1e-9);
+  EXPECT_NEAR(raised[weak].intensity / raised[1 - weak].intensity, 0.25, 1e-6) << "equally far, equal reach";
   EXPECT_GT(report.granted[weak], report.wanted[weak]);
   EXPECT_EQ(report.granted[1 - weak], std::min(report.wanted[1 - weak], report.granted[1 - weak]));
   config.side_lobe_floor = 0.0;

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "oracle.h"
+#include "ultrasound/focus_peak.h"
 
 namespace tactile_clay::ultrasound {
 namespace {
@@ -39,25 +40,10 @@ class PhaseSolver : public ::testing::Test {
     return foci;
   }
 
-  /// Way (m) from a focus to its peak, uphill in its plane in the field of another formula; at most 8 mm.
+  /// Way (m) from a focus to its peak in the field of another formula; at most 8 mm.
   double distance(const Drive& drive, const Eigen::Vector3d& focus) {
-    Eigen::Vector3d here = focus;
-    double best = heardAmplitude(layout, air, drive, here);
-    for (double step = 0.0016; step > 0.0002;) {
-      Eigen::Vector3d next = here;
-      for (int dx = -1; dx <= 1; ++dx) {
-        for (int dy = -1; dy <= 1; ++dy) {
-          const Eigen::Vector3d at = here + step * Eigen::Vector3d(dx, dy, 0.0);
-          const double amplitude = heardAmplitude(layout, air, drive, at);
-          if (amplitude <= best || (at - focus).norm() > 0.008) continue;
-          best = amplitude;
-          next = at;
-        }
-      }
-      if (next == here) step *= 0.5;
-      here = next;
-    }
-    return (here - focus).norm();
+    const auto amplitude = [&](const Eigen::Vector3d& at) { return heardAmplitude(layout, air, drive, at); };
+    return (peakNear(focus, amplitude) - focus).norm();
   }
 
   /// Relative RMS of the amplitudes that an independent field has at the foci, about their common scale.
@@ -201,8 +187,8 @@ TEST_F(PhaseSolver, FociArePeaks) {
 }
 
 /// Weak foci lie between the lobes of strong ones, where the amplitude bends upwards as often as not. These
-/// have the least amplitude that is commanded, beside three strong ones; on a ridge between lobes a few are
-/// lost.
+/// are weaker than any that the renderer commands, beside three strong ones; on a ridge between lobes a few
+/// are lost.
 TEST_F(PhaseSolver, MostWeakFociBesideStrongOnesArePeaks) {
   std::mt19937 dice(8);
   std::uniform_real_distribution<double> place(-0.04, 0.04);

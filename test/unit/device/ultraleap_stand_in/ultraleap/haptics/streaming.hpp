@@ -80,11 +80,13 @@ using EmissionCallback = void (*)(const StreamingEmitter&, OutputInterval&, cons
 struct StandIn {
   bool service = true, connected = true;
   std::size_t most_points = 4;
+  float most_callbacks = 1000.0f;  // a second
 
   const StreamingEmitter* emitter = nullptr;
   std::size_t points = 0;
   EmissionCallback callback = nullptr;
   void* data = nullptr;
+  float callback_rate = 0.0f;  // Hz; 0: never set
   bool started = false, paused = false;
 
   /// What the array is given over an interval. Silent while it is paused or not started.
@@ -124,6 +126,12 @@ class StreamingEmitter {
   result<void> setEmissionCallback(EmissionCallback callback, void* data) {
     standIn().callback = callback;
     standIn().data = data;
+    return {};
+  }
+  result<void> setCallbackRate(float rate) {
+    if (standIn().started) return Error{"already started"};
+    if (!(rate > 0.0f && rate <= standIn().most_callbacks)) return Error{"callback rate out of range"};
+    standIn().callback_rate = rate;
     return {};
   }
   result<void> start() { return standIn().started = true, result<void>(); }
