@@ -99,5 +99,32 @@ TEST(PlateUnderClay, ReadsTheWeightOfTheClay) {
   }
 }
 
+/// Clay pressed against the underside of a plate hangs there while adhesion carries its weight, rho g h.
+TEST(ClayUnderAPlate, HangsByItsAdhesion) {
+  for (const double share : {0.5, 2.0}) {
+    constexpr int layers = 4;
+    Material sticky;
+    sticky.adhesion = share * sticky.density * g * layers * spacing;
+    ClayConfig config;
+    config.threads = 2;
+    auto particles = block(layers, layers, layers, spacing);
+    for (InitialParticle& p : particles) p.velocity.z() = 0.05f;
+    Clay clay(config, {sticky}, particles);
+    Solid plate;
+    plate.size = {0.04, 0.04, 0.005};
+    plate.pose.translation().z() = layers * spacing + 0.005;
+    for (int k = 0; k < 30; ++k) clay.advance({}, {plate}, config.frame);
+    const double fallen =
+        (layers - 0.5) * spacing - extent(clay.particles(), Eigen::Vector3d::UnitZ()).second;
+    if (share > 1.0) {
+      const double weight = g * totalMass(clay.particles());
+      EXPECT_LT(std::abs(fallen), 0.1 * spacing);
+      EXPECT_NEAR(-clay.solidForces()[0].z(), weight, 0.01 * weight);
+    } else {
+      EXPECT_GT(fallen, 0.5);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tactile_clay::clay
