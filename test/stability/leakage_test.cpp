@@ -21,10 +21,11 @@ constexpr double spacing = 0.005, frame = 1.0 / 60.0, degree = M_PI / 180.0;
 /// A hand, flat or bent, with the directions of its palm and its fingers: the flat skin of its fingers is at
 /// `reach` along that of the palm, their middle at `middle` across it.
 hand::TrackedHand handAt(hand::Side side, const Eigen::Vector3d& palm, const Eigen::Vector3d& fingers,
-                         double reach, const Eigen::Vector3d& middle, double bend = 0.0) {
+                         double reach, const Eigen::Vector3d& middle, double bend = 0.0,
+                         double thumb = -0.6) {
   hand::HandPose pose;
   pose.side = side;
-  pose.fingers[0].abduction = -0.6;  // beside the palm
+  pose.fingers[0].abduction = thumb;  // beside the palm
   for (int finger = 1; finger < hand::finger_count; ++finger)
     pose.fingers[finger].flexion = {bend, bend, 0.7 * bend};
   pose.wrist.linear() << palm.cross(fingers), -palm, -fingers;
@@ -93,18 +94,31 @@ INSTANTIATE_TEST_SUITE_P(MetresPerSecond, HandThroughClay, ::testing::Values(0.5
 class OnThePalm : public Leakage {
  protected:
   OnThePalm() : Leakage(block(4, 4, 4, spacing, {0.0, 0.0, 0.1 + 0.5 * spacing})) {}
+
+  /// The hand closes from one frame to the next.
+  void clench(double thumb) {
+    const auto hand = [thumb](double bend) {
+      return handAt(hand::Side::right, Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX(), 0.1,
+                    {0.02, 0.0, 0.0}, bend, thumb);
+    };
+    for (int k = 0; k < 20; ++k) advance({hand(0.0)});
+    EXPECT_TRUE(touched);
+    for (int k = 0; k < 40; ++k) {
+      advance({hand(85 * degree)});
+      EXPECT_GT(deepest, -0.5 * spacing) << "frame " << k;
+    }
+    EXPECT_EQ(inside, 0) << deepest;
+    EXPECT_EQ(under, 0);
+  }
 };
-// 2 of 64 particles end up to 2.1 mm inside the fingers that close on each other: there is no way out.
-TEST_F(OnThePalm, DISABLED_AFistInOneFrameLeavesNoneInside) {
-  const auto hand = [](double bend) {
-    return handAt(hand::Side::right, Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX(), 0.1,
-                  {0.02, 0.0, 0.0}, bend);
-  };
-  for (int k = 0; k < 20; ++k) advance({hand(0.0)});
-  EXPECT_TRUE(touched);
-  for (int k = 0; k < 40; ++k) advance({hand(85 * degree)});
-  EXPECT_EQ(inside, 0) << deepest;
-  EXPECT_EQ(under, 0);
+TEST_F(OnThePalm, AFistInOneFrameLeavesNoneInside) {
+  clench(-0.3);
+}
+/// Fails, since there is a hole in the skin: with the thumb this far out, the root of the index finger is
+/// bare of samples, which were chosen where the thumb covered it; none is within 9.7 mm. 2 of 64 particles
+/// roll into it.
+TEST_F(OnThePalm, DISABLED_AFistWithTheThumbOutLeavesNoneInside) {
+  clench(-0.6);
 }
 
 TEST_F(Leakage, ClayBetweenTwoHandsGoesSideways) {
