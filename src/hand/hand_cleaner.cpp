@@ -58,8 +58,7 @@ HandCleaner::HandCleaner(const CleanConfig& config) : config_(config) {
 }
 
 void HandCleaner::clean(TrackedFrame& frame) {
-  std::array<const TrackedHand*, 2> seen{};
-  for (const TrackedHand& hand : frame.hands) seen[static_cast<int>(hand.side)] = &hand;
+  const std::array<const TrackedHand*, 2> seen = {choose(frame, Side::left), choose(frame, Side::right)};
   for (int side = 0; side < 2; ++side) {
     std::optional<Track>& track = tracks_[side];
     const TrackedHand* other = seen[1 - side];
@@ -79,6 +78,22 @@ void HandCleaner::clean(TrackedFrame& frame) {
     if (track && track->presence > 0.0) hands.push_back(faded(track->released, track->presence));
   }
   frame.hands = std::move(hands);
+}
+
+const TrackedHand* HandCleaner::choose(const TrackedFrame& frame, Side side) {
+  const std::optional<Track>& track = tracks_[static_cast<int>(side)];
+  const auto better = [&](const TrackedHand& a, const TrackedHand& b) {
+    if (!track) return a.confidence > b.confidence;
+    const bool same_a = a.id == track->seen.id, same_b = b.id == track->seen.id;
+    return same_a != same_b ? same_a : palmDistance(a, track->seen) < palmDistance(b, track->seen);
+  };
+  const TrackedHand* best = nullptr;
+  for (const TrackedHand& hand : frame.hands) {
+    if (hand.side != side) continue;
+    if (best) ++counts_.doubles;
+    if (!best || better(hand, *best)) best = &hand;
+  }
+  return best;
 }
 
 void HandCleaner::see(std::optional<Track>& track, const TrackedHand& hand, std::chrono::nanoseconds stamp) {

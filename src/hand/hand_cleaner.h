@@ -32,6 +32,7 @@ struct CleanCounts {
   std::uint64_t side_changes = 0;  // hands that the tracker took for the other one
   std::uint64_t artefacts = 0;     // samples left out
   std::uint64_t jumps = 0;         // steps that no hand makes
+  std::uint64_t doubles = 0;       // hands left out beside another one of their side
 };
 
 /// Turns what a tracker says into hands that the clay can feel. State is kept by side, not by id:
@@ -44,14 +45,16 @@ struct CleanCounts {
 /// it was, is
 ///   the same hand, and a step that this makes is blended over `blend`; farther away, it is another hand;
 /// - an id that changes sides in its place takes its hand along;
+/// - of several hands of one side, as where a tracker takes the other hand for it, the one that was there
+/// before counts: that of its id, or else the nearest; of a side that had none, the most confident;
 /// - a fast step of an unsure hand is an artefact, and left out as if the hand was not seen.
 class HandCleaner {
  public:
   /// \throws std::invalid_argument with one line where a number is out of its range
   explicit HandCleaner(const CleanConfig& config);
 
-  /// Cleans the hands of a frame in place, at most one a side, the left one first. Hands are sane
-  /// (hand_check); stamps increase.
+  /// Cleans the hands of a frame in place; what it leaves is at most one a side, the left one first. Hands
+  /// are sane (hand_check); stamps increase.
   void clean(TrackedFrame& frame);
 
   /// True while hands are there, seen or not.
@@ -84,6 +87,7 @@ class HandCleaner {
     std::chrono::nanoseconds blend_start{0};
   };
 
+  const TrackedHand* choose(const TrackedFrame& frame, Side side);
   void see(std::optional<Track>& track, const TrackedHand& hand, std::chrono::nanoseconds stamp);
   void goOn(Track& track, const TrackedHand& hand, std::chrono::nanoseconds stamp);
   void miss(std::optional<Track>& track, std::chrono::nanoseconds stamp);

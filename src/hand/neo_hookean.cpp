@@ -1,5 +1,6 @@
 #include "hand/neo_hookean.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -10,6 +11,12 @@ namespace {
 // Of the square of a strain: below the rounding of single precision, and a tetrahedron at rest divides by it.
 constexpr float tiny_shear = 1e-9F;
 constexpr float small_shear = 1e-3F;
+// Of squeezed flesh. What is left of the volume has to last while bones move, until the next step.
+constexpr float squeezed_below = 0.95F;  // of the volume at rest, when visited: neighbours may squeeze it yet
+constexpr float least_volume = 0.3F;     // of the volume at rest
+constexpr float close_to_least = 0.6F;   // of the volume at rest
+constexpr float least_compliance = 0.005F;  // of the material's
+constexpr int limit_sweeps = 40;            // at most
 
 Eigen::Matrix3d edges(const std::array<int, 4>& t, const std::vector<FleshNode>& nodes) {
   Eigen::Matrix3d e;
@@ -161,14 +168,21 @@ NeoHookean::Gradients NeoHookean::gradients(const Batch& b, const std::vector<Fl
   return g;
 }
 
-void NeoHookean::project(std::vector<FleshNode>& nodes, std::vector<int>& inverted) const {
+void NeoHookean::project(std::vector<FleshNode>& nodes, std::vector<int>& inverted,
+                         std::vector<int>& squeezed) const {
   inverted.clear();
+  squeezed.clear();
+  int first = 0;  // lane of the batch
   for (const Batch& b : batches_) {
     const Gradients g = gradients(b, nodes);
-    if ((g.swelling <= -1.0F).any())
-      for (int lane = 0; lane < width; ++lane)
-        if (g.swelling[lane] <= -1.0F && b.node[0][lane] != unused_)
+    if ((g.swelling < squeezed_below - 1.0F).any())
+      for (int lane = 0; lane < width; ++lane) {
+        if (!(g.swelling[lane] < squeezed_below - 1.0F) || b.node[0][lane] == unused_) continue;
+        squeezed.push_back(first + lane);
+        if (g.swelling[lane] <= -1.0F)
           for (int k = 0; k < 4; ++k) inverted.push_back(b.node[k][lane]);
+      }
+    first += width;
     // J W J^T of the two; C_S taken times itself, so that nothing is divided by it where it is zero
     Lane ss = Lane::Zero(), sh = Lane::Zero(), h2 = Lane::Zero();
     for (int k = 0; k < 4; ++k) {
@@ -192,6 +206,49 @@ void NeoHookean::project(std::vector<FleshNode>& nodes, std::vector<int>& invert
         n[0] += dx[lane], n[1] += dy[lane], n[2] += dz[lane];
       }
     }
+  }
+}
+
+void NeoHookean::limit(const std::vector<int>& squeezed, std::vector<FleshNode>& nodes,
+                       std::vector<Eigen::Vector3f>& reaction) const {
+  using Eigen::Vector3f;
+  std::vector<int> close = squeezed;
+  for (int sweep = 0; sweep < limit_sweeps && !close.empty(); ++sweep) {
+    bool all_have_it = true;
+    std::size_t kept = 0;
+    for (const int t : close) {
+      const Batch& b = batches_[t / width];
+      const int lane = t % width;
+      std::array<int, 4> n;
+      for (int k = 0; k < 4; ++k) n[k] = b.node[k][lane];
+      const Vector3f o = nodes[n[0]].head<3>();
+      const Vector3f p = nodes[n[1]].head<3>() - o, q = nodes[n[2]].head<3>() - o,
+                     r = nodes[n[3]].head<3>() - o;
+      std::array<Vector3f, 4> g;
+      g[1] = b.determinant[lane] * q.cross(r);
+      const float volume = p.dot(g[1]);
+      if (sweep == 0 && volume > close_to_least) continue;  // too far from it for what its neighbours do
+      close[kept++] = t;
+      const float lacking = least_volume - volume;
+      if (!(lacking > 0.0F)) continue;
+      g[2] = b.determinant[lane] * r.cross(p);
+      g[3] = b.determinant[lane] * p.cross(q);
+      g[0] = -(g[1] + g[2] + g[3]);
+      float w = 0.0F;
+      for (int k = 0; k < 4; ++k) w += nodes[n[k]][3] * g[k].squaredNorm();
+      if (!(w > 0.0F)) continue;  // between bones alone
+      all_have_it = false;
+      w += least_compliance * b.compliance_h[lane];
+      for (int k = 0; k < 4; ++k) {
+        const Vector3f force = lacking / w * g[k];
+        if (nodes[n[k]][3] > 0.0F)
+          nodes[n[k]].head<3>() += nodes[n[k]][3] * force;
+        else
+          reaction[n[k]] += force;
+      }
+    }
+    close.resize(kept);
+    if (all_have_it) break;
   }
 }
 

@@ -22,7 +22,8 @@ constexpr double farthest_jump = 0.5;      // m between two samples; the hand st
 constexpr double longest_frame = 0.1;      // s simulated for one sample
 constexpr double load_lifetime = 0.1;      // s
 constexpr double resize_from = 0.01;       // relative change of the person's size
-constexpr float strongest = 20.0F;         // N, on one sample
+constexpr float strongest = 5.0F;          // N, on one sample
+constexpr float strongest_of_all = 50.0F;  // N, on a hand: leaning on a table is less
 constexpr float friction = 1.0F;           // what a load may resist sideways, of its force inward
 constexpr float softest_clay = 200.0F;     // N/m at one sample
 constexpr float stiffest_clay = 10000.0F;  // N/m at one sample
@@ -30,6 +31,7 @@ constexpr float first_guess = 1000.0F;     // N/m
 constexpr float forgetting = 0.97F;        // of the stiffness estimate, a frame
 constexpr int longest_memory = 12;         // frames that a place which let go is approached with care
 constexpr float healing = 0.3F;            // of the way back, a step and inverted tetrahedron
+constexpr float newest = 0.8F;             // share of the newest answer of the clay in what acts
 constexpr std::size_t remembered = 16;     // skins
 constexpr double seconds_a_nano = 1e-9;
 
@@ -241,11 +243,11 @@ void SoftHand::step(const BodyPoses& target, const BodyPoses& before, double h) 
     nodes_[rigid_[i]][3] = static_cast<float>(h * h / (bodies_.mass(b) * rigid_share_[i]));
   }
   applyLoads();
-  flesh_.project(nodes_, inverted_);
+  flesh_.project(nodes_, inverted_, squeezed_);
   projectLoads();
   rememberPoints();
   const BodyPoses predicted = bodies_.poses();
-  collect();
+  collect(h);
   bodies_.closeJoints();
   bodies_.finish(h);
   carryFlesh(predicted);
@@ -295,18 +297,30 @@ void SoftHand::carryBones() {
   }
 }
 
-// What flesh and loads did to the nodes of bone, they do to the body.
-void SoftHand::collect() {
+// What flesh and loads did to the nodes of bone, they do to the body. In the pass over the flesh each of
+// these nodes gives way by itself, more than the whole bone does: flesh that the clay squeezes against it
+// gets its least volume where the bone really is.
+void SoftHand::collect(double h) {
   std::array<Vector3d, body_count> impulse, moment;
   impulse.fill(Vector3d::Zero());
   moment.fill(Vector3d::Zero());
+  std::vector<Vector3d> each(rigid_.size());  // kg m
   for (std::size_t i = 0; i < rigid_.size(); ++i) {
     const int b = anatomy_->bindings[rigid_[i]].body;
-    const Vector3d arm = bodies_.poses()[b].rotation * in_body_[i];
-    const Vector3d moved = nodes_[rigid_[i]].head<3>().cast<double>() - (bodies_.poses()[b].position + arm);
-    const Vector3d p = bodies_.mass(b) * rigid_share_[i] * moved;
-    impulse[b] += p;
-    moment[b] += arm.cross(p);
+    FleshNode& node = nodes_[rigid_[i]];
+    const Vector3d at = bodies_.poses()[b].position + bodies_.poses()[b].rotation * in_body_[i];
+    each[i] = bodies_.mass(b) * rigid_share_[i] * (node.head<3>().cast<double>() - at);
+    node << at.cast<float>(), 0.0F;
+  }
+  if (!loads_.empty() && !squeezed_.empty()) {
+    reaction_.assign(nodes_.size(), Vector3f::Zero());
+    flesh_.limit(squeezed_, nodes_, reaction_);
+    for (std::size_t i = 0; i < rigid_.size(); ++i) each[i] += h * h * reaction_[rigid_[i]].cast<double>();
+  }
+  for (std::size_t i = 0; i < rigid_.size(); ++i) {
+    const int b = anatomy_->bindings[rigid_[i]].body;
+    impulse[b] += each[i];
+    moment[b] += (bodies_.poses()[b].rotation * in_body_[i]).cross(each[i]);
   }
   for (int b = 0; b < body_count; ++b) bodies_.push(b, impulse[b], moment[b]);
 }
@@ -324,11 +338,14 @@ void SoftHand::rememberPoints() {
 void SoftHand::load(const std::vector<SkinForce>& forces, const std::vector<Vector3f>& at) {
   std::vector<SkinLoad> next;
   next.reserve(forces.size());
+  float sum = 0.0F;
+  for (const SkinForce& f : forces) sum += std::min(strongest, f.force.stableNorm());
+  const float share = std::min(1.0F, strongest_of_all / std::max(sum, 1e-6F));
   for (const SkinForce& f : forces) {
     const int sample = static_cast<int>(f.index);
-    const float size = f.force.norm();
+    const float size = f.force.stableNorm();
     if (size == 0.0F) continue;
-    const Vector3f force = std::min(1.0F, strongest / size) * f.force;
+    const Vector3f force = share * std::min(1.0F, strongest / size) * f.force;
     next.push_back({sample, force, force / force.norm(), at[sample], 0, 0.0F, force});
   }
   std::vector<bool> taken(samples_.size(), false);
@@ -340,8 +357,26 @@ void SoftHand::load(const std::vector<SkinForce>& forces, const std::vector<Vect
   std::sort(next.begin(), next.end(),
             [](const SkinLoad& a, const SkinLoad& b) { return a.sample < b.sample; });
   estimateStiffness(next, at);
+  average(next, at);
+}
+
+// The clay answers moving skin in jolts. Pairs of force and place are averaged, so that clay at rest is felt
+// as it is.
+void SoftHand::average(std::vector<SkinLoad>& next, const std::vector<Vector3f>& at) {
+  if (loads_at_.size() != at.size()) {
+    loads_at_ = at;
+  } else {
+    std::vector<Vector3f> before(samples_.size(), Vector3f::Zero());
+    for (const SkinLoad& load : loads_) before[load.sample] = load.force;
+    for (std::size_t i = 0; i < at.size(); ++i) loads_at_[i] += newest * (at[i] - loads_at_[i]);
+    for (SkinLoad& load : next) {
+      load.at = loads_at_[load.sample];
+      if (load.age > 0) continue;  // what is let go of is free at once
+      load.force = load.now = (1.0F - newest) * before[load.sample] + newest * load.force;
+      load.inward = load.force.stableNormalized();
+    }
+  }
   loads_ = std::move(next);
-  loads_at_ = at;
 }
 
 // Least squares of -df = K dx, along the forces, over the samples of a body that are loaded now or were

@@ -106,11 +106,12 @@ class SoftHand {
   void step(const BodyPoses& target, const BodyPoses& before, double h);
   void carryFlesh(const BodyPoses& from);
   void carryBones();
-  void heal();
   void applyLoads();
   void projectLoads();
   void rememberPoints();
-  void collect();
+  void collect(double h);
+  void heal();
+  void average(std::vector<SkinLoad>& next, const std::vector<Eigen::Vector3f>& at);
   void estimateStiffness(const std::vector<SkinLoad>& next, const std::vector<Eigen::Vector3f>& at);
   Eigen::Vector3d skinned(int node, const BodyPoses& poses) const;
   Eigen::Vector3f point(const BoundSkinSample& sample) const;
@@ -124,12 +125,13 @@ class SoftHand {
   NeoHookean flesh_;
   HandBodies bodies_;
   std::vector<FleshNode> nodes_;
-  std::vector<Eigen::Vector4f> forces_;   // N, of the flesh on the nodes
   std::vector<int> rigid_;                // nodes of bone
   std::vector<double> rigid_share_;       // of the body's mass in each of its nodes
   std::vector<Eigen::Vector3d> in_body_;  // m, of each node of bone
   BodyPoses target_;
-  std::vector<int> inverted_;  // nodes of tetrahedra that were inside out in the last step
+  std::vector<int> inverted_;              // nodes of tetrahedra that were inside out in the last step
+  std::vector<int> squeezed_;              // tetrahedra, in the last step
+  std::vector<Eigen::Vector3f> reaction_;  // N, of squeezed flesh on the nodes of bone, in the last step
   std::vector<BoundSkinSample> samples_;
   std::vector<Eigen::Vector3f> points_;  // m
   std::vector<SkinLoad> loads_;
@@ -149,8 +151,9 @@ class SoftHands {
   const Skin& update(const std::vector<TrackedHand>& hands_in_world, std::chrono::nanoseconds stamp);
 
   /// Forces of the clay on the skin of `stamp`. They act until the next ones come, at most 0.1 s. Forces that
-  /// are not finite or of no sample are left out, stronger ones than 20 N cut. \return how many were left
-  /// out; forces on a skin that is not remembered (the last 16 are) are all of them
+  /// are not finite or of no sample are left out, stronger ones than 5 N cut, and all of a hand to 50 N.
+  /// \return how many were left out; forces on a skin that is not remembered (the last 16 are) are all of
+  /// them
   std::size_t react(std::chrono::nanoseconds stamp, const std::vector<SkinForce>& forces);
 
   const SoftHand* hand(Side side) const {

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "hand/hand_check.h"
 #include "nodes/conversions.h"
 #include "nodes/hand_markers.h"
 #include "nodes/params.h"
@@ -74,7 +75,7 @@ void HandSimulator::simulateWaiting() {
 
 void HandSimulator::simulate(const TrackedHands& message) {
   hand::TrackedFrame frame = toCore(message);
-  bad_hands_ += static_cast<unsigned>(leaveOutBadHands(frame));
+  bad_hands_ += static_cast<unsigned>(leaveOutBadHands(frame) + hand::keepOneHandASide(frame.hands));
   placeInWorld(frame, world_, transforms_);
   const auto start = ros::SteadyTime::now();
   const double processor_start = processorTime();

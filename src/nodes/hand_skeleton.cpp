@@ -7,6 +7,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "hand/hand_check.h"
 #include "nodes/conversions.h"
 #include "nodes/params.h"
 #include "nodes/placement.h"
@@ -54,6 +55,7 @@ void HandSkeleton::forgetModels() {
 void HandSkeleton::receive(const TrackedHands& message) {
   hand::TrackedFrame frame = toCore(message);
   leaveOutBadHands(frame);
+  hand::keepOneHandASide(frame.hands);
   placeInWorld(frame, world_, transforms_);
   for (const hand::Side side : {hand::Side::left, hand::Side::right}) {
     const auto tracked = std::find_if(frame.hands.begin(), frame.hands.end(),

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "hand/hand_check.h"
 #include "nodes/conversions.h"
 #include "nodes/exit_code.h"
 #include "nodes/graph_connections.h"
@@ -207,7 +208,10 @@ void HandTracking::clean(hand::TrackedFrame& frame) {
     auto& least = report_.confidence[static_cast<int>(hand.side)];
     least = std::min(least.value_or(1.0), hand.confidence);
   }
-  if (!cleaner_) return;
+  if (!cleaner_) {
+    bad_hands_ += static_cast<unsigned>(hand::keepOneHandASide(frame.hands));
+    return;
+  }
   const std::uint64_t jumps = counts_.jumps;
   cleaner_->clean(frame);
   counts_ = cleaner_->counts();
@@ -284,6 +288,7 @@ void HandTracking::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status)
   status.add("changes of side", counts_.side_changes);
   status.add("artefacts left out", counts_.artefacts);
   status.add("jumps", counts_.jumps);
+  status.add("second hands of a side", counts_.doubles);
   status.add("hands left out", bad_hands_.load());
   status.add("stamps repaired", repaired_stamps_.load());
   status.add("restarts of the device clock", clock_restarts_.load());

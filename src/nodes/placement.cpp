@@ -19,7 +19,6 @@ std::size_t leaveOutBadHands(hand::TrackedFrame& frame) {
     return !fault.empty();
   };
   hands.erase(std::remove_if(hands.begin(), hands.end(), bad), hands.end());
-  hand::keepOneHandASide(hands);
   return seen - hands.size();
 }
 

@@ -8,7 +8,7 @@
 
 namespace tactile_clay::nodes {
 
-/// Removes hands that are not sane, each with one throttled line, and the less sure of two of one side.
+/// Removes hands that are not sane, each with one throttled line.
 /// \return how many
 std::size_t leaveOutBadHands(hand::TrackedFrame& frame);
 

@@ -152,7 +152,7 @@ class Recorder {
     hands.erase(std::remove_if(hands.begin(), hands.end(),
                                [](const hand::TrackedHand& one) { return !hand::faultOf(one).empty(); }),
                 hands.end());
-    hand::keepOneHandASide(hands);
+    if (!cleaner_) hand::keepOneHandASide(hands);
     left_out_ += seen - hands.size();
     for (const hand::TrackedHand& one : hands) scale_[static_cast<int>(one.side)].add(one);
     frame.stamp = stamp;
@@ -189,7 +189,7 @@ class Recorder {
     for (const int side : {0, 1})
       if (const auto scale = scale_[side].median()) add(side == 0 ? "left" : "right", *scale);
     yaml << YAML::EndMap;
-    add("hands_left_out", left_out_);
+    add("hands_left_out", left_out_ + (cleaner_ ? cleaner_->counts().doubles : 0));
     if (cleaner_) {
       const hand::CleanCounts& counts = cleaner_->counts();
       add("dropouts", counts.dropouts);

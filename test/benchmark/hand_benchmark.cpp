@@ -37,22 +37,24 @@ void bend(benchmark::State& state) {
   }
 }
 
-void press(benchmark::State& state) {
+// A flat hand, `depth` m deep in a floor that gives each sample `stiffness` N/m.
+void press(benchmark::State& state, double depth, double stiffness) {
   SoftHands hands(0.005);
   HandPose pose;
   const TrackedHand hand = forwardKinematics(pose);
   double low = 1.0;
   for (const JointPose& joint : hand.joints) low = std::min(low, joint.position.y() - joint.radius);
-  const double floor = low + 0.005;
+  const double floor = low + depth;
   int k = 0;
   hands.update({hand}, stampOf(k));
   for (auto _ : state) {
     const Skin& skin = hands.update({hand}, stampOf(++k));
     std::vector<SkinForce> forces;
     for (std::size_t i = 0; i < skin.size(); ++i) {
-      const double depth = floor - skin.position[i].y();
-      if (depth > 0.0)
-        forces.push_back({static_cast<std::uint32_t>(i), {0.0F, static_cast<float>(300.0 * depth), 0.0F}});
+      const double below = floor - skin.position[i].y();
+      if (below > 0.0)
+        forces.push_back(
+            {static_cast<std::uint32_t>(i), {0.0F, static_cast<float>(stiffness * below), 0.0F}});
     }
     hands.react(stampOf(k), forces);
   }
@@ -68,7 +70,8 @@ void appear(benchmark::State& state) {
 }
 
 BENCHMARK(bend<SoftHands>)->Name("soft/bend")->Unit(benchmark::kMillisecond);
-BENCHMARK(press)->Name("soft/press")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(press, , 0.005, 300.0)->Name("soft/press")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(press, , 0.015, 1000.0)->Name("soft/press_hard")->Unit(benchmark::kMillisecond);
 BENCHMARK(appear)->Name("soft/appear")->Unit(benchmark::kMillisecond);
 BENCHMARK(bend<KinematicHands>)->Name("kinematic/bend")->Unit(benchmark::kMillisecond);
 

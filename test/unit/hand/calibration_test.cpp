@@ -86,6 +86,8 @@ TEST(FitRigid, SaysWhatIsWrong) {
   expectFault({}, {}, "3 at least");
   const std::vector<Vector3d> line = {{0.0, 0.0, 0.0}, {0.1, 0.1, 0.0}, {0.2, 0.2001, 0.0}};
   expectFault(line, marks, "touched points lie on one line");
+  // 20 cm long and 3 cm wide: touched to 2 mm, it would be tilted by several degrees.
+  expectFault({{0.0, 0.0, 0.0}, {0.2, 0.0, 0.0}, {0.1, 0.03, 0.0}}, marks, "touched points lie on one line");
   expectFault(marks, line, "marked points lie on one line");
   expectFault({marks[0], marks[0], marks[0]}, marks, "touched points lie on one line");
   auto nan = marks;

@@ -109,8 +109,8 @@ TEST(NeoHookean, StaysAtRestAndKeepsMomentum) {
   const FleshMesh mesh = fillCapsules(bentFinger(), 6e-3);
   const NeoHookean flesh(mesh, Elasticity::of(30e3, 0.45));
   std::vector<FleshNode> nodes = nodesOf(mesh, 0.01F);
-  std::vector<int> inverted;
-  for (int k = 0; k < 100; ++k) flesh.project(nodes, inverted);
+  std::vector<int> inverted, squeezed;
+  for (int k = 0; k < 100; ++k) flesh.project(nodes, inverted, squeezed);
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
     EXPECT_LT((nodes[n].head<3>().cast<double>() - mesh.nodes[n]).norm(), 1e-6);
   // Equal mobilities: what constraints do to all nodes adds up to nothing.
@@ -121,9 +121,47 @@ TEST(NeoHookean, StaysAtRestAndKeepsMomentum) {
     nodes[n].head<3>() += Eigen::Vector3f(normal(random), normal(random), normal(random));
     before += nodes[n].head<3>().cast<double>();
   }
-  for (int k = 0; k < 10; ++k) flesh.project(nodes, inverted);
+  for (int k = 0; k < 10; ++k) flesh.project(nodes, inverted, squeezed);
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n) after += nodes[n].head<3>().cast<double>();
   EXPECT_LT((after - before).norm() / static_cast<double>(mesh.nodes.size()), 1e-7);
+}
+
+// A finger squashed flat and through itself against its upper half, which is held: what is squeezed has its
+// least volume again, and what holds it feels the forces that moved the rest.
+TEST(NeoHookean, SqueezedFleshGetsItsLeastVolumeAndPushesBack) {
+  const FleshMesh mesh = fillCapsules(bentFinger(), 6e-3);
+  const NeoHookean flesh(mesh, Elasticity::of(30e3, 0.45));
+  std::vector<FleshNode> nodes = nodesOf(mesh, 1e-3F);
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+    if (mesh.nodes[n].y() >= 0.0)
+      nodes[n][3] = 0.0F;
+    else
+      nodes[n][1] *= -0.2F;
+  }
+  std::vector<int> inverted, squeezed;
+  std::vector<FleshNode> seen = nodes;  // a pass tells what it visits, and moves it
+  flesh.project(seen, inverted, squeezed);
+  const int before = flesh.inverted(nodes);
+  ASSERT_GT(before, 20);
+  std::vector<Eigen::Vector3f> reaction(nodes.size(), Eigen::Vector3f::Zero());
+  const std::vector<FleshNode> squashed = nodes;
+  flesh.limit(squeezed, nodes, reaction);
+  EXPECT_LT(flesh.inverted(nodes), before / 4);
+  Vector3d sum = Vector3d::Zero(), held = Vector3d::Zero();
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    EXPECT_TRUE(nodes[n].allFinite());
+    held += reaction[n].cast<double>();
+    if (nodes[n][3] > 0.0F)
+      sum += (nodes[n] - squashed[n]).head<3>().cast<double>() / static_cast<double>(nodes[n][3]);
+    else
+      EXPECT_EQ(nodes[n], squashed[n]);
+  }
+  ASSERT_GT(held.norm(), 0.1);
+  EXPECT_LT((sum + held).norm(), 1e-3 * held.norm());
+  // At rest nothing is to do.
+  std::vector<FleshNode> rest = nodesOf(mesh, 1e-3F);
+  flesh.project(rest, inverted, squeezed);
+  EXPECT_TRUE(squeezed.empty());
 }
 
 }  // namespace

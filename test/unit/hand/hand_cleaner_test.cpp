@@ -219,6 +219,31 @@ TEST(HandCleaner, AHandTakenForTheOtherOneIsNotThereTwice) {
   EXPECT_EQ(out.hands[0].side, Side::left);
 }
 
+// A tracker takes the left hand for a second right one, and names it first: the right one stays where it is.
+TEST(HandCleaner, OfTwoHandsOfASideTheOneThatWasThereStays) {
+  HandCleaner cleaner(unfiltered());
+  const TrackedHand own = handAt(Vector3d::Zero(), 5), other = handAt({0.0, 0.3, 0.0}, 6);
+  cleaned(cleaner, 0ms, {own});
+  for (int i = 1; i < 20; ++i) {
+    const bool first = i % 2 == 0;
+    const TrackedFrame out = cleaned(cleaner, i * 10ms, {first ? own : other, first ? other : own});
+    ASSERT_EQ(out.hands.size(), 1U);
+    EXPECT_EQ(out.hands[0].id, 5U) << i;
+    EXPECT_EQ(palmOf(out), own.joints[palm].position) << i;
+  }
+  // Under a new id it is still the nearest.
+  const TrackedFrame out = cleaned(cleaner, 200ms, {other, handAt(Vector3d::Zero(), 7)});
+  EXPECT_EQ(out.hands.at(0).id, 7U);
+  EXPECT_EQ(cleaner.counts().doubles, 20U);
+  EXPECT_EQ(cleaner.counts().jumps, 0U);
+  // Where none was, the surest is taken.
+  HandCleaner fresh(unfiltered());
+  EXPECT_EQ(cleaned(fresh, 0ms, {handAt(Vector3d::Zero(), 1, Side::right, 0.2), handAt({0.3, 0.0, 0.0}, 2)})
+                .hands.at(0)
+                .id,
+            2U);
+}
+
 TEST(HandCleaner, PredictsASteadyMotion) {
   CleanConfig config = unfiltered();
   config.prediction = 0.02;
