@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "hand/kinematic_hand.h"
 #include "scene/scene.h"
 #include "scene/solids.h"
+#include "support/reference_step.h"
 #include "support/setups.h"
 
 namespace {
@@ -144,6 +146,55 @@ void step(benchmark::State& state, int count) {
   figures.report(state);
 }
 
+/// One substep of a squeezed and stirred cube in free fall, in turns with the reference step, which is plain,
+/// scalar and in one thread, and gets as many iterations. That both solve the same, ReferenceStep tests.
+void reference(benchmark::State& state, int count) {
+  clay::ClayConfig config;
+  config.budget = {1, scene::loadQuality("balanced", TACTILE_CLAY_SHARE).iterations};
+  config.frame = frame / 4;
+  config.threads = 2;
+  config.tolerance = 0.0;
+  const int side = static_cast<int>(std::ceil(std::cbrt(count)));
+  const float d = 0.98f * static_cast<float>(config.spacing);
+  std::mt19937 random(7);
+  std::normal_distribution<float> jitter(0.0f, 1.0f);
+  std::vector<clay::InitialParticle> particles;
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3f cell(i % side, i / side % side, i / (side * side));
+    particles.push_back({d * cell, Eigen::Vector3f::Zero(), 0, 0});
+    for (int a = 0; a < 3; ++a) {
+      particles.back().position[a] += 2e-4f * jitter(random);
+      particles.back().velocity[a] = 0.02f * jitter(random);
+    }
+  }
+  const clay::Material material;
+  clay::Clay clay(config, {material}, particles);
+  for (int k = 0; k < 2; ++k) clay.advance({}, {}, config.frame);
+  const clay::Sculpture before = clay.sculpture();
+  std::vector<double> ours, plain;
+  for (auto _ : state) {
+    clay.restore(before);
+    auto start = std::chrono::steady_clock::now();
+    clay.advance({}, {}, config.frame);
+    const std::chrono::duration<double, std::milli> fast = std::chrono::steady_clock::now() - start;
+    const clay::Sculpture after = clay.sculpture();
+    start = std::chrono::steady_clock::now();
+    const clay::Vectors moved = clay::referenceStep(before, after, material, config.gravity, config.frame,
+                                                    config.budget.iterations, 4);
+    const std::chrono::duration<double, std::milli> slow = std::chrono::steady_clock::now() - start;
+    benchmark::DoNotOptimize(moved.data());
+    state.SetIterationTime(fast.count() / 1e3);
+    ours.push_back(fast.count()), plain.push_back(slow.count());
+  }
+  const auto median = [](std::vector<double>& all) {
+    std::sort(all.begin(), all.end());
+    return all[all.size() / 2];
+  };
+  state.counters["median_ms"] = median(ours);
+  state.counters["reference_ms"] = median(plain);
+  state.counters["times_faster"] = median(plain) / median(ours);
+}
+
 /// Frames of `count` blocks of 40 mm on a table, 512 particles each, of which a fingertip kneads the first.
 void blocks(benchmark::State& state, int count) {
   clay::ClayConfig config;
@@ -202,6 +253,8 @@ int main(int argc, char** argv) {
   for (const int count : {2114, 4169, 20000, 100000}) {
     add("step/" + std::to_string(count), [count](auto& s) { step(s, count); });
   }
+  for (const int count : {2114, 4169})
+    add("reference/" + std::to_string(count), [count](auto& s) { reference(s, count); })->Iterations(50);
   add("without/nothing", [](auto& s) { without(s, [](auto&) {}); });
   add("without/viscosity", [](auto& s) { without(s, [](auto& m) { m.viscosity = 0.0; }); });
   add("without/bonds", [](auto& s) { without(s, [](auto& m) { m.stiffness = 0.0; }); });

@@ -1,0 +1,178 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+#include <vector>
+
+#include "clay/clay.h"
+#include "clay/kernel.h"
+#include "clay/lattice.h"
+#include "clay/sculpture.h"
+
+/// The reference: one time step of free clay written down plainly, in double precision and one thread, as
+/// doc/method.md defines it. It shares nothing with the solver but the kernel.
+namespace tactile_clay::clay {
+
+using Vectors = std::vector<Eigen::Vector3d>;
+
+struct ReferencePair {
+  std::size_t i, j;
+  Eigen::Vector3d x;   // m, x_i - x_j at the start
+  double stiffness;    // N/m^3, of the force s (x . du) x on i
+  double push;         // N/m, the force on i at u = 0 is push x
+  double compression;  // 1/m^2, C_i and C_j grow by compression (x . du)
+};
+
+inline Vectors toVectors(const VectorField& field) {
+  Vectors all;
+  for (std::size_t i = 0; i < field.size(); ++i) all.push_back(field.at(i).cast<double>());
+  return all;
+}
+
+/// Calls f(i, j) for each j < i closer than h.
+template <typename F>
+void forPairsWithin(double h, const Vectors& x, const F& f) {
+  using Cell = std::tuple<int, int, int>;
+  const auto cellOf = [h](const Eigen::Vector3d& at) {
+    return Cell(static_cast<int>(std::floor(at.x() / h)), static_cast<int>(std::floor(at.y() / h)),
+                static_cast<int>(std::floor(at.z() / h)));
+  };
+  std::map<Cell, std::vector<std::size_t>> cells;
+  for (std::size_t i = 0; i < x.size(); ++i) cells[cellOf(x[i])].push_back(i);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const auto [cx, cy, cz] = cellOf(x[i]);
+    for (int a = -1; a <= 1; ++a) {
+      for (int b = -1; b <= 1; ++b) {
+        for (int c = -1; c <= 1; ++c) {
+          const auto cell = cells.find(Cell(cx + a, cy + b, cz + c));
+          if (cell == cells.end()) continue;
+          for (const std::size_t j : cell->second)
+            if (j < i && (x[i] - x[j]).norm() < h) f(i, j);
+        }
+      }
+    }
+  }
+}
+
+/// Displacements of the step that begins as in `before`, without contacts: conjugate gradients,
+/// preconditioned by mass; which particles are compressed is looked at anew every `a_round` iterations.
+/// \param bonds those of the step \param iterations at most; it ends where all forces are in balance, to
+/// 1e-10
+inline Vectors referenceStep(const Sculpture& before, const Sculpture& bonds, const Material& material,
+                             const Eigen::Vector3d& gravity, double dt, int iterations, int a_round) {
+  const double spacing = before.spacing, h = 2.0 * spacing;
+  const Kernel kernel(static_cast<float>(h));
+  const double volume = std::pow(spacing, 3.0), mass = material.density * volume;
+  const double inertia = mass / (dt * dt), kappa = material.bulk_modulus * volume;
+  const double lattice = latticeSum(kernel, static_cast<float>(spacing));
+  const Vectors x = toVectors(before.position), v = toVectors(before.velocity);
+  const std::size_t n = x.size();
+  Vectors free;
+  for (std::size_t i = 0; i < n; ++i) free.push_back(dt * v[i] + dt * dt * gravity);
+
+  // Dashpots weigh (1 - q^2)^3; amended where a surface takes some away.
+  const auto weight = [&](double r) { return std::pow(std::max(1.0 - r * r / (h * h), 0.0), 3.0); };
+  double lattice_dashpots = 0.0;
+  for (int a = -1; a <= 1; ++a)
+    for (int b = -1; b <= 1; ++b)
+      for (int c = -1; c <= 1; ++c) {
+        const double r = spacing * std::sqrt(a * a + b * b + c * c);
+        lattice_dashpots += weight(r) * std::pow(r, 4.0);
+      }
+  std::vector<double> amend(n, 0.0), excess(n, kernel.sigma / lattice - 1.0);
+  forPairsWithin(h, x, [&](std::size_t i, std::size_t j) {
+    const double r = (x[i] - x[j]).norm(), share = weight(r) * std::pow(r, 4.0) / lattice_dashpots;
+    amend[i] += share, amend[j] += share;
+  });
+  for (double& a : amend) a = 1.0 / std::max(a, 0.25);
+
+  std::vector<ReferencePair> pairs;
+  forPairsWithin(h, x, [&](std::size_t i, std::size_t j) {
+    ReferencePair pair{i, j, x[i] - x[j], 0.0, 0.0, 0.0};
+    const double r = pair.x.norm();
+    const Eigen::Vector3d guess = free[j] - free[i];
+    const double along = pair.x.dot(guess), length = (pair.x - guess).norm();
+    const double dashpot =
+        30.0 * volume * material.viscosity / lattice_dashpots / dt * weight(r) * 0.5 * (amend[i] + amend[j]);
+    double spring = 0.0, rest = 0.0;
+    for (std::uint32_t b = bonds.bond_begin[i]; b < bonds.bond_begin[i + 1]; ++b) {
+      if (bonds.bonds[b].other != j) continue;
+      spring = material.stiffness * spacing / (r * r);
+      rest = bonds.bonds[b].rest_length;
+    }
+    const double start = length + along / r;  // the length at u = 0, linear about the guess
+    pair.stiffness = dashpot + spring;
+    pair.push = r * (dashpot * (r - start) + spring * (rest - start));
+    pair.compression = -kernel.slope(static_cast<float>(r)) / (r * lattice);
+    for (const std::size_t k : {i, j})
+      excess[k] += kernel.value(static_cast<float>(length)) / lattice - pair.compression * along;
+    pairs.push_back(pair);
+  });
+
+  std::vector<bool> compressed(n);
+  const auto growthOf = [&](const Vectors& u) {  // of C, linear in u
+    std::vector<double> growth(n, 0.0);
+    for (const ReferencePair& p : pairs) {
+      const double grown = p.compression * p.x.dot(u[p.j] - u[p.i]);
+      growth[p.i] += grown, growth[p.j] += grown;
+    }
+    return growth;
+  };
+  const auto addPressure = [&](const std::vector<double>& c, Vectors& force) {
+    for (const ReferencePair& p : pairs) {
+      const double pressure =
+          kappa * ((compressed[p.i] ? c[p.i] : 0.0) + (compressed[p.j] ? c[p.j] : 0.0)) * p.compression;
+      force[p.i] += pressure * p.x, force[p.j] -= pressure * p.x;
+    }
+  };
+  const auto residual = [&](const Vectors& u) {
+    std::vector<double> c = growthOf(u);
+    for (std::size_t i = 0; i < n; ++i) c[i] += excess[i], compressed[i] = c[i] > 0.0;
+    Vectors r(n);
+    for (std::size_t i = 0; i < n; ++i) r[i] = inertia * (free[i] - u[i]);
+    for (const ReferencePair& p : pairs) {
+      const Eigen::Vector3d force = (p.push + p.stiffness * p.x.dot(u[p.j] - u[p.i])) * p.x;
+      r[p.i] += force, r[p.j] -= force;
+    }
+    addPressure(c, r);
+    return r;
+  };
+  const auto multiply = [&](const Vectors& u) {
+    Vectors product(n, Eigen::Vector3d::Zero());
+    for (const ReferencePair& p : pairs) {
+      const Eigen::Vector3d force = p.stiffness * p.x.dot(u[p.j] - u[p.i]) * p.x;
+      product[p.i] += force, product[p.j] -= force;
+    }
+    addPressure(growthOf(u), product);
+    for (std::size_t i = 0; i < n; ++i) product[i] = inertia * u[i] - product[i];
+    return product;
+  };
+  const auto dot = [n](const Vectors& a, const Vectors& b) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < n; ++i) sum += a[i].dot(b[i]);
+    return sum;
+  };
+
+  Vectors u = free;
+  double first = -1.0;
+  for (int left = iterations; left > 0; left -= a_round) {
+    Vectors r = residual(u), p = r;
+    double rr = dot(r, r);
+    if (first < 0.0) first = rr;
+    if (rr <= 1e-20 * first) break;
+    for (int k = 0; k < std::min(left, a_round) && rr > 1e-24 * first; ++k) {
+      const Vectors a_p = multiply(p);
+      const double alpha = rr / dot(p, a_p);
+      for (std::size_t i = 0; i < n; ++i) u[i] += alpha * p[i], r[i] -= alpha * a_p[i];
+      const double next = dot(r, r);
+      for (std::size_t i = 0; i < n; ++i) p[i] = r[i] + next / rr * p[i];
+      rr = next;
+    }
+  }
+  return u;
+}
+
+}  // namespace tactile_clay::clay
