@@ -15,7 +15,7 @@ constexpr float small_shear = 1e-3F;
 constexpr float squeezed_below = 0.95F;  // of the volume at rest, when visited: neighbours may squeeze it yet
 constexpr float least_volume = 0.3F;     // of the volume at rest
 constexpr float close_to_least = 0.6F;   // of the volume at rest
-constexpr float least_compliance = 0.005F;  // of the material's
+constexpr float least_compliance = 0.001F;  // of the material's
 constexpr int limit_sweeps = 40;            // at most
 
 Eigen::Matrix3d edges(const std::array<int, 4>& t, const std::vector<FleshNode>& nodes) {
