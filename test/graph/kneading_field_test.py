@@ -98,7 +98,7 @@ class KneadingField(unittest.TestCase):
         self.assertGreaterEqual(self.within(self.knead(60, file=rig_run.bag('potter'), scene='potters_wheel', duration='4')), 0.98)
 
     def test_peaks_of_recorded_hands(self):
-        """The light touches of these leave most channels off; of four patterns of channels the driver takes one that drowns none."""
+        """The light touches of these leave most channels off; of sixteen patterns of channels the driver takes one that drowns none."""
         all_distances = []
         for name in ('grab', 'three_claps', 'pinch_and_move', 'finger_tap', 'left_or_right', 'both_hands_low_confidence'):
             with self.subTest(name):
