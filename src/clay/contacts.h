@@ -51,6 +51,7 @@ struct GhostShare {
 /// 1998): the residual there is the force of the contact, the sum of Eq. 6. Friction is a sliding anchor: a
 /// tangential spring holds the particle at its anchor; once its force leaves the Coulomb cone, the particle
 /// slides under mu times the normal force and drags the anchor along, at the distance that this force gives.
+/// The spring is as stiff as the load asks, so that this distance is a hundredth of a spacing.
 class Contacts {
  public:
   /// \param materials friction is theirs; \param spacing m

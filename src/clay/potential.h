@@ -30,7 +30,9 @@ struct PairArrays {
 ///    length, so none need be turned back, and pairs see the motions that a gradient summed over neighbours
 ///    is blind to. c makes the shear viscosity of each particle's volume, averaged over directions, equal to
 ///    eta, at a surface too;
-///  - bonds (Eq. 5): k/2 (l_ij - d_ij)^2.
+///  - bonds (Eq. 5): k/2 (l_ij - d_ij)^2, where the rest length d_ij has flowed to what the length at the
+///  guess
+///    leaves of it within the yield strain.
 /// All are sums over pairs with opposite forces along the pair on its two ends, so linear and angular
 /// momentum are exact.
 ///
