@@ -243,8 +243,7 @@ bool Contacts::detectStrays(const Particles& particles, const VectorField& u, fl
         if (!(depth > 0.0f)) continue;
         contact.normal = (solids_end_[s].linear() * touch.normal).cast<float>();
         contact.gap = depth + contact.normal.dot(u.at(i));
-        if (friction(contact, particles) > 0.0f)
-          contact.stiffness = least_stiffness / (particles.inverse_mass[i] * dt * dt);
+        contact.stiffness = leastStiffness(contact, particles, dt);
         found_[chunk].contacts.push_back(contact);
       }
     }
@@ -262,12 +261,17 @@ float Contacts::friction(const Contact& c, const Particles& particles) const {
   return of_material[particles.material[c.particle]];
 }
 
+/// N/m, what the friction spring of a new contact starts with; 0: there is no friction.
+float Contacts::leastStiffness(const Contact& c, const Particles& particles, float dt) const {
+  if (!(friction(c, particles) > 0.0f)) return 0.0f;
+  return least_stiffness / (particles.inverse_mass[c.particle] * dt * dt);
+}
+
 void Contacts::recall(const Particles& particles, float dt) {
   auto from = previous_.cbegin();
   for (Contact& c : contacts_) {
     c.anchor = c.drift;
-    if (friction(c, particles) > 0.0f)
-      c.stiffness = least_stiffness / (particles.inverse_mass[c.particle] * dt * dt);
+    c.stiffness = leastStiffness(c, particles, dt);
     while (from != previous_.cend() && from->particle < c.particle) ++from;
     for (auto old = from; old != previous_.cend() && old->particle == c.particle; ++old) {
       if (old->state == Contact::State::open || old->solid != c.solid ||

@@ -126,6 +126,7 @@ class Contacts {
   template <typename F>
   void forFilters(std::size_t first, std::size_t last, const F& f) const;
   float friction(const Contact& c, const Particles& particles) const;
+  float leastStiffness(const Contact& c, const Particles& particles, float dt) const;
   void recall(const Particles& particles, float dt);
   void sortContacts();
   bool isListed(const Contact& contact) const;
