@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "clay/bonds.h"
+#include "clay/boundary_density.h"
 #include "clay/contacts.h"
 #include "clay/kernel.h"
 #include "clay/lump_sums.h"
@@ -156,6 +157,7 @@ struct Clay::Solver {
   Projection projection;
   Bonds bond_constraint;
   Contacts contact_constraint;
+  BoundaryDensity boundary;
   Sleep sleep;
   // Of those that sleep, with indices into `everyone`: bonds, from begin[i] to begin[i + 1], and contacts,
   // which press the solids with what they last did.
@@ -201,6 +203,7 @@ Clay::Solver::Solver(const ClayConfig& config_in, std::vector<Material> material
       projection(kernel, static_cast<float>(config.spacing), materials),
       bond_constraint(static_cast<float>(config.spacing), materials),
       contact_constraint(static_cast<float>(config.spacing), materials),
+      boundary(kernel, static_cast<float>(config.spacing), materials),
       sleep(static_cast<float>(config.spacing)) {
   const std::size_t n = initial.size();
   everyone.position.resize(n), everyone.velocity.resize(n);
@@ -571,6 +574,9 @@ void Clay::Solver::minimise(float dt) {
   {
     const Stopwatch watch(ms(setup));
     potential.begin(near, particles, bonded ? &bond_constraint : nullptr, free, dt);
+    for (const BoundaryDensity::Share& share :
+         boundary.update(particles, potential.densityRatio(), contact_constraint.contacts()))
+      potential.addDensity(share.particle, share.ratio);
     measureLumps();
   }
   const Stopwatch watch(ms(iterations));

@@ -261,6 +261,11 @@ float Contacts::friction(const Contact& c, const Particles& particles) const {
   return of_material[particles.material[c.particle]];
 }
 
+/// N, that a contact holds with without load.
+float Contacts::adhesion(const Contact& c, const Particles& particles) const {
+  return c.solid == Contact::skin ? 0.0f : adhesion_[particles.material[c.particle]];
+}
+
 /// N/m, what the friction spring of a new contact starts with; 0: there is no friction.
 float Contacts::leastStiffness(const Contact& c, const Particles& particles, float dt) const {
   if (!(friction(c, particles) > 0.0f)) return 0.0f;
@@ -279,6 +284,7 @@ void Contacts::recall(const Particles& particles, float dt) {
         continue;
       c.state = old->state;
       c.stiffness = old->stiffness;
+      c.density = old->density;
       c.anchor = old->anchor + c.drift;
       c.friction = tangential(old->friction, c.normal);
       break;
@@ -381,14 +387,13 @@ bool Contacts::update(const Particles& particles, const VectorField& u, const Ve
       // the force that acted in this round, a pull too; the new state acts in the next
       const Vector trial = pull(c, u.at(c.particle));
       c.force = pressing * c.normal + (c.state == Contact::State::stick ? trial : c.friction);
-      const float adhesion = c.solid == Contact::skin ? 0.0f : adhesion_[particles.material[filter.particle]];
-      if (pressing < -adhesion) {
+      if (pressing < -adhesion(c, particles)) {
         c.state = Contact::State::open;
         c.friction.setZero();
         changed = true;
         continue;
       }
-      const float limit = friction(c, particles) * (pressing + adhesion), size = trial.norm();
+      const float limit = friction(c, particles) * (pressing + adhesion(c, particles)), size = trial.norm();
       // A particle that friction would turn around comes to rest first.
       const bool turned = c.state == Contact::State::slide && trial.dot(c.friction) < 0.0f;
       const bool slides = size > limit && !turned;
@@ -418,7 +423,7 @@ void Contacts::finish(const Particles& particles, VectorField& u, float dt) {
       if (!(c.stiffness > 0.0f)) continue;
       // As stiff as the next step's load asks for; only half the way there, since a stiffness that follows a
       // trembling force would feed the trembling.
-      const float limit = friction(c, particles) * c.force.dot(c.normal);
+      const float limit = friction(c, particles) * (c.force.dot(c.normal) + adhesion(c, particles));
       const float unit = 1.0f / (particles.inverse_mass[i] * dt * dt);
       c.stiffness = std::clamp(0.5f * (c.stiffness + limit / (pre_sliding * spacing_)),
                                least_stiffness * unit, most_stiffness * unit);

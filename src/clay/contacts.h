@@ -28,6 +28,7 @@ struct Contact {
   Eigen::Vector3f anchor = Eigen::Vector3f::Zero();    // m, from the particle before the step; after it, from
                                                        // the particle then
   float stiffness = 0.0f;                              // N/m, of the friction spring
+  float density = 0.0f;                                // of rho_0, see BoundaryDensity
   Eigen::Vector3f friction = Eigen::Vector3f::Zero();  // N, tangential force on the particle while it slides
   Eigen::Vector3f force = Eigen::Vector3f::Zero();     // N, on the particle, this step
   std::uint32_t first_ghost = 0, ghost_count = 0;      // of a skin contact, in Contacts::shares()
@@ -126,6 +127,7 @@ class Contacts {
   template <typename F>
   void forFilters(std::size_t first, std::size_t last, const F& f) const;
   float friction(const Contact& c, const Particles& particles) const;
+  float adhesion(const Contact& c, const Particles& particles) const;
   float leastStiffness(const Contact& c, const Particles& particles, float dt) const;
   void recall(const Particles& particles, float dt);
   void sortContacts();

@@ -21,4 +21,16 @@ inline float latticeSum(const Kernel& kernel, float spacing) {
   return static_cast<float>(total);
 }
 
+/// Share of that sum that comes from one side of a point, without the plane through it: what a point in the
+/// outermost layer lacks.
+inline float wallShare(const Kernel& kernel, float spacing) {
+  const int reach = static_cast<int>(std::ceil(kernel.h / spacing));
+  double plane = 0.0;
+  for (int x = -reach; x <= reach; ++x) {
+    for (int y = -reach; y <= reach; ++y)
+      plane += kernel.value(spacing * std::sqrt(static_cast<float>(x * x + y * y)));
+  }
+  return static_cast<float>(0.5 * (1.0 - plane / latticeSum(kernel, spacing)));
+}
+
 }  // namespace tactile_clay::clay

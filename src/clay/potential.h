@@ -46,6 +46,9 @@ class Potential {
   void begin(const Neighbourhood& near, const Particles& particles, const Bonds* bonds,
              const VectorField& guess, float dt);
 
+  /// Adds to the density of a particle in this step. \param ratio of rho_0
+  void addDensity(std::size_t i, float ratio) { ratio_[i] += ratio, excess_[i] += ratio; }
+
   /// Forces at the displacements u, N. Density constraints are active, here and in `change`, where u
   /// compresses.
   void force(const VectorField& u, VectorField& f);

@@ -10,7 +10,7 @@ namespace tactile_clay::clay {
 namespace {
 
 // Numbers stand as the processor has them: little-endian on all that ROS 1 runs on.
-constexpr char magic[] = "tactile_clay sculpture 3\n";
+constexpr char magic[] = "tactile_clay sculpture 4\n";
 
 [[noreturn]] void fail(const std::string& file, const std::string& what) {
   throw std::runtime_error("sculpture '" + file + "' " + what);
@@ -85,7 +85,8 @@ void save(const Sculpture& s, const std::string& file) {
   put(out, static_cast<std::uint64_t>(s.contacts.size()));
   for (const Contact& c : s.contacts) {
     put(out, c.particle), put(out, c.solid), put(out, static_cast<std::uint8_t>(c.state));
-    put(out, c.normal), put(out, c.anchor), put(out, c.stiffness), put(out, c.friction), put(out, c.force);
+    put(out, c.normal), put(out, c.anchor), put(out, c.stiffness), put(out, c.density);
+    put(out, c.friction), put(out, c.force);
   }
   out.close();
   if (!out || std::rename(part.c_str(), file.c_str()) != 0) {
@@ -139,6 +140,7 @@ Sculpture loadSculpture(const std::string& file) {
       fail(file, "is damaged: a contact");
     c.state = static_cast<Contact::State>(state);
     c.normal = reader.vector(), c.anchor = reader.vector(), c.stiffness = reader.number();
+    c.density = reader.number();
     c.friction = reader.vector(), c.force = reader.vector();
   }
   return s;
