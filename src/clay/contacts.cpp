@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "clay/lanes.h"
 #include "clay/threads.h"
 
 namespace tactile_clay::clay {
@@ -21,6 +22,30 @@ using Vector = Eigen::Vector3f;
 
 Vector tangential(const Vector& v, const Vector& n) {
   return v - v.dot(n) * n;
+}
+
+struct Passed {               // ghost, in front of which particles pass
+  Vector at, motion, normal;  // m, at the start of the step and in it
+  float radius, behind;       // m
+};
+
+/// Which of the eight particles from place k on come within the radius of a ghost at some time of the step,
+/// having started in front of it. \param nearest gets the least squared distances in the step, m^2
+TACTILE_CLAY_MULTIVERSION
+unsigned passing(const Passed& ghost, const Neighbourhood::Places& places, std::uint32_t k,
+                 const float* guess, float* nearest) {
+  const LaneVector r{load(places.x + k) - ghost.at[0], load(places.y + k) - ghost.at[1],
+                     load(places.z + k) - ghost.at[2]};
+  const LaneVector u = gather(guess, places.particle + k);
+  const LaneVector approach{u.x - ghost.motion[0], u.y - ghost.motion[1], u.z - ghost.motion[2]};
+  const Lane square = approach.x * approach.x + approach.y * approach.y + approach.z * approach.z;
+  const Lane along = r.x * approach.x + r.y * approach.y + r.z * approach.z;
+  const Lane t = square > 0.0f ? least(positive(-along / square), all(1.0f)) : Lane{};
+  const LaneVector then{r.x + t * approach.x, r.y + t * approach.y, r.z + t * approach.z};
+  const Lane distance = then.x * then.x + then.y * then.y + then.z * then.z;
+  const Lane height = r.x * ghost.normal[0] + r.y * ghost.normal[1] + r.z * ghost.normal[2];
+  store(nearest, distance);
+  return bits((distance < ghost.radius * ghost.radius) & (height >= -ghost.behind));
 }
 
 }  // namespace
@@ -62,29 +87,31 @@ void Contacts::sortContacts() {
 void Contacts::detectSkin(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
                           const Ghosts& ghosts, float dt) {
   if (ghosts.size() == 0) return;
-  float fastest = 0.0f;
-  for (std::size_t i = 0; i < particles.size(); ++i) fastest = std::max(fastest, guess[i].squaredNorm());
-  fastest = std::sqrt(fastest);
+  Eigen::Vector4f least = guess.size() > 0 ? guess[0] : Eigen::Vector4f::Zero(), most = least;
+  for (std::size_t i = 0; i < guess.size(); ++i)
+    least = least.cwiseMin(guess[i]), most = most.cwiseMax(guess[i]);
 
   constexpr std::size_t ghosts_a_chunk = 256, runs_a_chunk = 32;
   found_.resize((ghosts.size() + ghosts_a_chunk - 1) / ghosts_a_chunk);
   parallelFor(found_.size(), 1, [&](std::size_t c) {
     found_[c].candidates.clear();
     const std::size_t first = c * ghosts_a_chunk;
-    findCandidates(near, particles, guess, ghosts, dt, fastest, first,
+    findCandidates(near, guess, ghosts, dt, {least.head<3>(), most.head<3>()}, first,
                    std::min(ghosts.size(), first + ghosts_a_chunk), found_[c].candidates);
   });
-  candidates_.clear();
+  // Sorted by particle: a run holds the candidates of one.
+  candidate_place_.assign(particles.size() + 1, 0);
   for (const Found& found : found_)
-    candidates_.insert(candidates_.end(), found.candidates.begin(), found.candidates.end());
-  std::stable_sort(candidates_.begin(), candidates_.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.particle < b.particle; });
-
-  // A run holds the candidates of one particle.
+    for (const Candidate& c : found.candidates) ++candidate_place_[c.particle + 1];
   runs_.clear();
-  for (std::uint32_t c = 0; c < candidates_.size(); ++c) {
-    if (c == 0 || candidates_[c].particle != candidates_[c - 1].particle) runs_.push_back(c);
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    if (candidate_place_[i + 1] > 0) runs_.push_back(candidate_place_[i]);
+    candidate_place_[i + 1] += candidate_place_[i];
   }
+  candidates_.resize(candidate_place_.back());
+  for (const Found& found : found_)
+    for (const Candidate& c : found.candidates) candidates_[candidate_place_[c.particle]++] = c;
+
   const std::size_t runs = runs_.size();
   runs_.push_back(static_cast<std::uint32_t>(candidates_.size()));
   found_.resize((runs + runs_a_chunk - 1) / runs_a_chunk);
@@ -104,20 +131,26 @@ void Contacts::detectSkin(const Neighbourhood& near, const Particles& particles,
 
 /// Particles that pass within the radius R of the ghosts [first, last) at some time of the step, having
 /// started in front of them.
-void Contacts::findCandidates(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
-                              const Ghosts& ghosts, float dt, float fastest, std::size_t first,
+void Contacts::findCandidates(const Neighbourhood& near, const VectorField& guess, const Ghosts& ghosts,
+                              float dt, const Eigen::AlignedBox3f& guesses, std::size_t first,
                               std::size_t last, std::vector<Candidate>& candidates) const {
   const float radius = reach * spacing_;
+  const Neighbourhood::Places places = near.places();
   for (std::size_t g = first; g < last; ++g) {
-    const Vector motion = dt * ghosts.velocity[g], at = ghosts.position[g] - motion;
-    near.forEachNear(at, radius + motion.norm() + fastest, [&](std::uint32_t i) {
-      const Vector r = particles.position.at(i) - at;
-      const Vector approach = guess.at(i) - motion;
-      const float square = approach.squaredNorm();
-      const float t = square > 0.0f ? std::clamp(-r.dot(approach) / square, 0.0f, 1.0f) : 0.0f;
-      const float nearest = (r + t * approach).squaredNorm();
-      if (nearest >= radius * radius || r.dot(ghosts.normal[g]) < -capture * spacing_) return;
-      candidates.push_back({i, static_cast<std::uint32_t>(g), nearest});
+    const Vector motion = dt * ghosts.velocity[g];
+    const Passed ghost{ghosts.position[g] - motion, motion, ghosts.normal[g], radius, capture * spacing_};
+    const Vector low = ghost.at + (motion - guesses.max()).cwiseMin(0.0f) - Vector::Constant(radius);
+    const Vector high = ghost.at + (motion - guesses.min()).cwiseMax(0.0f) + Vector::Constant(radius);
+    near.forEachRun(low, high, [&](std::uint32_t from, std::uint32_t to) {
+      for (std::uint32_t k = from; k < to; k += lane_width) {
+        float nearest[lane_width];
+        unsigned hits = passing(ghost, places, k, guess.data(), nearest);
+        if (to - k < lane_width) hits &= (1u << (to - k)) - 1u;
+        for (; hits != 0; hits &= hits - 1u) {
+          const int lane = __builtin_ctz(hits);
+          candidates.push_back({places.particle[k + lane], static_cast<std::uint32_t>(g), nearest[lane]});
+        }
+      }
     });
   }
 }

@@ -115,8 +115,8 @@ class Contacts {
   };
   void detectSkin(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
                   const Ghosts& ghosts, float dt);
-  void findCandidates(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
-                      const Ghosts& ghosts, float dt, float fastest, std::size_t first, std::size_t last,
+  void findCandidates(const Neighbourhood& near, const VectorField& guess, const Ghosts& ghosts, float dt,
+                      const Eigen::AlignedBox3f& guesses, std::size_t first, std::size_t last,
                       std::vector<Candidate>& candidates) const;
   void touchSkin(const Particles& particles, const VectorField& guess, const Ghosts& ghosts, float dt,
                  std::size_t first, std::size_t last, Found& found) const;
@@ -146,7 +146,7 @@ class Contacts {
   std::vector<Filter> filters_;  // one a touched particle
   std::vector<Found> found_;
   std::vector<Candidate> candidates_;
-  std::vector<std::uint32_t> runs_;
+  std::vector<std::uint32_t> runs_, candidate_place_;
 };
 
 }  // namespace tactile_clay::clay

@@ -76,6 +76,27 @@ TACTILE_CLAY_INLINE float sum(const Lane& a) {
   return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]));
 }
 
+/// Of a and b, the sums of lanes 0 and 4, 1 and 5, 2 and 6, 3 and 7; those of a come first.
+TACTILE_CLAY_INLINE Lane sumHalves(const Lane& a, const Lane& b) {
+  return TACTILE_CLAY_SHUFFLE(a, b, 0, 1, 2, 3, 8, 9, 10, 11) +
+         TACTILE_CLAY_SHUFFLE(a, b, 4, 5, 6, 7, 12, 13, 14, 15);
+}
+/// In both halves: the sums of lanes 0 and 2 of a and of b, then of lanes 1 and 3.
+TACTILE_CLAY_INLINE Lane sumQuarters(const Lane& a, const Lane& b) {
+  return TACTILE_CLAY_SHUFFLE(a, b, 0, 8, 1, 9, 4, 12, 5, 13) +
+         TACTILE_CLAY_SHUFFLE(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
+}
+/// In both halves: the sums of lanes 0 and 2, and 1 and 3, of a, then those of b.
+TACTILE_CLAY_INLINE Lane sumPairs(const Lane& a, const Lane& b) {
+  return TACTILE_CLAY_SHUFFLE(a, b, 0, 1, 8, 9, 4, 5, 12, 13) +
+         TACTILE_CLAY_SHUFFLE(a, b, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+/// The sums of eight lanes each, with the bits of `sum`.
+TACTILE_CLAY_INLINE Lane sums(const Lane (&a)[lane_width]) {
+  return sumPairs(sumQuarters(sumHalves(a[0], a[4]), sumHalves(a[1], a[5])),
+                  sumQuarters(sumHalves(a[2], a[6]), sumHalves(a[3], a[7])));
+}
+
 /// Which lanes, in which order.
 using LaneOrder = std::int32_t __attribute__((vector_size(32)));
 template <typename L>
@@ -123,20 +144,65 @@ struct LaneVector {
   Lane x, y, z;
 };
 
-/// Fetches eight vectors out of 16-byte slots. \param slots four floats each \param index of the slots
-TACTILE_CLAY_INLINE LaneVector gather(const float* slots, const std::uint32_t* index) {
+/// The sums of x, of y and of z, with the bits of `sum`, as a slot whose fourth number is zero.
+TACTILE_CLAY_INLINE HalfLane sums(const LaneVector& v) {
+  const Lane halves = sumQuarters(sumHalves(v.x, v.z), sumHalves(v.y, Lane{}));
+  const Lane slot = sumPairs(halves, halves);
+  const Lane low = TACTILE_CLAY_SHUFFLE(slot, slot, 0, 1, 4, 5, 0, 1, 4, 5);
+  HalfLane result;
+  std::memcpy(&result, &low, sizeof result);
+  return result;
+}
+
+/// Eight times the same vector. \param slot four floats
+TACTILE_CLAY_INLINE LaneVector allOf(const float* slot) {
+  HalfLane half;
+  std::memcpy(&half, slot, sizeof half);
+  const Lane both = join(half, half);
+  return {TACTILE_CLAY_SHUFFLE(both, both, 0, 0, 0, 0, 4, 4, 4, 4),
+          TACTILE_CLAY_SHUFFLE(both, both, 1, 1, 1, 1, 5, 5, 5, 5),
+          TACTILE_CLAY_SHUFFLE(both, both, 2, 2, 2, 2, 6, 6, 6, 6)};
+}
+
+/// Fetches eight slots of 16 bytes. \param slots four floats each \param index of the slots \param w gets the
+/// fourth numbers
+TACTILE_CLAY_INLINE LaneVector gather(const float* slots, const std::uint32_t* index, Lane& w) {
   HalfLane slot[lane_width];
   for (int k = 0; k < lane_width; ++k)
     std::memcpy(&slot[k], slots + 4 * std::size_t{index[k]}, sizeof slot[k]);
   const Lane a = join(slot[0], slot[4]), b = join(slot[1], slot[5]);
   const Lane c = join(slot[2], slot[6]), d = join(slot[3], slot[7]);
   const Lane ab_xy = TACTILE_CLAY_SHUFFLE(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
-  const Lane ab_z = TACTILE_CLAY_SHUFFLE(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
+  const Lane ab_zw = TACTILE_CLAY_SHUFFLE(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
   const Lane cd_xy = TACTILE_CLAY_SHUFFLE(c, d, 0, 8, 1, 9, 4, 12, 5, 13);
-  const Lane cd_z = TACTILE_CLAY_SHUFFLE(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
+  const Lane cd_zw = TACTILE_CLAY_SHUFFLE(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
+  w = TACTILE_CLAY_SHUFFLE(ab_zw, cd_zw, 2, 3, 10, 11, 6, 7, 14, 15);
   return {TACTILE_CLAY_SHUFFLE(ab_xy, cd_xy, 0, 1, 8, 9, 4, 5, 12, 13),
           TACTILE_CLAY_SHUFFLE(ab_xy, cd_xy, 2, 3, 10, 11, 6, 7, 14, 15),
-          TACTILE_CLAY_SHUFFLE(ab_z, cd_z, 0, 1, 8, 9, 4, 5, 12, 13)};
+          TACTILE_CLAY_SHUFFLE(ab_zw, cd_zw, 0, 1, 8, 9, 4, 5, 12, 13)};
+}
+
+/// Fetches eight vectors out of such slots.
+TACTILE_CLAY_INLINE LaneVector gather(const float* slots, const std::uint32_t* index) {
+  Lane unused;
+  return gather(slots, index, unused);
+}
+
+/// The opposite: eight vectors into slots that begin every `stride` numbers, with a zero as fourth number
+/// each.
+TACTILE_CLAY_INLINE void scatter(const LaneVector& v, float* slots, std::size_t stride) {
+  const Lane xy_low = TACTILE_CLAY_SHUFFLE(v.x, v.y, 0, 8, 1, 9, 4, 12, 5, 13);
+  const Lane xy_high = TACTILE_CLAY_SHUFFLE(v.x, v.y, 2, 10, 3, 11, 6, 14, 7, 15);
+  const Lane z_low = TACTILE_CLAY_SHUFFLE(v.z, Lane{}, 0, 8, 1, 9, 4, 12, 5, 13);
+  const Lane z_high = TACTILE_CLAY_SHUFFLE(v.z, Lane{}, 2, 10, 3, 11, 6, 14, 7, 15);
+  const Lane both[4] = {TACTILE_CLAY_SHUFFLE(xy_low, z_low, 0, 1, 8, 9, 4, 5, 12, 13),
+                        TACTILE_CLAY_SHUFFLE(xy_low, z_low, 2, 3, 10, 11, 6, 7, 14, 15),
+                        TACTILE_CLAY_SHUFFLE(xy_high, z_high, 0, 1, 8, 9, 4, 5, 12, 13),
+                        TACTILE_CLAY_SHUFFLE(xy_high, z_high, 2, 3, 10, 11, 6, 7, 14, 15)};
+  for (int k = 0; k < 4; ++k) {
+    std::memcpy(slots + stride * k, &both[k], sizeof(HalfLane));
+    std::memcpy(slots + stride * (k + 4), reinterpret_cast<const float*>(&both[k]) + 4, sizeof(HalfLane));
+  }
 }
 
 TACTILE_CLAY_INLINE Lane least(const Lane& a, const Lane& b) {

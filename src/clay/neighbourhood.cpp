@@ -1,5 +1,7 @@
 #include "clay/neighbourhood.h"
 
+#include <tbb/parallel_invoke.h>
+
 #include <cmath>
 
 #include "clay/lanes.h"
@@ -16,8 +18,7 @@ constexpr float hair = 1e-4f;
 void Neighbourhood::build(const VectorField& position) {
   layOutGrid(position);
   sortIntoCells(position);
-  listPairs(position.size());
-  labelLumps();
+  tbb::parallel_invoke([&] { listPairs(position.size()); }, [&] { labelLumps(); });
 }
 
 void Neighbourhood::layOutGrid(const VectorField& position) {
@@ -72,10 +73,6 @@ void Neighbourhood::sortIntoCells(const VectorField& position) {
 
 namespace {
 
-struct Candidates {  // particles in the order of the cells
-  const float *x, *y, *z;
-  const std::uint32_t* index;
-};
 struct Lists {
   std::uint32_t* other;
   float *x, *y, *z;
@@ -90,7 +87,7 @@ struct Runs {
 /// Lists the candidates that are within h of particle `self`, from list[size] on. There must be room for all
 /// of them and a lane more. \return the list's new size
 TACTILE_CLAY_MULTIVERSION
-std::size_t appendNear(const Candidates& all_of, const Runs& runs, std::uint32_t self, float h,
+std::size_t appendNear(const Neighbourhood::Places& all_of, const Runs& runs, std::uint32_t self, float h,
                        const Lists& list, std::size_t size) {
   const Lane x = all(all_of.x[self]), y = all(all_of.y[self]), z = all(all_of.z[self]);
   for (int run = 0; run < runs.count; ++run) {
@@ -103,7 +100,7 @@ std::size_t appendNear(const Candidates& all_of, const Runs& runs, std::uint32_t
       if (mask == 0) continue;
       const LaneOrder& order = selections.order[mask];
       LaneOrder index;
-      std::memcpy(&index, all_of.index + k, sizeof index);
+      std::memcpy(&index, all_of.particle + k, sizeof index);
       index = select(index, order);
       std::memcpy(list.other + size, &index, sizeof index);
       store(list.x + size, select(dx, order));
@@ -127,7 +124,6 @@ float distanceTo(int other, int own, float x, float block) {
 
 /// Lists the neighbours of particles [first, last), or as many as there is room for, and how much is needed.
 void Neighbourhood::findIn(Chunk& chunk, std::size_t first, std::size_t last) {
-  const Candidates candidates{sorted_x_.data(), sorted_y_.data(), sorted_z_.data(), in_cell_.data()};
   const Lists lists{other_.data() + chunk.begin, x_.data() + chunk.begin, y_.data() + chunk.begin,
                     z_.data() + chunk.begin};
   std::size_t size = 0, needed = 0;
@@ -154,7 +150,7 @@ void Neighbourhood::findIn(Chunk& chunk, std::size_t first, std::size_t last) {
     }
     const std::size_t before = size;
     needed = std::max(needed, size + reached + 2 * lane_width);
-    if (needed <= chunk.room) size = appendNear(candidates, runs, self, h_, lists, size);
+    if (needed <= chunk.room) size = appendNear(places(), runs, self, h_, lists, size);
     begin_[i] = chunk.begin + static_cast<std::uint32_t>(before);
     count_[i] = static_cast<std::uint32_t>(size - before);
     for (; (size - before) % lane_width != 0; ++size) {

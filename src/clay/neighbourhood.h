@@ -44,9 +44,15 @@ class Neighbourhood {
   std::size_t lumps() const { return lumps_; }
   std::uint32_t lump(std::size_t i) const { return lump_of_[i]; }
 
-  /// Calls f(j) for each particle of the cells that touch the ball; a superset of the particles in it.
+  /// Particles in the order of the cells; whole lanes can be read from any place.
+  struct Places {
+    const float *x, *y, *z;  // m
+    const std::uint32_t* particle;
+  };
+  Places places() const { return {sorted_x_.data(), sorted_y_.data(), sorted_z_.data(), in_cell_.data()}; }
+  /// Calls f(from, to) for runs of places that hold all particles of the box [low, high], and others near it.
   template <typename F>
-  void forEachNear(const Eigen::Vector3f& centre, float radius, const F& f) const;
+  void forEachRun(const Eigen::Vector3f& low, const Eigen::Vector3f& high, const F& f) const;
 
  private:
   int cellAlong(float x, int axis) const {

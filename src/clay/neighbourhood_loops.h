@@ -8,19 +8,18 @@
 namespace tactile_clay::clay {
 
 template <typename F>
-void Neighbourhood::forEachNear(const Eigen::Vector3f& centre, float radius, const F& f) const {
-  std::array<int, 3> low, high;
+void Neighbourhood::forEachRun(const Eigen::Vector3f& low, const Eigen::Vector3f& high, const F& f) const {
+  std::array<int, 3> first, last;
   for (int a = 0; a < 3; ++a) {
-    if (centre[a] + radius < origin_[a] || (centre[a] - radius - origin_[a]) * per_metre_[a] > size_[a])
-      return;
-    low[a] = cellAlong(centre[a] - radius, a);
-    high[a] = cellAlong(centre[a] + radius, a);
+    if (high[a] < origin_[a] || (low[a] - origin_[a]) * per_metre_[a] > size_[a]) return;
+    first[a] = cellAlong(low[a], a);
+    last[a] = cellAlong(high[a], a);
   }
-  for (int z = low[2]; z <= high[2]; ++z) {
-    for (int y = low[1]; y <= high[1]; ++y) {
-      const std::uint32_t from = cell_begin_[cellIndex(low[0], y, z)];
-      const std::uint32_t to = cell_begin_[cellIndex(high[0], y, z) + 1];
-      for (std::uint32_t k = from; k < to; ++k) f(in_cell_[k]);
+  for (int z = first[2]; z <= last[2]; ++z) {
+    for (int y = first[1]; y <= last[1]; ++y) {
+      const std::uint32_t from = cell_begin_[cellIndex(first[0], y, z)];
+      const std::uint32_t to = cell_begin_[cellIndex(last[0], y, z) + 1];
+      if (from < to) f(from, to);
     }
   }
 }

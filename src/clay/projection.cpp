@@ -1,6 +1,5 @@
 #include "clay/projection.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -11,16 +10,20 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr std::size_t grain = 128;
+constexpr std::size_t grain = 128;  // whole lanes
 
 // Shares of full corrections; each is near the largest with which a block comes to rest.
 constexpr float density_relaxation = 0.25f;
 constexpr float viscosity_relaxation = 0.125f;
 constexpr float bond_relaxation = 1.3f;  // over the greater number of bonds of the two ends
+// m^2, added to squared distances so that none is zero; lost in rounding beyond 10 um
+constexpr float tiny = 1e-18f;
 
-using Tensor = Projection::Tensor;
+using Symmetric = Projection::Symmetric;
+using Viscosity = Projection::Viscosity;
+using BondEnds = Projection::BondEnds;
 
-/// Pairs as the loops over lanes see them.
+/// Pairs as the loops over lanes see them. They get it by value: no store may change it then.
 struct Pairs {
   const std::uint32_t *begin, *end, *other;  // end: of whole lanes
   const float *x, *y, *z;                    // x_i - x_j at the start, m
@@ -30,212 +33,337 @@ Pairs pairsOf(const Neighbourhood& near) {
   return {near.begins(), near.paddeds(), near.other().data(), near.x(), near.y(), near.z()};
 }
 
-TACTILE_CLAY_INLINE LaneVector displacement(const float* u, std::size_t i) {
-  return {all(u[4 * i]), all(u[4 * i + 1]), all(u[4 * i + 2])};
+std::size_t wholeLanes(std::size_t count) {
+  return (count + lane_width - 1) / lane_width * lane_width;
 }
 
-TACTILE_CLAY_INLINE Lane lengthOf(const LaneVector& v) {
-  return root(v.x * v.x + v.y * v.y + v.z * v.z);
+TACTILE_CLAY_INLINE HalfLane slot(const float* from) {
+  HalfLane h;
+  std::memcpy(&h, from, sizeof h);
+  return h;
+}
+TACTILE_CLAY_INLINE void storeSlot(float* to, const HalfLane& h) {
+  std::memcpy(to, &h, sizeof h);
 }
 
-TACTILE_CLAY_INLINE Lane atLeast(const Lane& a, float least) {
-  return a > least ? a : all(least);
+/// Gradients of pairs: eight x, eight y and eight z in turn.
+TACTILE_CLAY_INLINE LaneVector loadGradient(const float* gradient, std::uint32_t p) {
+  const float* at = gradient + 3 * std::size_t{p};
+  return {load(at), load(at + lane_width), load(at + 2 * lane_width)};
+}
+TACTILE_CLAY_INLINE void storeGradient(float* gradient, std::uint32_t p, const LaneVector& g) {
+  float* at = gradient + 3 * std::size_t{p};
+  store(at, g.x), store(at + lane_width, g.y), store(at + 2 * lane_width, g.z);
 }
 
-TACTILE_CLAY_INLINE void sumInto(float* slot, const LaneVector& v) {
-  slot[0] += sum(v.x), slot[1] += sum(v.y), slot[2] += sum(v.z);
+TACTILE_CLAY_INLINE Lane dot(const LaneVector& a, const LaneVector& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+TACTILE_CLAY_INLINE LaneVector times(const Lane& a, const LaneVector& v) {
+  return {a * v.x, a * v.y, a * v.z};
+}
+TACTILE_CLAY_INLINE void add(LaneVector& to, const LaneVector& v) {
+  to.x += v.x, to.y += v.y, to.z += v.z;
 }
 
-/// rho / rho_0, and with `slope` V |grad W| / r of the pairs and `own`, the sums of V grad W.
+/// 3 x 3 matrices of eight particles.
+struct Columns {
+  LaneVector x, y, z;
+};
+TACTILE_CLAY_INLINE Columns columnsOf(const Symmetric& s) {
+  return {{s.xx, s.xy, s.zx}, {s.xy, s.yy, s.yz}, {s.zx, s.yz, s.zz}};
+}
+TACTILE_CLAY_INLINE LaneVector times(const Columns& a, const LaneVector& v) {
+  return {a.x.x * v.x + a.y.x * v.y + a.z.x * v.z, a.x.y * v.x + a.y.y * v.y + a.z.y * v.z,
+          a.x.z * v.x + a.y.z * v.y + a.z.z * v.z};
+}
+TACTILE_CLAY_INLINE Columns times(const Columns& a, const Columns& b) {
+  return {times(a, b.x), times(a, b.y), times(a, b.z)};
+}
+TACTILE_CLAY_INLINE Lane dot(const Columns& a, const Columns& b) {
+  return dot(a.x, b.x) + dot(a.y, b.y) + dot(a.z, b.z);
+}
+TACTILE_CLAY_INLINE Symmetric upperOf(const Columns& a) {
+  return {a.x.x, a.y.y, a.z.z, a.z.y, a.z.x, a.y.x};
+}
+/// a where it holds, else zero.
+TACTILE_CLAY_INLINE Symmetric where(const LaneOrder& holds, const Symmetric& a) {
+  return {holds ? a.xx : Lane{}, holds ? a.yy : Lane{}, holds ? a.zz : Lane{},
+          holds ? a.yz : Lane{}, holds ? a.zx : Lane{}, holds ? a.xy : Lane{}};
+}
+TACTILE_CLAY_INLINE Symmetric times(const Lane& a, const Symmetric& s) {
+  return {a * s.xx, a * s.yy, a * s.zz, a * s.yz, a * s.zx, a * s.xy};
+}
+TACTILE_CLAY_INLINE Symmetric sum(const Symmetric& a, const Symmetric& b) {
+  return {a.xx + b.xx, a.yy + b.yy, a.zz + b.zz, a.yz + b.yz, a.zx + b.zx, a.xy + b.xy};
+}
+TACTILE_CLAY_INLINE void addOuter(Symmetric& to, const LaneVector& a, const LaneVector& b) {
+  to.xx += a.x * b.x, to.yy += a.y * b.y, to.zz += a.z * b.z;
+  to.yz += a.y * b.z, to.zx += a.z * b.x, to.xy += a.x * b.y;
+}
+
+/// Sums over the pairs of each of eight particles: lanes of pairs go in, lanes of particles come out. T is
+/// made of lanes alone.
+template <typename T>
+struct Totals {
+  static constexpr int size = sizeof(T) / sizeof(Lane);
+  Lane of[size][lane_width];
+
+  explicit TACTILE_CLAY_INLINE Totals(std::size_t particles) {
+    if (particles < lane_width) std::memset(of, 0, sizeof of);
+  }
+
+  TACTILE_CLAY_INLINE void set(int k, const T& total) {
+    Lane lanes[size];
+    std::memcpy(lanes, &total, sizeof total);
+    for (int c = 0; c < size; ++c) of[c][k] = lanes[c];
+  }
+  TACTILE_CLAY_INLINE T get() const {
+    Lane lanes[size];
+    for (int c = 0; c < size; ++c) lanes[c] = sums(of[c]);
+    T result;
+    std::memcpy(&result, lanes, sizeof result);
+    return result;
+  }
+};
+
+/// rho / rho_0
 TACTILE_CLAY_MULTIVERSION
-void measureKernels(const Pairs& pairs, const Kernel& kernel, float volume, float lattice_sum,
-                    std::size_t first, std::size_t last, float* ratio, float* slope, float* own) {
+void measureRatios(const Pairs pairs, const Kernel& kernel, float lattice_sum, std::size_t first,
+                   std::size_t last, float* ratio) {
   for (std::size_t i = first; i < last; ++i) {
     Lane total{};
-    LaneVector gradient{};
     for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
       const LaneVector x{load(pairs.x + p), load(pairs.y + p), load(pairs.z + p)};
-      const Lane r = lengthOf(x);
-      total += kernel.value(r);
-      if (slope == nullptr) continue;
-      const Lane s = volume * kernel.slope(r) / atLeast(r, 1e-9f);
-      store(slope + p, s);
-      gradient.x += s * x.x, gradient.y += s * x.y, gradient.z += s * x.z;
+      total += kernel.value(root(dot(x, x)));
     }
-    ratio[i] = (sum(total) + kernel.sigma) / lattice_sum;
-    if (slope == nullptr) continue;
-    for (int a = 0; a < 3; ++a) own[4 * i + a] = 0.0f;
-    sumInto(own + 4 * i, gradient);
+    ratio[i] = (clay::sum(total) + kernel.sigma) / lattice_sum;
   }
 }
 
-/// C_i of the density at the displacements u, its gradients by x_i of each pair (eight x, y, z in turn) and
-/// sum_j w_j |gradient|^2, itself included.
+/// V grad W of the pairs, its sums, and of each eight particles from `first` on what the constraint needs.
 TACTILE_CLAY_MULTIVERSION
-void measureDensities(const Pairs& pairs, const Kernel& kernel, float lattice_sum, const float* u,
-                      const float* inverse_mass, std::size_t first, std::size_t last, float* gradient,
-                      float* error, float* weight) {
-  const float scale = 1.0f / lattice_sum;
-  for (std::size_t i = first; i < last; ++i) {
-    Lane total{}, weights{};
-    LaneVector own{};
-    const LaneVector at = displacement(u, i);
-    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
-      const LaneVector of_other = gather(u, pairs.other + p);
-      const LaneVector x{load(pairs.x + p) + (at.x - of_other.x), load(pairs.y + p) + (at.y - of_other.y),
-                         load(pairs.z + p) + (at.z - of_other.z)};
-      const Lane r = lengthOf(x);
-      total += kernel.value(r);
-      const Lane slope = scale * kernel.slope(r) / atLeast(r, 1e-9f);
-      const LaneVector g{slope * x.x, slope * x.y, slope * x.z};
-      store(gradient + 3 * p, g.x);
-      store(gradient + 3 * p + lane_width, g.y);
-      store(gradient + 3 * p + 2 * lane_width, g.z);
-      own.x += g.x, own.y += g.y, own.z += g.z;
-      weights += gatherNumbers(inverse_mass, pairs.other + p) * (slope * slope * (r * r));
+void beginStrains(const Pairs pairs, const Kernel& kernel, float volume, const float* inverse_mass,
+                  const float* compliance, std::size_t first, std::size_t last, float* gradient, float* own,
+                  Viscosity* viscosity) {
+  for (std::size_t i = first; i < last; i += lane_width) {
+    Totals<Symmetric> moments(last - i), weights(last - i);
+    for (int k = 0; k < lane_width && i + k < last; ++k) {
+      LaneVector total{};
+      Symmetric moment{}, weight{};
+      for (std::uint32_t p = pairs.begin[i + k]; p < pairs.end[i + k]; p += lane_width) {
+        const LaneVector x{load(pairs.x + p), load(pairs.y + p), load(pairs.z + p)};
+        const Lane r = root(dot(x, x) + tiny);
+        const Lane slope = volume * kernel.slope(r) / r;
+        const LaneVector g = times(slope, x);
+        storeGradient(gradient, p, g);
+        add(total, g);
+        addOuter(moment, g, x);
+        addOuter(weight, times(gatherNumbers(inverse_mass, pairs.other + p), g), g);
+      }
+      storeSlot(own + 4 * (i + k), sums(total));
+      moments.set(k, moment), weights.set(k, weight);
     }
-    float sums[3] = {};
-    sumInto(sums, own);
-    error[i] = (sum(total) + kernel.sigma) * scale - 1.0f;
-    weight[i] = sum(weights) + inverse_mass[i] * (sums[0] * sums[0] + sums[1] * sums[1] + sums[2] * sums[2]);
+    LaneVector total{};
+    for (int k = 0; k < lane_width && i + k < last; ++k) {
+      total.x[k] = own[4 * (i + k)], total.y[k] = own[4 * (i + k) + 1], total.z[k] = own[4 * (i + k) + 2];
+    }
+    Symmetric weight = weights.get();
+    addOuter(weight, times(load(inverse_mass + i), total), total);
+    const Symmetric m = times(all(-1.0f), moments.get());
+    const Symmetric cofactors{m.yy * m.zz - m.yz * m.yz, m.xx * m.zz - m.zx * m.zx,
+                              m.xx * m.yy - m.xy * m.xy, m.xy * m.zx - m.xx * m.yz,
+                              m.xy * m.yz - m.yy * m.zx, m.yz * m.zx - m.zz * m.xy};
+    const Lane determinant = m.xx * cofactors.xx + m.xy * cofactors.xy + m.zx * cofactors.zx;
+    const Lane scale = (m.xx + m.yy + m.zz) / 3.0f, wanted = load(compliance + i);
+    // Where the neighbours do not span space, there is no velocity gradient to damp.
+    const LaneOrder spans = (determinant > 0.02f * scale * scale * scale) & (wanted >= 0.0f);
+    Viscosity& v = viscosity[i / lane_width];
+    v.compliance = spans ? wanted : all(-1.0f);
+    v.inverse = where(spans, times(1.0f / determinant, cofactors));
+    const Columns inverse = columnsOf(v.inverse);
+    v.weight = upperOf(times(inverse, times(columnsOf(weight), inverse)));
+    v.multiplier = Symmetric{};
+  }
+}
+
+/// C_i of the density at the displacements u, its gradients by x_i of each pair, and the multipliers' steps.
+/// \param u its fourth numbers are inverse masses \param share of a full correction
+TACTILE_CLAY_MULTIVERSION
+void measureDensities(const Pairs pairs, const Kernel& kernel, float lattice_sum, const float* u,
+                      const float* inverse_mass, const float* share, std::size_t first, std::size_t last,
+                      float* gradient, float* step) {
+  const float scale = 1.0f / lattice_sum;
+  struct Measured {
+    Lane density, weight;  // weight: sum_j w_j |gradient|^2
+    LaneVector gradient;
+  };
+  for (std::size_t i = first; i < last; i += lane_width) {
+    Totals<Measured> totals(last - i);
+    for (int k = 0; k < lane_width && i + k < last; ++k) {
+      Measured total{};
+      const LaneVector at = allOf(u + 4 * (i + k));
+      for (std::uint32_t p = pairs.begin[i + k]; p < pairs.end[i + k]; p += lane_width) {
+        Lane w;
+        const LaneVector of_other = gather(u, pairs.other + p, w);
+        const LaneVector x{load(pairs.x + p) + (at.x - of_other.x), load(pairs.y + p) + (at.y - of_other.y),
+                           load(pairs.z + p) + (at.z - of_other.z)};
+        const Lane square = dot(x, x) + tiny, r = root(square);
+        total.density += kernel.value(r);
+        const Lane slope = kernel.slope(r) * (scale / r);
+        const LaneVector g = times(slope, x);
+        storeGradient(gradient, p, g);
+        add(total.gradient, g);
+        total.weight += w * (slope * slope * square);
+      }
+      totals.set(k, total);
+    }
+    const Measured total = totals.get();
+    const Lane error = (total.density + kernel.sigma) * scale - 1.0f;
+    const Lane weight = total.weight + load(inverse_mass + i) * dot(total.gradient, total.gradient);
+    const LaneOrder pressing = (error > 0.0f) & (weight > 0.0f);
+    store(step + i, pressing ? -load(share + i) * error / weight : Lane{});
   }
 }
 
 /// u_i += w_i sum_j (step_i + step_j) gradient_ij
 TACTILE_CLAY_MULTIVERSION
-void moveByDensities(const Pairs& pairs, const float* gradient, const float* step, const float* inverse_mass,
-                     std::size_t first, std::size_t last, float* u) {
+void moveByDensities(const Pairs pairs, const float* gradient, const float* step, std::size_t first,
+                     std::size_t last, float* u) {
   for (std::size_t i = first; i < last; ++i) {
     LaneVector move{};
     const Lane own = all(step[i]);
-    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
-      const Lane both = own + gatherNumbers(step, pairs.other + p);
-      move.x += both * load(gradient + 3 * p);
-      move.y += both * load(gradient + 3 * p + lane_width);
-      move.z += both * load(gradient + 3 * p + 2 * lane_width);
-    }
-    const Lane w = all(inverse_mass[i]);
-    sumInto(u + 4 * i, {w * move.x, w * move.y, w * move.z});
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width)
+      add(move, times(own + gatherNumbers(step, pairs.other + p), loadGradient(gradient, p)));
+    storeSlot(u + 4 * i, slot(u + 4 * i) + u[4 * i + 3] * sums(move));
   }
-}
-
-/// The plain sums of Eq. 4, sum_j (u_j - u_i) (V grad W)^T.
-TACTILE_CLAY_MULTIVERSION
-void sumGradients(const Pairs& pairs, const float* slope, const float* u, std::size_t first, std::size_t last,
-                  Tensor* gradient) {
-  for (std::size_t i = first; i < last; ++i) {
-    LaneVector d0{}, d1{}, d2{};
-    const LaneVector at = displacement(u, i);
-    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
-      const LaneVector of_other = gather(u, pairs.other + p);
-      const Lane s = load(slope + p);
-      const Lane x = s * (of_other.x - at.x), y = s * (of_other.y - at.y), z = s * (of_other.z - at.z);
-      const Lane gx = load(pairs.x + p), gy = load(pairs.y + p), gz = load(pairs.z + p);
-      d0.x += gx * x, d0.y += gx * y, d0.z += gx * z;
-      d1.x += gy * x, d1.y += gy * y, d1.z += gy * z;
-      d2.x += gz * x, d2.y += gz * y, d2.z += gz * z;
-    }
-    float* out = gradient[i].column[0].data();
-    std::fill(out, out + 12, 0.0f);
-    sumInto(out, d0), sumInto(out + 4, d1), sumInto(out + 8, d2);
-  }
-}
-
-/// u_i -= w_i sum_j (S_i + S_j) (V grad W)
-TACTILE_CLAY_MULTIVERSION
-void moveByStrains(const Pairs& pairs, const float* slope, const Tensor* step, const float* own_gradient,
-                   const float* inverse_mass, std::size_t first, std::size_t last, float* u) {
-  for (std::size_t i = first; i < last; ++i) {
-    const auto slot = [](const float* from) {
-      HalfLane h;
-      std::memcpy(&h, from, sizeof h);
-      return h;
-    };
-    const float* own = step[i].column[0].data();
-    const float* g = own_gradient + 4 * i;
-    HalfLane m0 = g[0] * slot(own), m1 = g[1] * slot(own + 4), m2 = g[2] * slot(own + 8);
-    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; ++p) {
-      const float* s = step[pairs.other[p]].column[0].data();
-      const float weight = slope[p];
-      m0 += (weight * pairs.x[p]) * slot(s);
-      m1 += (weight * pairs.y[p]) * slot(s + 4);
-      m2 += (weight * pairs.z[p]) * slot(s + 8);
-    }
-    const HalfLane at = slot(u + 4 * i) - inverse_mass[i] * (m0 + m1 + m2);
-    std::memcpy(u + 4 * i, &at, sizeof at);
-  }
-}
-
-/// Ends of bonds as the loop over lanes sees them.
-struct BondEnds {
-  const std::uint32_t *begin, *other;
-  const float *rest_length, *share;
-};
-
-/// moved_i = u_i - sum_j share (l_ij - d_ij) n_ij
-TACTILE_CLAY_MULTIVERSION
-void pullEnds(const BondEnds& ends, const float* position, const float* u, std::size_t first,
-              std::size_t last, float* moved) {
-  for (std::size_t i = first; i < last; ++i) {
-    LaneVector move{};
-    const LaneVector from = displacement(position, i), at = displacement(u, i);
-    for (std::uint32_t b = ends.begin[i]; b < ends.begin[i + 1]; b += lane_width) {
-      const LaneVector other = gather(position, ends.other + b), of_other = gather(u, ends.other + b);
-      // differences are formed first: they are small and exact
-      const LaneVector x{(from.x - other.x) + (at.x - of_other.x), (from.y - other.y) + (at.y - of_other.y),
-                         (from.z - other.z) + (at.z - of_other.z)};
-      const Lane length = atLeast(lengthOf(x), 1e-9f);
-      const Lane share = load(ends.share + b) * (load(ends.rest_length + b) / length - 1.0f);
-      move.x += share * x.x, move.y += share * x.y, move.z += share * x.z;
-    }
-    std::memcpy(moved + 4 * i, u + 4 * i, 4 * sizeof(float));
-    sumInto(moved + 4 * i, move);
-  }
-}
-
-std::uint32_t wholeLanes(std::uint32_t count) {
-  return (count + lane_width - 1) / lane_width * lane_width;
-}
-
-Eigen::Matrix3f matrixOf(const Eigen::Vector4f (&columns)[3]) {
-  Eigen::Matrix3f matrix;
-  matrix << columns[0].head<3>(), columns[1].head<3>(), columns[2].head<3>();
-  return matrix;
 }
 
 /// sym(gradient - R) with R the rotation whose antisymmetric part is that of the gradient, I + grad u^r.
-/// \param gradient of the displacements u, by columns
-Tensor strainOf(const Tensor& gradient) {
-  const auto at = [&](int row, int column) { return gradient.column[column][row]; };
+TACTILE_CLAY_INLINE Symmetric strainOf(const Columns& gradient) {
+  const LaneVector &a = gradient.x, &b = gradient.y, &c = gradient.z;
   // axis times sine of the angle
-  const Eigen::Vector3f turn =
-      0.5f * Eigen::Vector3f(at(2, 1) - at(1, 2), at(0, 2) - at(2, 0), at(1, 0) - at(0, 1));
-  const float cosine = std::sqrt(std::max(1.0f - turn.squaredNorm(), 0.0f)), bend = 1.0f / (1.0f + cosine);
-  const auto strain = [&](int row, int column) {
-    return 0.5f * (at(row, column) + at(column, row)) - bend * turn[row] * turn[column];
-  };
-  const float xy = strain(0, 1), yz = strain(1, 2), zx = strain(2, 0), stretch = 1.0f - cosine;
-  Tensor result;
-  result.column[0] << strain(0, 0) + stretch, xy, zx, 0.0f;
-  result.column[1] << xy, strain(1, 1) + stretch, yz, 0.0f;
-  result.column[2] << zx, yz, strain(2, 2) + stretch, 0.0f;
-  return result;
+  const LaneVector turn{0.5f * (b.z - c.y), 0.5f * (c.x - a.z), 0.5f * (a.y - b.x)};
+  const Lane cosine = root(positive(1.0f - dot(turn, turn))), bend = 1.0f / (1.0f + cosine);
+  const LaneVector bent = times(bend, turn);
+  const Lane stretch = 1.0f - cosine;
+  return {a.x - bent.x * turn.x + stretch,      b.y - bent.y * turn.y + stretch,
+          c.z - bent.z * turn.z + stretch,      0.5f * (c.y + b.z) - bent.y * turn.z,
+          0.5f * (a.z + c.x) - bent.z * turn.x, 0.5f * (b.x + a.y) - bent.x * turn.y};
 }
 
-Eigen::Vector4f product(const Tensor& a, const Eigen::Vector4f& b) {
-  return b[0] * a.column[0] + b[1] * a.column[1] + b[2] * a.column[2];
-}
-Tensor product(const Tensor& a, const Tensor& b) {
-  return {{product(a, b.column[0]), product(a, b.column[1]), product(a, b.column[2])}};
-}
-float dot(const Tensor& a, const Tensor& b) {
-  return a.column[0].dot(b.column[0]) + a.column[1].dot(b.column[1]) + a.column[2].dot(b.column[2]);
+/// The steps of the multipliers of the strains of eight particles, corrected.
+/// \param plain sums of Eq. 4, not corrected
+TACTILE_CLAY_INLINE Columns resistStrains(const Columns& plain, Viscosity& v) {
+  const Columns inverse = columnsOf(v.inverse);
+  const Symmetric strain = strainOf(times(plain, inverse));
+  const Columns columns = columnsOf(strain);
+  const Lane square = dot(columns, columns);
+  // |gradient of the norm of the strain|^2, by Eq. 2
+  const Lane weight =
+      square > 0.0f ? dot(times(columnsOf(v.weight), columns), columns) / square : v.weight.xx;
+  const Lane share = v.compliance >= 0.0f ? -viscosity_relaxation / (weight + v.compliance) : Lane{};
+  const Symmetric step = times(share, sum(strain, times(v.compliance, v.multiplier)));
+  v.multiplier = sum(v.multiplier, step);
+  return times(columnsOf(step), inverse);
 }
 
-Tensor tensorOf(const Eigen::Matrix3f& matrix) {
-  Tensor tensor;
-  for (int b = 0; b < 3; ++b) tensor.column[b] << matrix.col(b), 0.0f;
-  return tensor;
+/// The multipliers' steps at the displacements u. \param step twelve numbers a particle: columns of the steps
+TACTILE_CLAY_MULTIVERSION
+void measureStrains(const Pairs pairs, const float* gradient, const float* u, std::size_t first,
+                    std::size_t last, Viscosity* viscosity, float* step) {
+  for (std::size_t i = first; i < last; i += lane_width) {
+    Totals<Columns> totals(last - i);  // of Eq. 4, sum_j (u_j - u_i) (V grad W)^T
+    for (int k = 0; k < lane_width && i + k < last; ++k) {
+      Columns total{};
+      const LaneVector at = allOf(u + 4 * (i + k));
+      for (std::uint32_t p = pairs.begin[i + k]; p < pairs.end[i + k]; p += lane_width) {
+        const LaneVector of_other = gather(u, pairs.other + p), g = loadGradient(gradient, p);
+        const LaneVector to_other{of_other.x - at.x, of_other.y - at.y, of_other.z - at.z};
+        add(total.x, times(g.x, to_other));
+        add(total.y, times(g.y, to_other));
+        add(total.z, times(g.z, to_other));
+      }
+      totals.set(k, total);
+    }
+    const Columns steps = resistStrains(totals.get(), viscosity[i / lane_width]);
+    scatter(steps.x, step + 12 * i, 12);
+    scatter(steps.y, step + 12 * i + 4, 12);
+    scatter(steps.z, step + 12 * i + 8, 12);
+  }
+}
+
+/// u_i -= w_i sum_j (S_i + S_j) (V grad W). \param step S, twelve numbers a particle
+TACTILE_CLAY_MULTIVERSION
+void moveByStrains(const Pairs pairs, const float* gradient, const float* step, const float* own_gradient,
+                   std::size_t first, std::size_t last, float* u) {
+  for (std::size_t i = first; i < last; ++i) {
+    const float *own = step + 12 * i, *total = own_gradient + 4 * i;
+    // Two sums in turn, so that none waits for the other.
+    HalfLane x[2] = {total[0] * slot(own)}, y[2] = {total[1] * slot(own + 4)},
+             z[2] = {total[2] * slot(own + 8)};
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
+      const float* g = gradient + 3 * std::size_t{p};
+      for (int k = 0; k < lane_width; ++k, ++g) {
+        const float* s = step + 12 * std::size_t{pairs.other[p + k]};
+        x[k % 2] += g[0] * slot(s);
+        y[k % 2] += g[lane_width] * slot(s + 4);
+        z[k % 2] += g[2 * lane_width] * slot(s + 8);
+      }
+    }
+    const HalfLane sum = (x[0] + x[1]) + (y[0] + y[1]) + (z[0] + z[1]);
+    storeSlot(u + 4 * i, slot(u + 4 * i) - u[4 * i + 3] * sum);
+  }
+}
+
+/// \param pair_rest_length zero: not bonded \param relaxation of the bonds of each particle
+TACTILE_CLAY_MULTIVERSION
+void listBonds(const Pairs pairs, const float* pair_rest_length, const float* relaxation,
+               const float* inverse_mass, std::size_t first, std::size_t last, const BondEnds& ends) {
+  for (std::size_t i = first; i < last; ++i) {
+    std::uint32_t b = pairs.begin[i];
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
+      const Lane rest_length = load(pair_rest_length + p);
+      const unsigned mask = bits(rest_length > 0.0f);
+      const LaneOrder& order = selections.order[mask];
+      const std::uint32_t* other = pairs.other + p;
+      const Lane share = least(all(relaxation[i]), gatherNumbers(relaxation, other)) * inverse_mass[i] /
+                         (inverse_mass[i] + gatherNumbers(inverse_mass, other));
+      LaneOrder index;
+      std::memcpy(&index, other, sizeof index);
+      index = select(index, order);
+      std::memcpy(ends.other + b, &index, sizeof index);
+      store(ends.x + b, select(load(pairs.x + p), order));
+      store(ends.y + b, select(load(pairs.y + p), order));
+      store(ends.z + b, select(load(pairs.z + p), order));
+      store(ends.rest_length + b, select(rest_length, order));
+      store(ends.share + b, select(share, order));
+      b += selections.count[mask];
+    }
+    for (; (b - pairs.begin[i]) % lane_width != 0; ++b) {
+      ends.other[b] = static_cast<std::uint32_t>(i);
+      ends.x[b] = ends.y[b] = ends.z[b] = ends.rest_length[b] = ends.share[b] = 0.0f;
+    }
+    ends.end[i] = b;
+  }
+}
+
+/// moved_i = u_i - sum_j share (l_ij - d_ij) n_ij
+TACTILE_CLAY_MULTIVERSION
+void pullEnds(const std::uint32_t* begin, const BondEnds& ends, const float* u, std::size_t first,
+              std::size_t last, float* moved) {
+  for (std::size_t i = first; i < last; ++i) {
+    LaneVector move{};
+    const LaneVector at = allOf(u + 4 * i);
+    for (std::uint32_t b = begin[i]; b < ends.end[i]; b += lane_width) {
+      const LaneVector of_other = gather(u, ends.other + b);
+      const LaneVector x{load(ends.x + b) + (at.x - of_other.x), load(ends.y + b) + (at.y - of_other.y),
+                         load(ends.z + b) + (at.z - of_other.z)};
+      const Lane length = root(dot(x, x) + tiny);
+      add(move, times(load(ends.share + b) * (load(ends.rest_length + b) / length - 1.0f), x));
+    }
+    storeSlot(moved + 4 * i, slot(u + 4 * i) + sums(move));
+  }
 }
 
 }  // namespace
@@ -256,91 +384,66 @@ void Projection::solve(const Neighbourhood& near, const Particles& particles, co
                        const VectorField& free, int iterations, float dt, Contacts& contacts,
                        VectorField& u) {
   near_ = &near, particles_ = &particles;
-  begin(bonds, dt);
+  begin(bonds, free, dt);
   beginContacts(contacts, dt);
-  u = free;
   for (int k = 0; k < iterations; ++k) {
-    if (any_dense_) projectDensity(u);
-    if (viscous_) projectViscosity(u);
-    projectBondsAndContacts(u, contacts.contacts());
+    if (any_dense_) projectDensity();
+    if (viscous_) projectViscosity();
+    projectBondsAndContacts(contacts.contacts());
   }
+  u.resize(particles.size());
+  for (std::size_t i = 0; i < u.size(); ++i) u.set(i, u_.at(i));
   slideAnchors(contacts.contacts(), u);
 }
 
-void Projection::begin(const Bonds* bonds, float dt) {
-  const std::size_t n = particles_->size();
-  ratio_.resize(n), moved_.resize(n);
-  if (any_dense_) {
-    density_gradient_.resize(3 * near_->pairs());
-    density_error_.resize(n), density_weight_.resize(n), density_step_.resize(n);
-  }
-  if (viscous_) {
-    slope_.resize(near_->pairs()), own_gradient_.resize(n), strain_.resize(n);
-    inverse_.resize(n), weight_.resize(n), compliance_.resize(n);
-    multiplier_.resize(n), strain_step_.resize(n);
-  }
-  parallelRanges(n, grain, [&](std::size_t first, std::size_t last) {
-    measureKernels(pairsOf(*near_), kernel_, volume_, lattice_sum_, first, last, ratio_.data(),
-                   viscous_ ? slope_.data() : nullptr, viscous_ ? own_gradient_.data() : nullptr);
-    for (std::size_t i = first; viscous_ && i < last; ++i) beginViscosity(i, dt);
-  });
-  beginBonds(bonds);
-}
-
-void Projection::beginViscosity(std::size_t i, float dt) {
-  const float viscosity = viscosity_[particles_->material[i]];
-  compliance_[i] = -1.0f;
-  multiplier_[i] = strain_step_[i] = tensorOf(Eigen::Matrix3f::Zero());
-  if (!(viscosity > 0.0f)) return;
-  const float* w = particles_->inverse_mass.data();
-  Eigen::Vector4f m[3], n[3];
-  for (int b = 0; b < 3; ++b) {
-    m[b].setZero();
-    n[b] = w[i] * own_gradient_[i][b] * own_gradient_[i];
-  }
-  for (std::uint32_t p = near_->begin(i); p < near_->end(i); ++p) {
-    const Eigen::Vector4f offset(near_->x()[p], near_->y()[p], near_->z()[p], 0.0f);
-    const Eigen::Vector4f g = slope_[p] * offset, weighted = w[near_->other()[p]] * g;
-    for (int b = 0; b < 3; ++b) {
-      m[b] -= g[b] * offset;
-      n[b] += g[b] * weighted;
-    }
-  }
-  const Eigen::Matrix3f moment = matrixOf(m), weight = matrixOf(n);
-  const float scale = moment.trace() / 3.0f;
-  // Where the neighbours do not span space, there is no velocity gradient to damp.
-  if (!(moment.determinant() > 0.02f * scale * scale * scale)) return;
-  compliance_[i] = 1.0f / (2.0f * viscosity * volume_ * dt);
-  const Eigen::Matrix3f inverse = moment.inverse();
-  inverse_[i] = tensorOf(inverse);
-  weight_[i] = tensorOf(inverse * weight * inverse.transpose());
-}
-
-void Projection::beginBonds(const Bonds* bonds) {
+void Projection::begin(const Bonds* bonds, const VectorField& free, float dt) {
+  const std::size_t n = particles_->size(), whole = wholeLanes(n), pairs = near_->pairs();
   bonded_ = bonds != nullptr && bonds->size() > 0;
-  if (!bonded_) return;
-  const std::size_t n = particles_->size();
-  const auto count = [&](std::size_t i) {
-    return static_cast<std::uint32_t>(bonds->end(i) - bonds->begin(i));
-  };
-  bond_begin_.resize(n + 1);
-  bond_begin_[0] = 0;
-  for (std::size_t i = 0; i < n; ++i) bond_begin_[i + 1] = bond_begin_[i] + wholeLanes(count(i));
-  const std::size_t ends = bond_begin_[n];
-  bond_other_.resize(ends), rest_length_.resize(ends), bond_share_.resize(ends);
-  const std::vector<float>& w = particles_->inverse_mass;
-  parallelFor(n, grain, [&](std::size_t i) {
-    std::uint32_t b = bond_begin_[i];
-    for (const Bond* bond = bonds->begin(i); bond != bonds->end(i); ++bond, ++b) {
-      const std::uint32_t j = bond->other;
-      const float relaxation = bond_relaxation / static_cast<float>(std::max(count(i), count(j)));
-      bond_other_[b] = j, rest_length_[b] = bond->rest_length;
-      bond_share_[b] = std::min(relaxation, 1.0f) * w[i] / (w[i] + w[j]);
+  ratio_.resize(n), u_.resize(n), moved_.resize(n);
+  inverse_mass_.resize(whole);
+  if (any_dense_)
+    density_gradient_.resize(3 * pairs), density_share_.resize(whole), density_step_.resize(whole);
+  if (viscous_) {
+    gradient_.resize(3 * pairs), own_gradient_.resize(n), compliance_.resize(whole);
+    viscosities_.resize(whole / lane_width), strain_step_.resize(12 * whole);
+  }
+  if (bonded_) {
+    bond_relaxation_.resize(n), bond_end_.resize(n), bond_other_.resize(pairs);
+    for (auto* numbers : {&bond_x_, &bond_y_, &bond_z_, &rest_length_, &bond_share_}) numbers->resize(pairs);
+  }
+  parallelRanges(whole, grain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) beginParticle(i, bonds, free, dt);
+  });
+  parallelRanges(n, grain, [&](std::size_t first, std::size_t last) {
+    measureRatios(pairsOf(*near_), kernel_, lattice_sum_, first, last, ratio_.data());
+    if (viscous_) {
+      beginStrains(pairsOf(*near_), kernel_, volume_, inverse_mass_.data(), compliance_.data(), first, last,
+                   gradient_.data(), own_gradient_.data(), viscosities_.data());
     }
-    for (; b < bond_begin_[i + 1]; ++b) {
-      bond_other_[b] = static_cast<std::uint32_t>(i), rest_length_[b] = bond_share_[b] = 0.0f;
+    if (bonded_) {
+      listBonds(pairsOf(*near_), bonds->restLengths().data(), bond_relaxation_.data(), inverse_mass_.data(),
+                first, last, bondEnds());
     }
   });
+}
+
+/// What no pair has part in; beyond the last particle, what lets whole lanes be read.
+void Projection::beginParticle(std::size_t i, const Bonds* bonds, const VectorField& free, float dt) {
+  const bool is = i < particles_->size();
+  const std::uint8_t material = is ? particles_->material[i] : 0;
+  inverse_mass_[i] = is ? particles_->inverse_mass[i] : 0.0f;
+  if (any_dense_) density_share_[i] = is && dense_[material] ? density_relaxation : 0.0f;
+  if (viscous_) {
+    const float viscosity = is ? viscosity_[material] : 0.0f;
+    compliance_[i] = viscosity > 0.0f ? 1.0f / (2.0f * viscosity * volume_ * dt) : -1.0f;
+  }
+  if (!is) return;
+  u_[i] = free[i];
+  u_[i][3] = inverse_mass_[i];
+  if (bonded_) {
+    const auto count = static_cast<float>(bonds->end(i) - bonds->begin(i));
+    bond_relaxation_[i] = std::min(bond_relaxation / std::max(count, 1.0f), 1.0f);
+  }
 }
 
 void Projection::beginContacts(Contacts& contacts, float dt) {
@@ -354,59 +457,33 @@ void Projection::beginContacts(Contacts& contacts, float dt) {
   for (std::size_t i = 0; i < particles_->size(); ++i) contact_begin_[i + 1] += contact_begin_[i];
 }
 
-void Projection::projectDensity(VectorField& u) {
+void Projection::projectDensity() {
   const Pairs pairs = pairsOf(*near_);
-  const float* w = particles_->inverse_mass.data();
-  parallelRanges(u.size(), grain, [&](std::size_t first, std::size_t last) {
-    measureDensities(pairs, kernel_, lattice_sum_, u.data(), w, first, last, density_gradient_.data(),
-                     density_error_.data(), density_weight_.data());
-    for (std::size_t i = first; i < last; ++i) {
-      const bool pressing =
-          density_error_[i] > 0.0f && density_weight_[i] > 0.0f && dense_[particles_->material[i]];
-      density_step_[i] = pressing ? -density_relaxation * density_error_[i] / density_weight_[i] : 0.0f;
-    }
+  parallelRanges(u_.size(), grain, [&](std::size_t first, std::size_t last) {
+    measureDensities(pairs, kernel_, lattice_sum_, u_.data(), inverse_mass_.data(), density_share_.data(),
+                     first, last, density_gradient_.data(), density_step_.data());
   });
-  parallelRanges(u.size(), grain, [&](std::size_t first, std::size_t last) {
-    moveByDensities(pairs, density_gradient_.data(), density_step_.data(), w, first, last, u.data());
+  parallelRanges(u_.size(), grain, [&](std::size_t first, std::size_t last) {
+    moveByDensities(pairs, density_gradient_.data(), density_step_.data(), first, last, u_.data());
   });
 }
 
-void Projection::projectViscosity(VectorField& u) {
+void Projection::projectViscosity() {
   const Pairs pairs = pairsOf(*near_);
-  parallelRanges(u.size(), grain, [&](std::size_t first, std::size_t last) {
-    sumGradients(pairs, slope_.data(), u.data(), first, last, strain_.data());
-    for (std::size_t i = first; i < last; ++i) resistStrain(i);
+  parallelRanges(u_.size(), grain, [&](std::size_t first, std::size_t last) {
+    measureStrains(pairs, gradient_.data(), u_.data(), first, last, viscosities_.data(), strain_step_.data());
   });
-  parallelRanges(u.size(), grain, [&](std::size_t first, std::size_t last) {
-    moveByStrains(pairs, slope_.data(), strain_step_.data(), own_gradient_.data(),
-                  particles_->inverse_mass.data(), first, last, u.data());
+  parallelRanges(u_.size(), grain, [&](std::size_t first, std::size_t last) {
+    moveByStrains(pairs, gradient_.data(), strain_step_.data(), own_gradient_.data(), first, last, u_.data());
   });
 }
 
-/// The step of the multiplier of a particle's strain.
-void Projection::resistStrain(std::size_t i) {
-  if (compliance_[i] < 0.0f) return;
-  const Tensor strain = strainOf(product(strain_[i], inverse_[i]));
-  const float square = dot(strain, strain);
-  // |gradient of the norm of the strain|^2, by Eq. 2
-  const float weight =
-      square > 0.0f ? dot(product(weight_[i], strain), strain) / square : weight_[i].column[0][0];
-  const float share = -viscosity_relaxation / (weight + compliance_[i]);
-  Tensor step;
-  for (int b = 0; b < 3; ++b) {
-    step.column[b] = share * (strain.column[b] + compliance_[i] * multiplier_[i].column[b]);
-    multiplier_[i].column[b] += step.column[b];
-  }
-  strain_step_[i] = product(step, inverse_[i]);
-}
-
-void Projection::projectBondsAndContacts(VectorField& u, std::vector<Contact>& contacts) {
-  const BondEnds ends{bond_begin_.data(), bond_other_.data(), rest_length_.data(), bond_share_.data()};
-  parallelRanges(u.size(), grain, [&](std::size_t first, std::size_t last) {
+void Projection::projectBondsAndContacts(std::vector<Contact>& contacts) {
+  parallelRanges(u_.size(), grain, [&](std::size_t first, std::size_t last) {
     if (bonded_) {
-      pullEnds(ends, particles_->position.data(), u.data(), first, last, moved_.data());
+      pullEnds(near_->begins(), bondEnds(), u_.data(), first, last, moved_.data());
     } else {
-      for (std::size_t i = first; i < last; ++i) moved_[i] = u[i];
+      for (std::size_t i = first; i < last; ++i) moved_[i] = u_[i];
     }
     for (std::uint32_t c = contact_begin_[first]; c < contact_begin_[last]; ++c) {
       Eigen::Vector3f step = moved_.at(contacts[c].particle);
@@ -414,7 +491,7 @@ void Projection::projectBondsAndContacts(VectorField& u, std::vector<Contact>& c
       moved_.set(contacts[c].particle, step);
     }
   });
-  std::swap(u, moved_);
+  std::swap(u_, moved_);
 }
 
 void Projection::projectContact(Contact& c, Eigen::Vector3f& u) const {

@@ -6,6 +6,7 @@
 #include "clay/bonds.h"
 #include "clay/contacts.h"
 #include "clay/kernel.h"
+#include "clay/lanes.h"
 #include "clay/material.h"
 #include "clay/neighbourhood.h"
 #include "clay/particles.h"
@@ -33,8 +34,20 @@ namespace tactile_clay::clay {
 /// What the paper lacks is not here either: adhesion, and a compliance of bonds and density.
 class Projection {
  public:
-  struct Tensor {  // 3 x 3
-    Eigen::Vector4f column[3];
+  struct Symmetric {  // tensors of eight particles
+    Lane xx, yy, zz, yz, zx, xy;
+  };
+  struct alignas(sizeof(Lane)) Viscosity {  // of eight particles
+    Symmetric inverse, weight;              // of the gradients
+    Symmetric multiplier;                   // kg m^2
+    Lane compliance;                        // 1/(kg m^2); negative: none
+  };
+  /// Ends of bonds as the loops over lanes see them, in the order of the pairs, but without gaps among those
+  /// of a particle.
+  struct BondEnds {
+    std::uint32_t *end, *other;
+    float *x, *y, *z;            // x_i - x_j at the start, m
+    float *rest_length, *share;  // m; of the error, what this end moves
   };
 
   Projection(const Kernel& kernel, float spacing, const std::vector<Material>& materials);
@@ -51,16 +64,18 @@ class Projection {
   const std::vector<float>& densityRatio() const { return ratio_; }
 
  private:
-  void begin(const Bonds* bonds, float dt);
-  void beginViscosity(std::size_t i, float dt);
-  void beginBonds(const Bonds* bonds);
+  void begin(const Bonds* bonds, const VectorField& free, float dt);
+  void beginParticle(std::size_t i, const Bonds* bonds, const VectorField& free, float dt);
   void beginContacts(Contacts& contacts, float dt);
 
-  void projectDensity(VectorField& u);
-  void projectViscosity(VectorField& u);
-  void resistStrain(std::size_t i);
-  void projectBondsAndContacts(VectorField& u, std::vector<Contact>& contacts);
+  void projectDensity();
+  void projectViscosity();
+  void projectBondsAndContacts(std::vector<Contact>& contacts);
   void projectContact(Contact& contact, Eigen::Vector3f& u) const;
+  BondEnds bondEnds() {
+    return {bond_end_.data(), bond_other_.data(),  bond_x_.data(),    bond_y_.data(),
+            bond_z_.data(),   rest_length_.data(), bond_share_.data()};
+  }
   void slideAnchors(std::vector<Contact>& contacts, const VectorField& u) const;
 
   Kernel kernel_;
@@ -73,25 +88,25 @@ class Projection {
   const Particles* particles_ = nullptr;
 
   std::vector<float> ratio_;  // rho / rho_0
+  VectorField u_, moved_;     // displacements, m; the fourth numbers are inverse masses, 1/kg
+  std::vector<float> inverse_mass_;
 
-  // Pairs have the order of the neighbourhood.
-  std::vector<float> density_gradient_;                // of C_i by x_i: eight x, y, z in turn, 1/m
-  std::vector<float> density_error_, density_weight_;  // C_i, and sum_j w_j |gradient|^2 in 1/(kg m^2)
-  std::vector<float> density_step_;                    // multiplier of this projection, kg m^2
-  std::vector<float> slope_;                           // V |grad W_ij| / r at the start, negative, 1/m^2
-  VectorField own_gradient_;                           // sum of V grad W_ij, 1/m
-  std::vector<Tensor> inverse_, weight_;               // of the gradients
-  std::vector<float> compliance_;                      // of viscosity, 1/(kg m^2); negative: none
-  std::vector<Tensor> strain_;                         // plain sums of Eq. 4
-  std::vector<Tensor> multiplier_;                     // of viscosity, kg m^2
-  std::vector<Tensor> strain_step_;                    // its change in this projection, corrected
+  // Pairs have the order of the neighbourhood, gradients are eight x, y, z in turn. Arrays of particles have
+  // whole lanes.
+  std::vector<float> density_gradient_;  // of C_i by x_i, 1/m
+  std::vector<float> density_share_;     // of a full correction; 0: does not resist compression
+  std::vector<float> density_step_;      // multiplier of this projection, kg m^2
+  std::vector<float> gradient_;          // V grad W_ij at the start, 1/m
+  VectorField own_gradient_;             // its sum, 1/m
+  std::vector<float> compliance_;        // of viscosity, 1/(kg m^2); negative: none
+  std::vector<Viscosity> viscosities_;   // of each eight particles
+  std::vector<float> strain_step_;       // change of the multipliers in this projection, corrected: 3 slots
 
-  // Ends of bonds in whole lanes.
-  std::vector<std::uint32_t> bond_begin_, bond_other_;
-  std::vector<float> rest_length_, bond_share_;  // m; of the error, what this end moves
+  std::vector<float> bond_relaxation_;  // of each particle
+  std::vector<std::uint32_t> bond_end_, bond_other_;
+  std::vector<float> bond_x_, bond_y_, bond_z_, rest_length_, bond_share_;
 
   std::vector<std::uint32_t> contact_begin_;
-  VectorField moved_;
   float force_per_kg_m_ = 0.0f;  // 1/dt^2
 };
 

@@ -90,7 +90,7 @@ TEST(Neighbourhood, HasNoCap) {
   EXPECT_GT(most, 60u);
 }
 
-TEST(Neighbourhood, ForEachNearFindsAllInTheBall) {
+TEST(Neighbourhood, ForEachRunFindsAllInTheBox) {
   std::mt19937 random(6);
   const std::vector<Eigen::Vector3f> points = lattice(8, 0.5f * h, 0.4f, 6);
   Neighbourhood near(h);
@@ -99,10 +99,17 @@ TEST(Neighbourhood, ForEachNearFindsAllInTheBall) {
     const Eigen::Vector3f centre = randomVector(random, 0.03f);
     const float radius = 0.002f + 0.0005f * static_cast<float>(k);
     std::multiset<std::uint32_t> found;
-    near.forEachNear(centre, radius, [&](std::uint32_t i) { found.insert(i); });
+    const Eigen::Vector3f half = radius * Eigen::Vector3f(1.0f, 0.5f, 2.0f);
+    near.forEachRun(centre - half, centre + half, [&](std::uint32_t from, std::uint32_t to) {
+      for (std::uint32_t p = from; p < to; ++p) {
+        const std::uint32_t i = near.places().particle[p];
+        found.insert(i);
+        EXPECT_EQ(points[i], Eigen::Vector3f(near.places().x[p], near.places().y[p], near.places().z[p]));
+      }
+    });
     for (std::uint32_t i = 0; i < points.size(); ++i) {
       EXPECT_LE(found.count(i), 1u);
-      if ((points[i] - centre).norm() <= radius) {
+      if (((points[i] - centre).cwiseAbs().array() <= half.array()).all()) {
         EXPECT_EQ(found.count(i), 1u);
       }
     }
