@@ -16,6 +16,10 @@ void finish(int code) {
   ros::requestShutdown();
 }
 
+bool shuttingDown() {
+  return !ros::ok() || ros::isShuttingDown();
+}
+
 int exitCode() {
   return code_of_process;
 }

@@ -5,6 +5,9 @@ namespace tactile_clay::nodes {
 /// Asks this process to shut down, and to exit with `code`; of several calls the largest code counts.
 void finish(int code);
 
+/// Whether this process is on its way down; what fails from then on fails for that.
+bool shuttingDown();
+
 /// What `main` has to return.
 int exitCode();
 

@@ -24,6 +24,7 @@ int runNode(int argc, char** argv, const char* name) {
     Node node(nh, private_nh);
     ros::spin();
   } catch (const std::exception& error) {
+    if (shuttingDown()) return exitCode();  // Ctrl-C at the start: parameters could not be read any more
     ROS_FATAL("%s", error.what());
     return 1;
   }
@@ -38,6 +39,7 @@ class AsNodelet : public nodelet::Nodelet {
       // The single-threaded handles: callbacks of one node never run at the same time, as in a program.
       node_ = std::make_unique<Node>(getNodeHandle(), getPrivateNodeHandle());
     } catch (const std::exception& error) {
+      if (shuttingDown()) return;
       NODELET_FATAL("%s", error.what());
       finish(1);
     }

@@ -2,6 +2,8 @@
 
 #include <tf2_eigen/tf2_eigen.h>
 
+#include "nodes/exit_code.h"
+
 namespace tactile_clay::nodes {
 
 std::optional<Eigen::Isometry3d> Transforms::lookup(const std::string& target, const std::string& source,
@@ -35,7 +37,8 @@ std::shared_ptr<StaticTransforms> StaticTransforms::shared() {
 
 void StaticTransforms::send(const geometry_msgs::TransformStamped& transform) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  broadcaster_.sendTransform(transform);
+  // A broadcaster that was made after Ctrl-C has no publisher, and would end the process with a signal.
+  if (!shuttingDown()) broadcaster_.sendTransform(transform);
 }
 
 geometry_msgs::TransformStamped transformMessage(const std::string& parent, const std::string& child,

@@ -14,6 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double most_particles = 1e7;  // of a body: some 5 GB, and minutes a frame
+
 /// Names of the YAML files of a folder, for error messages.
 std::string namesIn(const fs::path& folder) {
   std::vector<std::string> names;
@@ -45,7 +47,7 @@ clay::Material readMaterial(YamlMap map, const std::string& name) {
   m.stiffness = map.get("stiffness", m.stiffness, "Pa");
   m.bond_rate = map.get("bond_rate", m.bond_rate, "1/s");
   m.unbond_rate = map.get("unbond_rate", m.unbond_rate, "1/s");
-  m.yield_strain = map.get("yield_strain", m.yield_strain, "a strain, or .inf");
+  m.yield_strain = map.getOrInfinite("yield_strain", m.yield_strain, "a strain, or .inf");
   m.friction = map.get("friction", m.friction, "a Coulomb coefficient");
   m.adhesion = map.get("adhesion", m.adhesion, "Pa");
   m.skin_friction = map.get("skin_friction", m.friction, "a Coulomb coefficient");
@@ -119,10 +121,17 @@ void readBody(YamlMap map, const std::string& share, Scene& scene,
   const Eigen::Isometry3d pose = readPose(map);
   const Eigen::Vector3d velocity = map.vector("velocity", Eigen::Vector3d::Zero(), "x y z in m/s");
   map.finish();
+  const double cells = boundingVolume(shape) / std::pow(scene.config.spacing, 3.0);
+  if (cells > most_particles)
+    map.fail("body '" + body.name + "' has more than " + std::to_string(static_cast<int>(most_particles)) +
+             " particles, expected fewer: a smaller 'size' or a larger 'spacing'");
   const auto points = latticeIn(shape, scene.config.spacing);
   if (points.empty())
     map.fail("body '" + body.name + "' is smaller than a particle, expected at least one spacing");
   for (const Eigen::Vector3d& point : points) {
+    if ((pose * point).cwiseAbs().maxCoeff() > scene.config.world)
+      map.fail("body '" + body.name +
+               "' reaches out of the world, expected it within the half extent 'world'");
     scene.particles.push_back({(pose * point).cast<float>(), velocity.cast<float>(), body.material,
                                static_cast<std::uint16_t>(scene.bodies.size())});
   }
@@ -138,11 +147,14 @@ Scene loadScene(const std::string& name, const std::string& share, double spacin
   scene.name = fs::path(file).stem().string();
   scene.config.spacing = map.get("spacing", scene.config.spacing, "m between particles");
   if (spacing > 0.0) scene.config.spacing = spacing;
-  if (!(scene.config.spacing > 0.0)) map.fail("'spacing' expected above zero, in m");
+  if (!(scene.config.spacing > 0.0 && scene.config.spacing <= 1.0))
+    map.fail("'spacing' is out of its range, expected above 0 and at most 1 m");
   scene.config.gravity = map.vector("gravity", scene.config.gravity, "x y z in m/s^2");
   scene.config.world = map.get("world", scene.config.world, "m, half extent of the world");
   scene.config.tolerance =
       map.get("tolerance", scene.config.tolerance, "m/s^2, residual at which iterations stop");
+  if (!(scene.config.world > 0.0)) map.fail("'world' is out of its range, expected above 0 m");
+  if (!(scene.config.tolerance >= 0.0)) map.fail("'tolerance' is out of its range, expected 0 m/s^2 or more");
 
   const std::string urdf = map.get<std::string>("urdf", "the URDF of table and tools");
   const fs::path beside = fs::path(file).parent_path() / urdf;
@@ -159,8 +171,13 @@ Scene loadScene(const std::string& name, const std::string& share, double spacin
     motion.joint = entry.get<std::string>("joint", "the name of a joint of the URDF");
     motion.velocity = entry.get<double>("velocity", "rad/s or m/s");
     motion.start = entry.get("start", 0.0, "s");
-    motion.duration = entry.get("duration", std::numeric_limits<double>::infinity(), "s");
+    motion.duration = entry.getOrInfinite("duration", std::numeric_limits<double>::infinity(), "s");
     entry.finish();
+    if (motion.start < 0.0 || motion.duration < 0.0)
+      entry.fail("'start' or 'duration' is out of its range, expected 0 s or more");
+    for (const Motion& other : scene.motions)
+      if (other.joint == motion.joint)
+        entry.fail("joint '" + motion.joint + "' has two motions, expected one");
     scene.motions.push_back(motion);
   }
   map.finish();

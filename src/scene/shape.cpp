@@ -1,5 +1,6 @@
 #include "scene/shape.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace tactile_clay::scene {
@@ -39,6 +40,12 @@ std::vector<Eigen::Vector3d> latticeInCylinder(double below, double above, doubl
 }
 
 }  // namespace
+
+double boundingVolume(const Shape& shape) {
+  if (shape.kind == Shape::Kind::box) return shape.size.prod();
+  const double diameter = 2.0 * std::max(shape.size.x(), shape.size.y());
+  return diameter * diameter * shape.size.z();
+}
 
 std::vector<Eigen::Vector3d> latticeIn(const Shape& shape, double spacing) {
   if (shape.kind == Shape::Kind::box) return latticeInBox(shape.size, spacing);

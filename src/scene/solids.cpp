@@ -1,5 +1,6 @@
 #include "scene/solids.h"
 
+#include <console_bridge/console.h>
 #include <urdf_model/model.h>
 #include <urdf_parser/urdf_parser.h>
 
@@ -18,6 +19,33 @@ Eigen::Isometry3d toEigen(const urdf::Pose& pose) {
   pose.rotation.getQuaternion(x, y, z, w);
   result.linear() = Eigen::Quaterniond(w, x, y, z).toRotationMatrix();
   return result;
+}
+
+/// The first error that urdfdom tells while this lives. It tells them on the console only, and leaves out of
+/// a model what it could not read.
+class FirstError : public console_bridge::OutputHandler {
+ public:
+  FirstError() { console_bridge::useOutputHandler(this); }
+  ~FirstError() override { console_bridge::restorePreviousOutputHandler(); }
+  FirstError(const FirstError&) = delete;
+  FirstError& operator=(const FirstError&) = delete;
+
+  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
+    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR && text_.empty()) text_ = text;
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+urdf::ModelInterfaceSharedPtr parse(const std::string& urdf_xml) {
+  const FirstError error;
+  urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(urdf_xml);
+  if (!model || !error.text().empty())
+    throw std::runtime_error("urdf: the robot model cannot be read, expected URDF XML" +
+                             (error.text().empty() ? "" : ": " + error.text()));
+  return model;
 }
 
 clay::Solid toSolid(const std::string& link, const urdf::Collision& collision) {
@@ -48,6 +76,11 @@ clay::Solid toSolid(const std::string& link, const urdf::Collision& collision) {
       throw std::runtime_error("urdf: link '" + link +
                                "' has a mesh as collision, expected box, cylinder or sphere");
   }
+  const int sizes = solid.shape == clay::Solid::Shape::box        ? 3
+                    : solid.shape == clay::Solid::Shape::cylinder ? 2
+                                                                  : 1;
+  if (!(solid.size.head(sizes).minCoeff() > 0.0))
+    throw std::runtime_error("urdf: link '" + link + "' has a collision without size, expected above zero");
   return solid;
 }
 
@@ -90,7 +123,7 @@ struct Solids::Model {
       next.pose = twist.pose * toEigen(joint->parent_to_joint_origin_transform);
       next.angular = twist.angular;
       next.linear = twist.linear + twist.angular.cross(next.pose.translation() - twist.pose.translation());
-      const Eigen::Vector3d axis(joint->axis.x, joint->axis.y, joint->axis.z);
+      const Eigen::Vector3d axis = Eigen::Vector3d(joint->axis.x, joint->axis.y, joint->axis.z).normalized();
       if (const Motion* motion = motionOf(joint->name)) {
         const double q = position(*motion, t), rate = velocity(*motion, t);
         const Eigen::Vector3d world_axis = next.pose.linear() * axis;
@@ -109,8 +142,7 @@ struct Solids::Model {
 
 Solids::Solids(const std::string& urdf_xml, const std::vector<Motion>& motions)
     : model_(std::make_unique<Model>()) {
-  model_->urdf = urdf::parseURDF(urdf_xml);
-  if (!model_->urdf) throw std::runtime_error("urdf: the robot model cannot be parsed, expected URDF XML");
+  model_->urdf = parse(urdf_xml);
   model_->motions = motions;
   for (const Motion& motion : motions) {
     const auto joint = model_->urdf->getJoint(motion.joint);
@@ -121,6 +153,9 @@ Solids::Solids(const std::string& urdf_xml, const std::vector<Motion>& motions)
       throw std::runtime_error("scene: joint '" + motion.joint +
                                "' cannot move, expected a continuous, revolute or prismatic joint");
     }
+    if (joint->axis.x == 0.0 && joint->axis.y == 0.0 && joint->axis.z == 0.0)
+      throw std::runtime_error("urdf: joint '" + motion.joint +
+                               "' has no axis, expected one that is not zero");
   }
   at(0.0);  // every collision shape is looked at once, so that a bad one is found here
 }

@@ -14,8 +14,8 @@ namespace tactile_clay::scene {
 class Solids {
  public:
   /// \param urdf_xml text of the robot model; its root link is the world frame
-  /// \throws std::runtime_error where the model cannot be read, a motion names no joint of it, or a collision
-  ///         shape is neither box, cylinder nor sphere
+  /// \throws std::runtime_error where the model cannot be read, a motion names no joint of it that can move,
+  ///         or a collision shape is neither box, cylinder nor sphere, or has no size
   Solids(const std::string& urdf_xml, const std::vector<Motion>& motions);
   ~Solids();
 

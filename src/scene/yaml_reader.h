@@ -3,6 +3,8 @@
 #include <yaml-cpp/yaml.h>
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -10,12 +12,18 @@
 
 namespace tactile_clay::scene {
 
-/// A YAML map that is read strictly: a key that nobody asked for, or a value of the wrong kind, is an error
-/// with file, line and what was expected.
+/// A YAML map that is read strictly: a key that nobody asked for or that stands there twice, or a value of
+/// the wrong kind, is an error with file, line and what was expected. Numbers are finite.
 class YamlMap {
  public:
   YamlMap(const YAML::Node& node, std::string file) : node_(node), file_(std::move(file)) {
     if (!node_.IsMap()) fail(node_, "expected a map of keys and values");
+    std::set<std::string> keys;
+    for (const auto& entry : node_) {
+      if (!entry.first.IsScalar()) fail(entry.first, "a key that is no name, expected keys and values");
+      if (!keys.insert(entry.first.Scalar()).second)
+        fail(entry.first, "key '" + entry.first.Scalar() + "' stands there twice, expected it once");
+    }
   }
 
   bool has(const std::string& key) const { return static_cast<bool>(node_[key]); }
@@ -30,6 +38,13 @@ class YamlMap {
   T get(const std::string& key, const T& fallback, const std::string& expected) {
     asked_.insert(key);
     return has(key) ? convert<T>(key, expected) : fallback;
+  }
+  /// A number that may be `.inf`.
+  double getOrInfinite(const std::string& key, double fallback, const std::string& expected) {
+    asked_.insert(key);
+    const double value = has(key) ? as<double>(key, expected) : fallback;
+    if (std::isnan(value)) fail(node_[key], "'" + key + "' is no number, expected " + expected);
+    return value;
   }
   /// Required list of exactly `count` finite numbers.
   std::vector<double> numbers(const std::string& key, std::size_t count, const std::string& expected) {
@@ -63,7 +78,7 @@ class YamlMap {
   /// \throws std::runtime_error naming the first key that was never asked for
   void finish() const {
     for (const auto& entry : node_) {
-      const std::string key = entry.first.as<std::string>();
+      const std::string& key = entry.first.Scalar();
       if (asked_.count(key) == 0) fail(entry.first, "unknown key '" + key + "', expected one of " + known());
     }
   }
@@ -76,6 +91,20 @@ class YamlMap {
  private:
   template <typename T>
   T convert(const std::string& key, const std::string& expected) {
+    const T value = as<T>(key, expected);
+    if (!finite(value)) fail(node_[key], "'" + key + "' is not finite, expected " + expected);
+    return value;
+  }
+  template <typename T>
+  static bool finite(const T&) {
+    return true;
+  }
+  static bool finite(double value) { return std::isfinite(value); }
+  static bool finite(const std::vector<double>& values) {
+    return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+  }
+  template <typename T>
+  T as(const std::string& key, const std::string& expected) {
     asked_.insert(key);
     try {
       return node_[key].as<T>();

@@ -6,6 +6,8 @@
 // Arguments of rig.launch that need no check are passed over.
 #include <ros/console.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -22,6 +24,9 @@
 #include "nodes/share.h"
 #include "scene/scene.h"
 #include "scene/solids.h"
+#include "ultrasound/array_layout.h"
+#include "ultrasound/modulation.h"
+#include "ultrasound/phase_solver.h"
 
 namespace {
 
@@ -88,11 +93,30 @@ void check(const Arguments& arguments, const std::string& key, double low, doubl
   }
 }
 
+void checkSwitch(const Arguments& arguments, const std::string& key) {
+  const auto found = arguments.find(key);
+  if (found == arguments.end()) return;
+  std::string value = found->second;
+  // roslaunch takes them in any case.
+  std::transform(value.begin(), value.end(), value.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (value != "true" && value != "false")
+    throw std::runtime_error(key + " '" + found->second + "': expected true or false");
+}
+
+std::string valueOf(const Arguments& arguments, const std::string& key, const std::string& fallback) {
+  const auto found = arguments.find(key);
+  return found == arguments.end() ? fallback : found->second;
+}
+
 std::string checkAll(const Arguments& arguments) {
   const std::string package = clay::nodes::packageFolder();
   const clay::scene::Scene scene = clay::scene::loadScene(arguments.at("scene"), package);
   std::string urdf = clay::scene::readText(scene.urdf);
-  clay::scene::Solids(urdf, scene.motions);
+  try {
+    clay::scene::Solids(urdf, scene.motions);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(scene.urdf + ": " + error.what());
+  }
   clay::scene::loadQuality(arguments.at("quality"), package);
   if (!arguments.at("solver").empty()) clay::clay::methodNamed(arguments.at("solver"));
   if (arguments.at("hand_model") != "kinematic" && arguments.at("hand_model") != "soft")
@@ -103,6 +127,15 @@ std::string checkAll(const Arguments& arguments) {
   if (arguments.at("device") != "simulated")
     clay::nodes::Plugin<clay::device::ArrayDevice>("tactile_clay::device::ArrayDevice", "device",
                                                    arguments.at("device"), "simulated");
+  clay::ultrasound::modulation(valueOf(arguments, "modulation", "am"));
+  clay::ultrasound::arrayLayouts(valueOf(arguments, "layout", "usx"));
+  clay::ultrasound::phaseMethod(valueOf(arguments, "phase_method", "newton"));
+  for (const char* key :
+       {"loop", "skeleton", "perceptual_weights", "nodelets", "lockstep", "sleeping", "rviz"})
+    checkSwitch(arguments, key);
+  if (valueOf(arguments, "clean", "auto") != "auto") checkSwitch(arguments, "clean");
+  if (!valueOf(arguments, "head_spl_cap", "").empty()) check(arguments, "head_spl_cap", 0.0, 200.0);
+  check(arguments, "phase_levels", 0, 65536);
   check(arguments, "rate", 0.01, 100.0);
   check(arguments, "prediction", 0.0, 0.02);
   check(arguments, "duration", 0.0, 1e9);

@@ -131,6 +131,15 @@ class BadInput(unittest.TestCase):
             with self.subTest(argument):
                 self.expect_one_line([argument], argument.split(':')[0])
 
+    def test_wrong_switches_and_names(self):
+        for argument, words in (('lockstep:=1', 'expected true or false'), ('nodelets:=maybe', 'expected true or false'),
+                                ('loop:=yes', 'expected true or false'), ('clean:=often', 'expected true or false'),
+                                ('modulation:=fm', 'am, lateral, stm'), ('layout:=round', 'uhev1'),
+                                ('phase_method:=guess', 'newton'), ('phase_levels:=-1', 'phase_levels'),
+                                ('head_spl_cap:=loud', 'head_spl_cap')):
+            with self.subTest(argument):
+                self.expect_one_line([argument], argument.split('=')[1], words)
+
     def test_roslaunch_by_itself_fails_too(self):
         code, lines = self.run_to_end(['roslaunch', 'tactile_clay', 'rig.launch', 'rviz:=false', 'scene:=sandbox'])
         self.assertGreater(code, 0)

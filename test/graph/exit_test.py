@@ -33,6 +33,27 @@ class Exit(unittest.TestCase):
         self.assertFalse(self.graph.registered('/' + node))
 
 
+class WithoutMaster(unittest.TestCase):
+    def test_ctrl_c_while_a_node_waits_for_a_master(self):
+        graph = rig_run.Graph()  # not entered: at its address is nobody
+        self.addCleanup(graph.__exit__)
+        running = {}
+        for node in NODES:
+            words = open(os.path.join(graph.folder, node), 'w+b')
+            self.addCleanup(words.close)
+            running[node] = graph.start([os.path.join(PROGRAMS, node)], stdout=words, stderr=words), words
+
+        def said(words):
+            words.seek(0)
+            return words.read().decode(errors='replace')
+        rig_run.wait_until(lambda: all('contact master' in said(words) for _, words in running.values()), 30,
+                           'seven nodes that wait')
+        for node, (process, words) in running.items():
+            with self.subTest(node):
+                self.assertEqual(graph.stop(process), 0, said(words))
+                self.assertNotIn('FATAL', said(words))
+
+
 def case(node):
     return lambda self: self.interrupt(node)
 

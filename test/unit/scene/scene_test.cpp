@@ -90,6 +90,40 @@ TEST(Scene, ComplaintsNameFileLineAndExpectation) {
       std::string::npos);
 }
 
+TEST(Scene, NumbersAreFiniteAndInTheirRange) {
+  const auto body = [](const std::string& rest) {
+    return "urdf: table.urdf\nbodies:\n  - {name: a, material: dough, shape: box, " + rest + "}\n";
+  };
+  const std::string box = "size: [0.02, 0.02, 0.02]";
+  const std::string wheel = "urdf: potters_wheel.urdf\n" + good.substr(good.find('\n') + 1) + "motions:\n";
+  const std::vector<std::pair<std::string, std::string>> wrong = {
+      {body(box + ", pose: [.nan, 0, 0, 0, 0, 0]"), ":3: 'pose' is not finite"},
+      {body(box + ", velocity: [0, .inf, 0]"), ":3: 'velocity' is not finite"},
+      {body(box + ", color: [.nan, 0, 0]"), ":3: 'color' is not finite"},
+      {body(box + ", pose: [3, 0, 0, 0, 0, 0]"), ":3: body 'a' reaches out of the world"},
+      {body("size: [1e9, 1e9, 1e9]"), ":3: body 'a' has more than 10000000 particles"},
+      {"spacing: 1.0e-9\n" + good, ":4: body 'a' has more than 10000000 particles"},
+      {"spacing: 2\n" + good, "'spacing' is out of its range"},
+      {"gravity: [0, 0, .nan]\n" + good, ":1: 'gravity' is not finite"},
+      {"world: -1\n" + good, "'world' is out of its range"},
+      {"tolerance: .inf\n" + good, ":1: 'tolerance' is not finite"},
+      {"tolerance: -1\n" + good, "'tolerance' is out of its range"},
+      {wheel + "  - {joint: wheel_joint, velocity: .nan}\n", ":5: 'velocity' is not finite"},
+      {wheel + "  - {joint: wheel_joint, velocity: 1, duration: .nan}\n", ":5: 'duration' is no number"},
+      {wheel + "  - {joint: wheel_joint, velocity: 1, start: -1}\n", ":5: 'start' or 'duration'"},
+      {wheel + "  - {joint: wheel_joint, velocity: 1}\n  - {joint: wheel_joint, velocity: 2}\n",
+       ":6: joint 'wheel_joint' has two motions"}};
+  for (const auto& [yaml, words] : wrong)
+    EXPECT_NE(complaint(yaml).find(words), std::string::npos) << yaml << complaint(yaml);
+  EXPECT_EQ(complaint(wheel + "  - {joint: wheel_joint, velocity: 1, duration: .inf}\n"), "");
+}
+
+TEST(Scene, KeysAreNamesAndStandThereOnce) {
+  EXPECT_NE(complaint("spacing: 0.005\nspacing: 0.01\n" + good).find(":2: key 'spacing' stands there twice"),
+            std::string::npos);
+  EXPECT_NE(complaint("? [a, b]\n: 1\n" + good).find(".yaml:1: a key that is no name"), std::string::npos);
+}
+
 TEST(Quality, ThePapersSchemeIsAPreset) {
   const clay::Budget paper = loadQuality("paper", share);
   EXPECT_EQ(paper.method, clay::Method::paper);

@@ -57,5 +57,50 @@ TEST(Solids, BadModelsAndMotionsAreNamed) {
       std::runtime_error);
 }
 
+/// A wheel of this collision shape, on a joint of this axis.
+std::string wheel(const std::string& shape, const std::string& axis) {
+  return "<robot name='r'><link name='world'/><joint name='j' type='continuous'><parent link='world'/>"
+         "<child link='wheel'/><axis xyz='" +
+         axis + "'/></joint><link name='wheel'><collision><geometry><" + shape +
+         "/></geometry></collision></link></robot>";
+}
+
+std::string complaint(const std::string& urdf) {
+  Motion turning;
+  turning.joint = "j";
+  turning.velocity = M_PI;
+  try {
+    Solids(urdf, {turning});
+  } catch (const std::runtime_error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(Solids, WhatUrdfdomLeavesOutIsAnError) {
+  // It tells so on the console only, and the clay would fall through.
+  EXPECT_EQ(complaint(wheel("sphere radius='0.1'", "0 0 1")), "");
+  EXPECT_NE(complaint(wheel("box size='nan 1 1'", "0 0 1")).find("urdf: the robot model cannot be read"),
+            std::string::npos);
+  EXPECT_NE(complaint(wheel("ball radius='0.1'", "0 0 1")).find("Unknown geometry type 'ball'"),
+            std::string::npos);
+  EXPECT_NE(
+      complaint(wheel("sphere radius='-0.1'", "0 0 1")).find("link 'wheel' has a collision without size"),
+      std::string::npos);
+  EXPECT_NE(complaint(wheel("sphere radius='0.1'", "0 0 0")).find("joint 'j' has no axis"),
+            std::string::npos);
+}
+
+TEST(Solids, TheLengthOfAnAxisDoesNotMatter) {
+  Motion turning;
+  turning.joint = "j";
+  turning.velocity = M_PI;
+  turning.duration = 1.0;
+  const Solids solids(wheel("sphere radius='0.1'", "0 0 3"), {turning});
+  const clay::Solid solid = solids.at(0.5).front();
+  EXPECT_TRUE((solid.pose.linear() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY(), 1e-12));
+  EXPECT_NEAR(solid.angular_velocity.z(), M_PI, 1e-12);
+}
+
 }  // namespace
 }  // namespace tactile_clay::scene
