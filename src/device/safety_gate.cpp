@@ -79,7 +79,7 @@ SafetyGate::SafetyGate(const SafetyGateConfig& config) : config_(config) {
 
 void SafetyGate::stop() {
   stopped_ = true;
-  intensities_.clear();
+  fallSilent();
 }
 
 Verdict SafetyGate::tick(double age_since_last) const {

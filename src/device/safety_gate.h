@@ -89,6 +89,9 @@ class SafetyGate {
 
   bool stopped() const { return stopped_; }
 
+  /// The array was silenced by other means than check(). Points then start from intensity 0 again.
+  void fallSilent() { intensities_.clear(); }
+
   /// What of this emission may reach the array? Rules, first come first named:
   /// - silent: emergency stop, not yet started, stale (older than the timeout, or from further than that in
   ///   the future); and, where there are points: hand lost (no hand is tracked, or no word of the hands for

@@ -16,13 +16,14 @@ using namespace std::chrono_literals;
 using sonic_surface::Firmware;
 
 constexpr char self[] = "sonic_surface";
-constexpr auto beat = 50ms;             // between signs of life
-constexpr auto hung = 500ms;            // without one, the guard silences the boards
-constexpr auto retry = 250ms;           // between tries to open a lost port
-constexpr auto port_patience = 200ms;   // for a port that takes no bytes
-constexpr auto open_patience = 1000ms;  // for the guard of a driver that has just died
-constexpr unsigned patterns = 16;       // of channels that are on, to choose from
-constexpr double near_focus = 0.0019;   // m, in which a focus has its peak
+constexpr auto beat = 50ms;              // between signs of life
+constexpr auto hung = 500ms;             // without one, the guard silences the boards
+constexpr auto retry = 250ms;            // between tries to open a lost port
+constexpr auto port_patience = 200ms;    // for a port that takes no bytes
+constexpr auto open_patience = 1000ms;   // for the guard of a driver that has just died
+constexpr std::size_t most_points = 16;  // of a board, at a time: 16 transducers each
+constexpr unsigned patterns = 16;        // of channels that are on, to choose from
+constexpr double near_focus = 0.0019;    // m, in which a focus has its peak
 
 ultrasound::ArrayLayout layoutOf(std::size_t boards, const Eigen::Isometry3d& second) {
   std::string csv = "channel,column,row\n";
@@ -106,7 +107,10 @@ Capabilities SonicSurface::capabilities() const {
   // Bytes of a frame; 2 boards are selected by one byte each.
   const std::size_t bytes = boards_ == 1 ? 258 : 517;
   // Steps of lateral modulation and STM would need 160 and more.
-  return {layout_, 0, 1.0 / sonic_surface::secondsOnWire(bytes), {ultrasound::Modulation::amplitude}};
+  return {layout_,
+          boards_ * most_points,
+          1.0 / sonic_surface::secondsOnWire(bytes),
+          {ultrasound::Modulation::amplitude}};
 }
 
 ultrasound::Drive SonicSurface::solve(const std::vector<ultrasound::FocalPoint>& points) const {

@@ -1,6 +1,5 @@
 #include "nodes/array_driver.h"
 
-#include <algorithm>
 #include <map>
 #include <sstream>
 
@@ -54,13 +53,8 @@ ArrayDriver::ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh)
   output.loudness = [this](const auto& points) { return loudness(points); };
   output.modulations = capabilities.modulations;
   output.max_rate = capabilities.max_rate;
-  output.emit = [this, most = capabilities.max_points](const device::Emission& emission,
-                                                       const std_msgs::Header&) {
-    std::size_t at_once = 0;
-    for (const auto& instant : device::period(emission)) at_once = std::max(at_once, instant.points.size());
-    if (most > 0 && at_once > most)
-      throw std::runtime_error(name_ + ": " + std::to_string(at_once) +
-                               " focal points at a time, expected at most " + std::to_string(most));
+  output.max_points = capabilities.max_points;
+  output.emit = [this](const device::Emission& emission, const std_msgs::Header&) {
     device_->submit(emission);
   };
   output.silence = [this](const std_msgs::Header&) { device_->stop(); };

@@ -16,6 +16,7 @@ namespace tactile_clay::nodes {
 namespace {
 
 const ros::WallDuration watch_period(0.02);
+constexpr std::size_t most_places = 256;  // of a frame; no renderer makes more
 
 /// \param real whether somebody may be hurt: a simulated array keeps to no level at the head unless one is
 /// given
@@ -119,6 +120,20 @@ std::string GatedArray::cannotPlay(unsigned modulation) const {
   return line.str();
 }
 
+/// Empty, or why there are too many points: phases and loudness of hundreds would take seconds, in which no
+/// emergency stop is heard.
+std::string GatedArray::tooMany(const device::Emission& emission) const {
+  const auto more = [&](std::size_t most, const char* what) {
+    return std::to_string(emission.points.size()) + what + ", array '" + device_ + "' takes at most " +
+           std::to_string(most);
+  };
+  const std::size_t count = emission.points.size();
+  const bool one_by_one = emission.modulation == ultrasound::Modulation::spatiotemporal;
+  if (!one_by_one && output_.max_points > 0 && count > output_.max_points)
+    return more(output_.max_points, " focal points at a time");
+  return count > most_places ? more(most_places, " focal points in a frame") : "";
+}
+
 void GatedArray::receive(const FocalPointArray::ConstPtr& message) {
   ++frames_;
   device::Emission emission;
@@ -139,7 +154,8 @@ void GatedArray::receive(const FocalPointArray::ConstPtr& message) {
     verdict.reason = cannot_play;
   } else {
     emission.modulation = static_cast<ultrasound::Modulation>(message->modulation);
-    verdict = gate_.check(emission, occasion, output_.loudness);
+    verdict.reason = tooMany(emission);
+    if (verdict.passes()) verdict = gate_.check(emission, occasion, output_.loudness);
   }
   head_spl_ = verdict.head_spl.value_or(0.0);
   lowered_ = verdict.lowered;
@@ -168,6 +184,7 @@ void GatedArray::emit(const device::Emission& emission) {
 
 void GatedArray::close(const std::string& reason) {
   output_.silence(in_force_);
+  gate_.fallSilent();
   if (open_ || !told_silence_)
     ROS_WARN_THROTTLE(1.0, "array '%s' is silent: %s", device_.c_str(), reason.c_str());
   told_silence_ = true;

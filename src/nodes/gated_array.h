@@ -28,6 +28,8 @@ class GatedArray {
     /// That the array can play, and how many updates a second it takes, 0: any number.
     std::vector<ultrasound::Modulation> modulations;
     double max_rate = 0.0;
+    /// Focal points at a time, 0: any number.
+    std::size_t max_points = 0;
     /// Emits. \throws std::runtime_error when the array is gone
     std::function<void(const device::Emission&, const std_msgs::Header&)> emit;
     /// Goes silent. The header is that of the frame in force. Must not throw.
@@ -48,6 +50,7 @@ class GatedArray {
   device::Occasion occasion(ros::Time stamp);
   /// Empty, or why the array cannot play it.
   std::string cannotPlay(unsigned modulation) const;
+  std::string tooMany(const device::Emission& emission) const;
   void emit(const device::Emission& emission);
   void watch();
   void close(const std::string& reason);

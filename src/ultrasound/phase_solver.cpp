@@ -21,16 +21,16 @@ constexpr auto two_pi = static_cast<float>(2.0 * M_PI);
 constexpr auto over_turn = static_cast<float>(0.5 / M_PI);
 constexpr int ascent_passes = 10;
 constexpr int newton_steps = 40;
-constexpr float newton_tolerance = 5e-4f;  // of an amplitude: below it single precision gains nothing
-constexpr double peak_tolerance = 7e-4;    // m, from a focus to the peak of its amplitude
-constexpr float least_width = 0.35f;       // of a peak's parabola, over that of a focus that is alone
-constexpr double resolvable = 1.5;         // separation below which two foci cannot both be peaks
-constexpr int peak_steps = 15;             // after which peaks are given up where they could not be had
-constexpr double first_damping = 1e-5;     // foci that no drive can tell apart must not turn it wildly
-constexpr double most_damping = 1e3;       // beyond it no step helps
-constexpr float poor = 0.01f;              // error of the worst amplitude that calls for another start
-constexpr int more_starts = 3;
-constexpr int more_passes = 40;
+constexpr float newton_tolerance = 5e-4f;    // of an amplitude: below it single precision gains nothing
+constexpr double peak_tolerance = 7e-4;      // m, from a focus to the peak of its amplitude
+constexpr float least_width = 0.35f;         // of a peak's parabola, over that of a focus that is alone
+constexpr double resolvable = 1.5;           // separation below which two foci cannot both be peaks
+constexpr int peak_steps = 15;               // after which peaks are given up where they could not be had
+constexpr double first_damping = 1e-5;       // foci that no drive can tell apart must not turn it wildly
+constexpr double most_damping = 1e3;         // beyond it no step helps
+constexpr float poor = 0.01f;                // error of the worst amplitude that calls for another start
+constexpr std::size_t more_starts = 6;       // at most lane_count - 1
+constexpr float least_norm_damping = 1e-3f;  // of foci that no drive can tell apart
 constexpr int limited_rounds = 3;
 
 const std::map<std::string, PhaseMethod>& methods() {
@@ -120,6 +120,21 @@ TACTILE_CLAY_CLONES void moderate(DriveLanes& q, std::size_t transducers) {
     a.re *= scale;
     a.im *= scale;
   }
+}
+
+/// Units of sixteen phases for each focus: lane 0 has all foci in phase, the others scatter them evenly
+/// (additive recurrence).
+LaneArray<ComplexLanes> scattered(std::size_t foci) {
+  LaneArray<ComplexLanes> unit(foci);
+  for (std::size_t m = 0; m < foci; ++m) {
+    Lanes turns{};
+    for (std::size_t lane = 1; lane < lane_count; ++lane)
+      turns[lane] = static_cast<float>(std::fmod(0.7548776662 * static_cast<double>((m + 1) * lane) +
+                                                     0.5698402910 * static_cast<double>(m * m * lane),
+                                                 1.0));
+    unitCircle(turns, unit[m].re, unit[m].im);
+  }
+  return unit;
 }
 
 /// Turns the phases of sources c, |c| = weight, one after the other to where they add most to the power
@@ -219,11 +234,7 @@ class Solver {
       case PhaseMethod::newton:
         gerchbergSaxton(warm_ ? power : strongest(), options_.iterations);
         correct(LaneArray<Lanes>(g_.width, Lanes{} + 1.0f));
-        // A few sets of many unequal foci end where no small change helps; from elsewhere they do not.
-        for (int start = 0; start < more_starts && worst(p_.abs()) > poor; ++start) {
-          gerchbergSaxton(power, more_passes);
-          correct(LaneArray<Lanes>(g_.width, Lanes{} + 1.0f));
-        }
+        if (worst(p_.abs()) > poor) startAnew();
         break;
     }
   }
@@ -300,15 +311,7 @@ class Solver {
   Eigen::ArrayXf strongest() {
     const Eigen::MatrixXcf r = gram(g_);
     const Eigen::ArrayXf over_energy = r.diagonal().real().array().max(tiny).inverse();
-    LaneArray<ComplexLanes> source(g_.foci);
-    for (std::size_t m = 0; m < g_.foci; ++m) {
-      Lanes turns{};  // lane 0: all foci in phase; others: scattered evenly (additive recurrence)
-      for (std::size_t lane = 1; lane < lane_count; ++lane)
-        turns[lane] = static_cast<float>(std::fmod(0.7548776662 * static_cast<double>((m + 1) * lane) +
-                                                       0.5698402910 * static_cast<double>(m * m * lane),
-                                                   1.0));
-      unitCircle(turns, source[m].re, source[m].im);
-    }
+    LaneArray<ComplexLanes> source = scattered(g_.foci);
     Lanes power;
     ascend(r, over_energy, ascent_passes, source.data(), power);
     std::size_t best = 0;
@@ -321,6 +324,35 @@ class Solver {
     p_.re = p.real().array();
     p_.im = p.imag().array();
     return over_energy / p_.abs().max(tiny);
+  }
+
+  /// A weak focus above a strong one, on its axis, gets far too much from all drives that give much power,
+  /// and no small change helps. Starts from others: those of least norm that give each focus its amplitude at
+  /// some phase, q = G^H (G G^H)^-1 p, each brought to amplitude 1. Keeps the best.
+  void startAnew() {
+    Eigen::MatrixXcf r = gram(g_);
+    r.diagonal() *= 1.0f + least_norm_damping;
+    const Eigen::LLT<Eigen::MatrixXcf> by(r);
+    const LaneArray<ComplexLanes> phases = scattered(g_.foci);
+    DriveLanes best = q_;
+    float least = worst(p_.abs());
+    for (std::size_t start = 1; start <= more_starts && least > poor; ++start) {
+      Eigen::VectorXcf source(p_.re.size());
+      for (std::size_t m = 0; m < g_.foci; ++m)
+        source(static_cast<Eigen::Index>(m)) = {phases[m].re[start], phases[m].im[start]};
+      by.solveInPlace(source);
+      if (!source.allFinite()) break;
+      p_.re = source.real().array();
+      p_.im = source.imag().array();
+      emit(p_.abs());
+      correct(LaneArray<Lanes>(g_.width, Lanes{} + 1.0f));
+      const float error = worst(p_.abs());
+      if (!(error < least)) continue;
+      least = error;
+      best = q_;
+    }
+    q_ = best;
+    propagate(g_, q_, p_);
   }
 
   static float spread(const Eigen::ArrayXf& amplitude) {

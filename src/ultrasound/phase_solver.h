@@ -59,8 +59,9 @@ double focusPressure(const ArrayLayout& layout, const Acoustics& acoustics, cons
 ///   top more than 0.7 mm away, its slope gets two rows of J, and where it is flat or bends upwards, as a
 ///   weak focus does between the lobes of strong ones, its width gets one. Foci that no drive could make
 ///   peaks of their own, less than 1.5 apart (separation()), such as two above each other, are left as they
-///   are. That takes 1 % of the pressure. Along z, where a focus is long, its peak is nearer to the array by
-///   some mm, as it is for a single one.
+///   are. Where an amplitude stays more than 1 % off, as that of a weak focus above a strong one does, it
+///   starts anew from drives of least norm, G^H (G G^H)^-1 p. Peaks take 1 % of the pressure. Along z, where
+///   a focus is long, its peak is nearer to the array by some mm, as it is for a single one.
 ///
 /// Not phase_only: transducers that the foci hardly need are driven less, in proportion up to the mean.
 ///

@@ -83,6 +83,7 @@ class ArrayDriver(unittest.TestCase):
                 ('far away', [focus(y=0.5)], 'array', 'outside the workspace'),
                 ('behind the array', [focus(z=-0.1)], 'array', 'outside the workspace'),
                 ('too strong', [focus(intensity=1.5)], 'array', 'intensity'),
+                ('too many', [focus(number=n) for n in range(257)], 'array', 'at most 256'),
                 ('intensity NaN', [focus(intensity=nan)], 'array', 'non-finite'),
                 ('other frame', [focus()], 'world', 'world')):
             with self.subTest(name):

@@ -170,6 +170,15 @@ class SonicSurface(unittest.TestCase):
     def test_newest_wins_two_boards(self):
         self.newest_wins(44.7, frequency=200.0, boards=2)
 
+    def test_more_points_than_it_takes(self):
+        """Phases of hundreds of points would take seconds, in which no emergency stop was heard."""
+        emulator, _ = self.rig()
+        for count, passes in ((100, False), (16, True), (17, False)):
+            self.stream.points = [focus(0.02 * (n % 4) - 0.03, 0.02 * (n // 4 % 4) - 0.03, 0.2, number=n) for n in range(count)]
+            _, state = self.states.wait(lambda state: state.emitting == passes)
+            self.assertEqual('at most 16' in state.silent_reason, not passes, state.silent_reason)
+        wait_until(emulator.silent_for_good, 10, 'silence of both buffers')
+
     # How it becomes silent.
 
     def test_points_that_end(self):

@@ -200,6 +200,8 @@ TEST_F(StartedGate, LetsIntensityRiseNoFasterThanTheSlew) {
   gate.stop();
   gate.reset();
   EXPECT_DOUBLE_EQ(passed(1.0, 0.01, 8), 0.2) << "after a stop it starts from 0";
+  gate.fallSilent();
+  EXPECT_DOUBLE_EQ(passed(1.0, 0.01, 8), 0.2) << "and after any other silence";
 }
 
 TEST(SafetyGate, ALongPauseIsNoReasonToJump) {
