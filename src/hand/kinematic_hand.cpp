@@ -42,12 +42,23 @@ Eigen::Vector3f sampleNormal(const BoundSample& sample, const std::array<BonePos
   return normal;
 }
 
+// How far a sample of `bone` withdraws to its axis, 0 to 1: wholly where it is deeper in other flesh than
+// `withdrawn_below` of its radius.
+float withdrawal(int bone, const Eigen::Vector3f& surface, float radius,
+                 const std::array<Capsule, bones.size()>& capsules) {
+  constexpr double withdrawn_below = 0.1;
+  double distance = 0.0;
+  for (int other = 0; other < static_cast<int>(capsules.size()); ++other)
+    if (other != bone) distance = std::min(distance, capsules[other].distance(surface.cast<double>()));
+  return static_cast<float>(std::min(1.0, -distance / (withdrawn_below * radius)));
+}
+
 }  // namespace
 
-KinematicHands::KinematicHands(double spacing) : spacing_(spacing) {
+KinematicHands::KinematicHands(double spacing, bool covered) : spacing_(spacing), covered_(covered) {
   // Made now, most adults' hands cost nothing when they appear.
   constexpr double adult = 1.05;
-  SkinTemplate right = makeSkinTemplate(Side::right, adult, spacing);
+  SkinTemplate right = makeSkinTemplate(Side::right, adult, spacing, covered);
   templates_[0] = std::make_shared<SkinTemplate>(mirroredTemplate(right));
   templates_[1] = std::make_shared<SkinTemplate>(std::move(right));
 }
@@ -57,7 +68,7 @@ std::shared_ptr<const SkinTemplate> KinematicHands::templateFor(const TrackedHan
   const double scale = std::clamp(personScale(hand), 0.4, 2.0);
   if (std::abs(scale / skin->scale - 1.0) > person_change)
     skin = std::make_shared<SkinTemplate>(
-        makeSkinTemplate(hand.side, std::round(scale / scale_step) * scale_step, spacing_));
+        makeSkinTemplate(hand.side, std::round(scale / scale_step) * scale_step, spacing_, covered_));
   return skin;
 }
 
@@ -89,7 +100,11 @@ void KinematicHands::append(const TrackedHand& hand, std::chrono::nanoseconds st
   const SkinTemplate& skin = *tracked->skin;
 
   std::array<BonePose, bones.size()> poses;
-  for (std::size_t i = 0; i < bones.size(); ++i) poses[i] = bonePose(bones[i], skin.rest_direction[i], hand);
+  std::array<Capsule, bones.size()> capsules;
+  for (std::size_t i = 0; i < bones.size(); ++i) {
+    poses[i] = bonePose(bones[i], skin.rest_direction[i], hand);
+    capsules[i] = boneCapsule(bones[i], hand);
+  }
   const double dt = goes_on ? std::chrono::duration<double>(stamp - tracked->stamp).count() : 0.0;
   const float per_second = dt > 0.0 ? static_cast<float>(1.0 / dt) : 0.0F;
 
@@ -97,7 +112,8 @@ void KinematicHands::append(const TrackedHand& hand, std::chrono::nanoseconds st
   const std::size_t start = skin_.size();
   // Areas are the template's, resized with the person as the tracker sees it now.
   const double growth = std::pow(personScale(hand) / skin.scale, 2);
-  tracked->position.resize(count, Eigen::Vector3f::Zero());
+  tracked->surface.resize(count, Eigen::Vector3f::Zero());
+  tracked->axis.resize(count, Eigen::Vector3f::Zero());
   skin_.position.resize(start + count);
   skin_.normal.resize(start + count);
   skin_.velocity.resize(start + count);
@@ -109,15 +125,21 @@ void KinematicHands::append(const TrackedHand& hand, std::chrono::nanoseconds st
     const BoundSample& sample = skin.samples[i];
     const BonePose& bone = poses[sample.bone];
     const Eigen::Vector3f normal = sampleNormal(sample, poses);
-    const Eigen::Vector3f position =
-        bone.from + sample.u * bone.along + (bone.radius_from + sample.u * bone.radius_growth) * normal;
-    skin_.position[start + i] = position;
+    const Eigen::Vector3f axis = bone.from + sample.u * bone.along;
+    const float radius = bone.radius_from + sample.u * bone.radius_growth;
+    const Eigen::Vector3f surface = axis + radius * normal;
+    const float deep = i < skin.bare_at_rest ? 0.0F : withdrawal(sample.bone, surface, radius, capsules);
+    // As fast as the bone, not as it withdraws: clay is met by skin that was there before.
+    const Eigen::Vector3f step =
+        (1.0F - deep) * (surface - tracked->surface[i]) + deep * (axis - tracked->axis[i]);
+    skin_.position[start + i] = (1.0F - deep) * surface + deep * axis;
     skin_.normal[start + i] = normal;
-    skin_.velocity[start + i] = (position - tracked->position[i]) * per_second;
+    skin_.velocity[start + i] = step * per_second;
+    tracked->surface[i] = surface;
+    tracked->axis[i] = axis;
     skin_.area[start + i] = sample.area * static_cast<float>(growth);
     skin_.pad_distance[start + i] = sample.pad_distance * static_cast<float>(std::sqrt(growth));
     skin_.region[start + i] = static_cast<std::uint8_t>(bones[sample.bone].region);
-    tracked->position[i] = position;
   }
   tracked->palm_position = palm_position;
   tracked->stamp = stamp;

@@ -14,11 +14,14 @@ namespace tactile_clay::hand {
 
 /// Skin of kinematic hands: samples follow position, length and radius of the tracked bones. While a hand
 /// stays tracked its samples keep their number and order, even where the tracker rescales the person; the
-/// samples of a hand that comes back are made anew if its person's size is more than a tenth off.
+/// samples of a hand that comes back are made anew if its person's size is more than a tenth off. A sample
+/// that the thumb covers withdraws to the axis of its bone, where no clay is, or it would push clay off the
+/// skin that covers it.
 class KinematicHands {
  public:
-  /// \param spacing of the samples, m \throws std::invalid_argument outside 1 to 20 mm
-  explicit KinematicHands(double spacing);
+  /// \param spacing of the samples, m \param covered whether to have samples of what the thumb covers at rest
+  /// \throws std::invalid_argument outside 1 to 20 mm
+  explicit KinematicHands(double spacing, bool covered = true);
 
   /// Skin at the next sample of the tracker: the left hand's samples, then the right one's, of hands that are
   /// present; of two hands of one side the more confident one. Velocities are finite differences from the
@@ -30,7 +33,7 @@ class KinematicHands {
  private:
   struct Tracked {
     std::shared_ptr<const SkinTemplate> skin;
-    std::vector<Eigen::Vector3f> position;  // of the samples
+    std::vector<Eigen::Vector3f> surface, axis;  // m, of the samples
     Eigen::Vector3d palm_position;
     std::chrono::nanoseconds stamp;
   };
@@ -39,6 +42,7 @@ class KinematicHands {
   void append(const TrackedHand& hand, std::chrono::nanoseconds stamp);
 
   double spacing_;
+  bool covered_;
   std::array<std::shared_ptr<const SkinTemplate>, 2> templates_;  // by side, kept over a loss
   std::array<std::optional<Tracked>, 2> tracked_;                 // by side, while the hand is present
   Skin skin_;

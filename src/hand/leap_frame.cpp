@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <stdexcept>
 #include <utility>
 
@@ -19,10 +20,25 @@ using Eigen::Vector3d;
 using leap::Json;
 using Positions = std::array<std::optional<Vector3d>, joint_count>;
 
-// A hand that cannot be used, in a frame that can.
-struct Unusable : std::runtime_error {
-  using std::runtime_error::runtime_error;
+// A hand that cannot be used, in a frame that can, is a runtime_error.
+using Unusable = std::runtime_error;
+
+struct Pointables {
+  std::map<std::string, std::vector<const Json*>> of_hand;  // by its id
+  std::string fault;  // of those that do not say whose they are: one line, empty where there is none
 };
+
+Pointables sorted(const Json& pointables) {
+  Pointables result;
+  for (std::size_t i = 0; i < pointables.size(); ++i) {
+    try {
+      result.of_hand[leap::id(pointables[i], "handId")].push_back(&pointables[i]);
+    } catch (const std::runtime_error& error) {
+      result.fault = "pointable " + std::to_string(i) + ' ' + error.what();
+    }
+  }
+  return result;
+}
 
 // Metres in our axes; a direction comes out at 1/1000, which its user normalises away.
 Vector3d fromLeap(const Vector3d& v) {
@@ -73,12 +89,13 @@ Eigen::Matrix3d palmRotation(const Json& hand) {
   return rotation;
 }
 
-// What the frame says of the joints of the hand with this id.
-Positions knownJoints(const Json& pointables, const std::string& hand_id,
+// What the pointables of a hand say of its joints.
+Positions knownJoints(const Pointables& pointables, const std::string& hand_id,
                       std::array<const Json*, finger_count>& found) {
   Positions positions;
-  for (const Json& pointable : pointables) {
-    if (leap::id(pointable, "handId") != hand_id) continue;
+  const auto own = pointables.of_hand.find(hand_id);
+  for (const Json* each : own == pointables.of_hand.end() ? std::vector<const Json*>() : own->second) {
+    const Json& pointable = *each;
     const int finger = leap::fingerType(pointable);
     if (finger < 0) continue;
     found[finger] = &pointable;
@@ -93,7 +110,8 @@ Positions knownJoints(const Json& pointables, const std::string& hand_id,
   static const std::array<const char*, finger_count> names = {"thumb", "index", "middle", "ring", "little"};
   for (int finger = 0; finger < finger_count; ++finger)
     if (found[finger] == nullptr)
-      throw Unusable(std::string("no pointable for its ") + names[finger] + " finger");
+      throw Unusable(std::string("no pointable for its ") + names[finger] + " finger" +
+                     (pointables.fault.empty() ? "" : "; " + pointables.fault));
   return positions;
 }
 
@@ -158,7 +176,7 @@ std::array<JointPose, joint_count> jointPoses(const PalmFrame& frame, const Posi
   return poses;
 }
 
-TrackedHand readHand(const Json& hand, const std::string& id, const Json& pointables) {
+TrackedHand readHand(const Json& hand, const std::string& id, const Pointables& pointables) {
   TrackedHand tracked;
   const auto [end, error] = std::from_chars(id.data(), id.data() + id.size(), tracked.id);
   if (error != std::errc() || end != id.data() + id.size())
@@ -201,14 +219,15 @@ std::optional<LeapFrame> parseLeapFrame(const std::string& text, const std::stri
     const Json& pointables = leap::array(message, "pointables");
     LeapFrame result;
     result.frame.stamp = leap::timestamp(message);
-    for (const Json& hand : hands) {
-      const std::string id = leap::id(hand, "id");
+    const Pointables by_hand = sorted(pointables);
+    for (std::size_t i = 0; i < hands.size(); ++i) {
+      std::string name = "hand " + std::to_string(i) + " of the frame";
       try {
-        result.frame.hands.push_back(readHand(hand, id, pointables));
-      } catch (const Unusable& unusable) {
-        std::string line = where;
-        line.append(": hand ").append(id).append(" is dropped: ").append(unusable.what());
-        result.dropped.push_back(std::move(line));
+        const std::string id = leap::id(hands[i], "id");
+        name = "hand " + id;
+        result.frame.hands.push_back(readHand(hands[i], id, by_hand));
+      } catch (const std::runtime_error& error) {
+        result.dropped.push_back(where + ": " + name + " is dropped: " + error.what());
       }
     }
     return result;

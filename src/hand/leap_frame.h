@@ -19,10 +19,10 @@ struct LeapFrame {
 /// palm's anatomy, the tip of the last bone in the direction of `tipPosition`, both at the person's scale;
 /// `type` of a pointable comes from its id, that of a hand from where its thumb is. Radii are the anatomy's
 /// at the person's scale. Orientations follow bones and palm, so that left hands are right-handed too
-/// whatever the service's `bases` say. A hand with a non-finite or absurd number, or without a finger, is
-/// dropped, the frame is not. \param where the message is from, for errors, such as `file:line` \return
-/// nothing for an empty line, and for the service's version and event messages \throws std::runtime_error
-/// with one line if it is no such message
+/// whatever the service's `bases` say. A hand with a non-finite or absurd number, with a field of another
+/// type, or without a finger, is dropped, the frame is not. \param where the message is from, for errors,
+/// such as `file:line` \return nothing for an empty line, and for the service's version and event messages
+/// \throws std::runtime_error with one line if it is no such message
 std::optional<LeapFrame> parseLeapFrame(const std::string& text, const std::string& where);
 
 /// A device event of the service: what it says of one tracker.

@@ -95,20 +95,25 @@ std::vector<SurfacePoint> coverHand(const TrackedHand& hand, double density) {
   return points;
 }
 
-// Dart throwing over the cover in a fixed random order; points that face away from each other (two fingers
-// side by side) do not compete. Returns indices in the order of the cover, that is bone by bone.
-std::vector<int> chooseSamples(const std::vector<SurfacePoint>& cover, double distance) {
+// Dart throwing over the cover in a fixed random order, beside samples that are there; points that face away
+// from each other (two fingers side by side) do not compete. Returns indices in the order of the cover, that
+// is bone by bone.
+std::vector<int> chooseSamples(const std::vector<SurfacePoint>& cover, double distance,
+                               const std::vector<SurfacePoint>& present) {
   std::vector<int> order(cover.size());
   std::iota(order.begin(), order.end(), 0);
   std::mt19937 random(20);  // with its own shuffle, for std::shuffle differs between libraries
   for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
-  PointGrid grid(distance);
+  PointGrid grid(distance), taken(distance);
+  for (std::size_t i = 0; i < present.size(); ++i) taken.insert(static_cast<int>(i), present[i].position);
   std::vector<int> chosen;
   for (const int candidate : order) {
     const SurfacePoint& point = cover[candidate];
     bool free = true;
     grid.visit(point.position, distance,
                [&](int other, double) { free = free && cover[other].normal.dot(point.normal) <= 0.0; });
+    taken.visit(point.position, distance,
+                [&](int other, double) { free = free && present[other].normal.dot(point.normal) <= 0.0; });
     if (!free) continue;
     grid.insert(candidate, point.position);
     chosen.push_back(candidate);
@@ -117,10 +122,13 @@ std::vector<int> chooseSamples(const std::vector<SurfacePoint>& cover, double di
   return chosen;
 }
 
+// Of the chosen samples; what is closer to one that was present before is no one's.
 std::vector<double> voronoiAreas(const std::vector<SurfacePoint>& cover, const std::vector<int>& chosen,
-                                 double distance, double point_area) {
-  PointGrid grid(distance);
+                                 double distance, double point_area,
+                                 const std::vector<SurfacePoint>& present) {
+  PointGrid grid(distance), taken(distance);
   for (std::size_t i = 0; i < chosen.size(); ++i) grid.insert(static_cast<int>(i), cover[chosen[i]].position);
+  for (std::size_t i = 0; i < present.size(); ++i) taken.insert(static_cast<int>(i), present[i].position);
   std::vector<double> areas(chosen.size(), 0.0);
   for (const SurfacePoint& point : cover) {
     int closest = -1;
@@ -131,7 +139,10 @@ std::vector<double> voronoiAreas(const std::vector<SurfacePoint>& cover, const s
         return;
       if (d < closest_distance) closest = sample, closest_distance = d;
     });
-    areas[closest] += point_area;
+    taken.visit(point.position, distance, [&](int sample, double d) {
+      if (d < closest_distance && present[sample].normal.dot(point.normal) > 0.0) closest = -1;
+    });
+    if (closest >= 0) areas[closest] += point_area;
   }
   return areas;
 }
@@ -193,6 +204,95 @@ void blend(const SurfacePoint& point, const TrackedHand& hand, BoundSample& samp
   }
 }
 
+using RestDirections = decltype(SkinTemplate::rest_direction);
+
+BoundSample boundSample(const SurfacePoint& point, const TrackedHand& hand,
+                        const RestDirections& rest_direction, double area, double pad_distance) {
+  const auto inBone = [&](int bone) {
+    return (boneRotation(bones[bone], rest_direction[bone], hand).transpose() * point.normal)
+        .cast<float>()
+        .eval();
+  };
+  BoundSample sample;
+  sample.bone = sample.neighbour = static_cast<std::uint8_t>(point.bone);
+  sample.neighbour_weight = 0.0F;
+  blend(point, hand, sample);
+  sample.u = static_cast<float>(point.u);
+  sample.normal_in_bone = inBone(sample.bone);
+  sample.normal_in_neighbour = inBone(sample.neighbour);
+  sample.area = static_cast<float>(area);
+  sample.pad_distance = static_cast<float>(pad_distance);
+  return sample;
+}
+
+// The same point of the skin where the hand is posed otherwise.
+SurfacePoint moved(const SurfacePoint& point, const TrackedHand& from, const TrackedHand& to,
+                   const RestDirections& rest_direction) {
+  const Bone& bone = bones[point.bone];
+  const Vector3d normal = boneRotation(bone, rest_direction[point.bone], to) *
+                          boneRotation(bone, rest_direction[point.bone], from).transpose() * point.normal;
+  const Capsule capsule = boneCapsule(bone, to);
+  return {point.bone, point.u, capsule.centre(point.u) + capsule.radius(point.u) * normal, normal};
+}
+
+HandPose restPose(Side side, double scale) {
+  HandPose pose;
+  pose.side = side;
+  pose.scale = scale;
+  const std::array<double, finger_count> spread = {0.0, 0.15, 0.0, -0.12, -0.3};
+  for (int finger = 0; finger < finger_count; ++finger) {
+    pose.fingers[finger].abduction = spread[finger];
+    pose.fingers[finger].flexion =
+        finger == 0 ? std::array<double, 3>{0.0, 0.1, 0.4} : std::array<double, 3>{0.4, 0.5, 0.4};
+  }
+  return pose;
+}
+
+// The ends of what thumbs do. Tracked ones come farther out than the range of our tables, -0.35.
+std::vector<TrackedHand> thumbPoses(double scale) {
+  std::vector<TrackedHand> hands;
+  for (const double abduction : {-0.6, 0.35})
+    for (const double flexion : {-0.09, 0.61}) {
+      HandPose pose = restPose(Side::right, scale);
+      pose.fingers[0].abduction = abduction;
+      pose.fingers[0].flexion[0] = flexion;
+      hands.push_back(forwardKinematics(pose));
+    }
+  return hands;
+}
+
+// Adds samples of what the thumb covers at rest and bares elsewhere. `samples` are those of the skin at rest.
+void addCovered(const TrackedHand& rest, double spacing, const std::vector<SurfacePoint>& samples,
+                SkinTemplate& skin) {
+  const double point_area = spacing * spacing / candidates_a_sample;
+  const double distance = poisson_distance * spacing;
+  std::vector<Capsule> at_rest;
+  for (const Bone& bone : bones) at_rest.push_back(boneCapsule(bone, rest));
+  std::vector<SurfacePoint> all = samples;  // at rest
+  for (const TrackedHand& hand : thumbPoses(skin.scale)) {
+    std::vector<SurfacePoint> bare = coverHand(hand, 1.0 / point_area), present;
+    bare.erase(std::remove_if(bare.begin(), bare.end(),
+                              [&](const SurfacePoint& point) {
+                                return !buried(moved(point, hand, rest, skin.rest_direction), at_rest);
+                              }),
+               bare.end());
+    for (const SurfacePoint& point : all) present.push_back(moved(point, rest, hand, skin.rest_direction));
+    const std::vector<int> chosen = chooseSamples(bare, distance, present);
+    const std::vector<double> areas = voronoiAreas(bare, chosen, distance, point_area, present);
+    for (std::size_t i = 0; i < chosen.size(); ++i) {
+      const SurfacePoint& point = bare[chosen[i]];
+      const auto closest =
+          std::min_element(present.begin(), present.end(), [&](const auto& a, const auto& b) {
+            return (a.position - point.position).squaredNorm() < (b.position - point.position).squaredNorm();
+          });
+      const double from_pad = skin.samples[closest - present.begin()].pad_distance;
+      skin.samples.push_back(boundSample(point, hand, skin.rest_direction, areas[i],
+                                         from_pad + (closest->position - point.position).norm()));
+      all.push_back(moved(point, hand, rest, skin.rest_direction));
+    }
+  }
+}
+
 }  // namespace
 
 Eigen::Matrix3d boneRotation(const Bone& bone, const Vector3d& rest_direction, const TrackedHand& hand) {
@@ -204,16 +304,7 @@ Eigen::Matrix3d boneRotation(const Bone& bone, const Vector3d& rest_direction, c
 }
 
 TrackedHand restHand(Side side, double scale) {
-  HandPose pose;
-  pose.side = side;
-  pose.scale = scale;
-  const std::array<double, finger_count> spread = {0.0, 0.15, 0.0, -0.12, -0.3};
-  for (int finger = 0; finger < finger_count; ++finger) {
-    pose.fingers[finger].abduction = spread[finger];
-    pose.fingers[finger].flexion =
-        finger == 0 ? std::array<double, 3>{0.0, 0.1, 0.4} : std::array<double, 3>{0.4, 0.5, 0.4};
-  }
-  return forwardKinematics(pose);
+  return forwardKinematics(restPose(side, scale));
 }
 
 SkinTemplate mirroredTemplate(SkinTemplate skin) {
@@ -226,7 +317,7 @@ SkinTemplate mirroredTemplate(SkinTemplate skin) {
   return skin;
 }
 
-SkinTemplate makeSkinTemplate(Side side, double scale, double spacing) {
+SkinTemplate makeSkinTemplate(Side side, double scale, double spacing, bool covered) {
   if (!(spacing >= 1e-3 && spacing <= 20e-3))
     throw std::invalid_argument("skin sample spacing " + std::to_string(spacing) +
                                 " m, expected 0.001 to 0.02 m");
@@ -234,33 +325,23 @@ SkinTemplate makeSkinTemplate(Side side, double scale, double spacing) {
   const double point_area = spacing * spacing / candidates_a_sample;
   const std::vector<SurfacePoint> cover = coverHand(hand, 1.0 / point_area);
   const double distance = poisson_distance * spacing;
-  const std::vector<int> chosen = chooseSamples(cover, distance);
+  const std::vector<int> chosen = chooseSamples(cover, distance, {});
   std::vector<SurfacePoint> points;
   points.reserve(chosen.size());
   for (const int i : chosen) points.push_back(cover[i]);
-  const std::vector<double> areas = voronoiAreas(cover, chosen, distance, point_area);
+  const std::vector<double> areas = voronoiAreas(cover, chosen, distance, point_area, {});
   const std::vector<double> pad_distances = padDistances(points, hand, spacing);
 
   SkinTemplate skin;
   skin.scale = scale;
-  std::array<Eigen::Matrix3d, bones.size()> rotation;
   for (std::size_t i = 0; i < bones.size(); ++i) {
     const Vector3d along = hand.joints[bones[i].to].position - hand.joints[bones[i].from].position;
     skin.rest_direction[i] = hand.joints[bones[i].frame].orientation.conjugate() * along.normalized();
-    rotation[i] = hand.joints[bones[i].frame].orientation.toRotationMatrix();
   }
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    BoundSample sample;
-    sample.bone = sample.neighbour = static_cast<std::uint8_t>(points[i].bone);
-    sample.neighbour_weight = 0.0F;
-    blend(points[i], hand, sample);
-    sample.u = static_cast<float>(points[i].u);
-    sample.normal_in_bone = (rotation[sample.bone].transpose() * points[i].normal).cast<float>();
-    sample.normal_in_neighbour = (rotation[sample.neighbour].transpose() * points[i].normal).cast<float>();
-    sample.area = static_cast<float>(areas[i]);
-    sample.pad_distance = static_cast<float>(pad_distances[i]);
-    skin.samples.push_back(sample);
-  }
+  for (std::size_t i = 0; i < points.size(); ++i)
+    skin.samples.push_back(boundSample(points[i], hand, skin.rest_direction, areas[i], pad_distances[i]));
+  skin.bare_at_rest = skin.samples.size();
+  if (covered) addCovered(hand, spacing, points, skin);
   return side == Side::left ? mirroredTemplate(std::move(skin)) : skin;
 }
 

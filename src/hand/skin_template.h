@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -27,7 +28,9 @@ struct BoundSample {
 struct SkinTemplate {
   Side side = Side::right;
   double scale = 1.0;  // of the person that it was made for
+  /// First those of the skin at rest, then those that the thumb covers there and bares in other poses.
   std::vector<BoundSample> samples;
+  std::size_t bare_at_rest = 0;
   std::array<Eigen::Vector3d, bones.size()> rest_direction;  // of each bone, in its frame joint
 };
 
@@ -42,9 +45,11 @@ TrackedHand restHand(Side side, double scale);
 
 /// Samples the union of the hand's capsules: a maximal Poisson-disk set (no two samples on one side of the
 /// skin closer than 0.8 spacings, none missing where one would fit), in the mean one sample a spacing
-/// squared. A sample's area is the part of the skin that is closest to it. A left hand is the mirror image of
-/// a right one. \param spacing m, 1 to 20 mm \throws std::invalid_argument
-SkinTemplate makeSkinTemplate(Side side, double scale, double spacing);
+/// squared. A sample's area is the part of the skin that is closest to it. The same for what the thumb covers
+/// and bares at the ends of its range, beside the samples that are there. A left hand is the mirror image of
+/// a right one. \param spacing m, 1 to 20 mm \param covered whether to sample what the thumb covers at rest
+/// \throws std::invalid_argument
+SkinTemplate makeSkinTemplate(Side side, double scale, double spacing, bool covered = true);
 
 /// The same skin on the hand of the other side.
 SkinTemplate mirroredTemplate(SkinTemplate skin);

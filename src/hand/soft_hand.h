@@ -98,6 +98,8 @@ class SoftHand {
   int inverted() const { return flesh_.inverted(nodes_); }
   std::size_t tetrahedra() const { return flesh_.size(); }
   std::size_t nodes() const { return anatomy_->mesh.nodes.size(); }
+  /// Node of the flesh, m; as in the mesh of its template.
+  Eigen::Vector3f node(int n) const { return nodes_[n].head<3>(); }
   int restarts() const { return restarts_; }
 
  private:
@@ -141,7 +143,8 @@ class SoftHand {
 };
 
 /// Soft hands for those that are tracked: the interface of KinematicHands, and the way back. The flesh of a
-/// hand is made when it is first seen.
+/// hand is made when it is first seen. Flesh is whole between the thumb and the palm: it has no samples of
+/// what the thumb covers at rest.
 class SoftHands {
  public:
   /// \throws std::invalid_argument with one line where spacing (1 to 20 mm) or a parameter is out of range

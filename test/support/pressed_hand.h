@@ -96,7 +96,7 @@ inline void expectKinematicAtRest(double skin_spacing, const SoftHandParameters&
   for (const Side side : {Side::left, Side::right}) {
     const TrackedHand rest = restHand(side, 1.03);
     SoftHands soft(skin_spacing, flesh);
-    KinematicHands kinematic(skin_spacing);
+    KinematicHands kinematic(skin_spacing, false);
     soft.update({rest}, stampOf(0));
     const Skin& a = soft.update({rest}, stampOf(1));
     const Skin& b = kinematic.update({rest}, stampOf(1));

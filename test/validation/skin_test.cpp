@@ -48,10 +48,34 @@ TEST(Skin, AreasSumToTheUnionSurface) {
   for (const double scale : {0.8, 1.05}) {
     const SkinTemplate skin = makeSkinTemplate(Side::right, scale, spacing);
     double area = 0.0;
-    for (const BoundSample& sample : skin.samples) area += sample.area;
+    for (std::size_t i = 0; i < skin.bare_at_rest; ++i) area += skin.samples[i].area;
     const double truth = monteCarloArea(restHand(Side::right, scale));
     EXPECT_NEAR(area, truth, 0.05 * truth) << "scale " << scale;
   }
+}
+
+// Farthest that the surface is from a sample, m, where rays from outside hit it.
+double barest(const TrackedHand& hand, const Skin& skin) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  double worst = 0.0;
+  for (int i = 0; i < 2000; ++i) {
+    const Vector3d direction = Vector3d(normal(random), normal(random), normal(random)).normalized();
+    const Bone& bone = bones[static_cast<std::size_t>(random() % bones.size())];
+    Vector3d point = hand.joints[bone.from].position + 0.5 * direction;
+    bool hit = false;
+    for (int step = 0; step < 100 && !hit; ++step) {
+      const double distance = handDistance(hand, point);
+      hit = distance < 1e-5;
+      point -= distance * direction;
+    }
+    if (!hit) continue;
+    double closest = 1.0;
+    for (const Eigen::Vector3f& x : skin.position)
+      closest = std::min(closest, (x.cast<double>() - point).norm());
+    worst = std::max(worst, closest);
+  }
+  return worst;
 }
 
 // Far from the pose it was sampled in, samples near knuckles leave the capsules by a blend's error, and
@@ -75,30 +99,27 @@ TEST(Skin, FlatHandAndFistStayCovered) {
     }
     EXPECT_LT(off, 0.02 * static_cast<double>(skin.size())) << bend;
     EXPECT_GT(outside, 0.8 * static_cast<double>(skin.size())) << bend;
-    // Rays from outside onto the hand: nowhere is the surface farther than one and a half spacings from a
-    // sample.
-    std::mt19937 random(5);
-    std::normal_distribution<double> normal;
-    double worst = 0.0;
-    for (int i = 0; i < 2000; ++i) {
-      const Vector3d direction = Vector3d(normal(random), normal(random), normal(random)).normalized();
-      const Bone& bone = bones[static_cast<std::size_t>(random() % bones.size())];
-      Vector3d point = hand.joints[bone.from].position + 0.5 * direction;
-      bool hit = false;
-      for (int step = 0; step < 100 && !hit; ++step) {
-        const double distance = handDistance(hand, point);
-        hit = distance < 1e-5;
-        point -= distance * direction;
-      }
-      if (!hit) continue;
-      double closest = 1.0;
-      for (const Eigen::Vector3f& x : skin.position)
-        closest = std::min(closest, (x.cast<double>() - point).norm());
-      worst = std::max(worst, closest);
-    }
+    const double worst = barest(hand, skin);
     RecordProperty(bend > 0.0 ? "fist_worst_um" : "flat_worst_um", static_cast<int>(1e6 * worst));
     EXPECT_LT(worst, 1.5 * spacing) << bend;
   }
+}
+
+// Wherever the thumb is, beyond the range of our tables too, nothing is bare that it covers at rest.
+TEST(Skin, AnyThumbLeavesNothingBare) {
+  KinematicHands hands(spacing);
+  for (const Side side : {Side::left, Side::right})
+    for (const double abduction : {-0.6, -0.45, -0.2, 0.2, 0.35})
+      for (const double flexion : {-0.09, 0.3, 0.61}) {
+        HandPose pose;
+        pose.side = side;
+        pose.scale = 1.05;
+        pose.fingers[0].abduction = abduction;
+        pose.fingers[0].flexion[0] = flexion;
+        const TrackedHand hand = forwardKinematics(pose);
+        EXPECT_LT(barest(hand, hands.update({hand}, nanoseconds(0))), 1.5 * spacing)
+            << (side == Side::left ? "left " : "right ") << abduction << ' ' << flexion;
+      }
 }
 
 // The finest that a user is likely to ask for.

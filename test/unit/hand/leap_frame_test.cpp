@@ -190,15 +190,13 @@ TEST(LeapFrame, OtherMessagesAreNoFrames) {
 TEST(LeapFrame, MalformedLinesSayWhatWhereAndWhatWasExpected) {
   json no_time = leapMessage(knownHand(Side::right));
   no_time.erase("timestamp");
-  json bad_vector = leapMessage(knownHand(Side::right));
-  bad_vector["hands"][0]["palmPosition"] = {1, 2};
   json bad_pointables = leapMessage(knownHand(Side::right));
-  bad_pointables["pointables"] = {1, 2, 3};
+  bad_pointables["pointables"] = 5;
   json bad_hands = leapMessage(knownHand(Side::right));
   bad_hands["hands"] = "two";
-  for (const std::string& text : {std::string("{\"hands\":["), std::string("hello"), std::string("[1,2]"),
-                                  std::string("{}"), std::string("\xff\xfe{"), no_time.dump(),
-                                  bad_vector.dump(), bad_pointables.dump(), bad_hands.dump()}) {
+  for (const std::string& text :
+       {std::string("{\"hands\":["), std::string("hello"), std::string("[1,2]"), std::string("{}"),
+        std::string("\xff\xfe{"), no_time.dump(), bad_pointables.dump(), bad_hands.dump()}) {
     try {
       parseLeapFrame(text, "clip.ndjson:17");
       ADD_FAILURE() << text.substr(0, 40);
@@ -211,7 +209,7 @@ TEST(LeapFrame, MalformedLinesSayWhatWhereAndWhatWasExpected) {
   }
 }
 
-TEST(LeapFrame, AHandWithAnImpossibleNumberIsDroppedAndTheOtherKept) {
+TEST(LeapFrame, AHandWithAnImpossibleNumberOrAWrongTypeIsDroppedAndTheOtherKept) {
   const auto spoilt = [](const std::function<void(json&)>& spoil) {
     json message = leapMessage(knownHand(Side::right), 12);
     const json other = leapMessage(knownHand(Side::left), 7);
@@ -230,6 +228,18 @@ TEST(LeapFrame, AHandWithAnImpossibleNumberIsDroppedAndTheOtherKept) {
       spoilt([](json& m) { m["hands"][0]["palmNormal"] = m["hands"][0]["direction"]; }),
       spoilt([](json& m) { m["hands"][0]["confidence"] = nullptr; }),
       spoilt([](json& m) { m["hands"][0]["type"] = "middle"; }),
+      spoilt([](json& m) { m["hands"][0]["type"] = 1; }),
+      spoilt([](json& m) {
+        m["hands"][0]["palmPosition"] = {1, 2};
+      }),
+      spoilt([](json& m) { m["hands"][0]["direction"] = "up"; }),
+      spoilt([](json& m) { m["hands"][0]["confidence"] = "high"; }),
+      spoilt([](json& m) { m["hands"][0]["wrist"] = json::object(); }),
+      spoilt([](json& m) { m["pointables"][2] = 7; }),
+      spoilt([](json& m) { m["pointables"][2]["handId"] = 12.5; }),
+      spoilt([](json& m) { m["pointables"][2]["type"] = "index"; }),
+      spoilt([](json& m) { m["pointables"][2]["type"] = 9; }),
+      spoilt([](json& m) { m["pointables"][2]["mcpPosition"] = true; }),
       spoilt([](json& m) { m["pointables"].erase(2); }),
       spoilt([](json& m) { m["pointables"][2].erase("pipPosition"); }),
       spoilt([](json& m) {
@@ -248,6 +258,25 @@ TEST(LeapFrame, AHandWithAnImpossibleNumberIsDroppedAndTheOtherKept) {
     ASSERT_TRUE(frame);
     ASSERT_EQ(frame->dropped.size(), 1U);
     EXPECT_EQ(frame->dropped[0].rfind("clip:3: hand 12 is dropped: ", 0), 0U) << frame->dropped[0];
+    ASSERT_EQ(frame->frame.hands.size(), 1U);
+    EXPECT_EQ(frame->frame.hands[0].id, 7U);
+  }
+}
+
+TEST(LeapFrame, AHandWithoutAUsableIdIsDroppedAndTheOtherKept) {
+  const json first = leapMessage(knownHand(Side::right), 12), other = leapMessage(knownHand(Side::left), 7);
+  for (const json& id : {json(12.5), json(true), json(-3), json(1e300), json("12a"), json(5000000000)}) {
+    json message = other;
+    message["hands"].push_back(first["hands"][0]);
+    message["hands"][1]["id"] = id;
+    for (json pointable : first["pointables"]) {
+      pointable["handId"] = id;
+      message["pointables"].push_back(pointable);
+    }
+    const auto frame = parseLeapFrame(message.dump(), "clip:3");
+    ASSERT_TRUE(frame);
+    ASSERT_EQ(frame->dropped.size(), 1U) << id;
+    EXPECT_EQ(frame->dropped[0].rfind("clip:3: hand ", 0), 0U) << frame->dropped[0];
     ASSERT_EQ(frame->frame.hands.size(), 1U);
     EXPECT_EQ(frame->frame.hands[0].id, 7U);
   }

@@ -43,9 +43,10 @@ double totalArea(const Skin& skin) {
 TEST(SkinTemplate, MeanSampleCoversASpacingSquared) {
   const SkinTemplate skin = makeSkinTemplate(Side::right, 1.05, spacing);
   double area = 0.0;
-  for (const BoundSample& sample : skin.samples) area += sample.area;
+  for (std::size_t i = 0; i < skin.bare_at_rest; ++i) area += skin.samples[i].area;
   RecordProperty("samples", static_cast<int>(skin.samples.size()));
-  EXPECT_NEAR(area / static_cast<double>(skin.samples.size()) / (spacing * spacing), 1.0, 0.1);
+  RecordProperty("bare_at_rest", static_cast<int>(skin.bare_at_rest));
+  EXPECT_NEAR(area / static_cast<double>(skin.bare_at_rest) / (spacing * spacing), 1.0, 0.1);
   // The soft hand's literature gives 425 cm^2 for a hand.
   EXPECT_NEAR(area, 0.0425, 0.1 * 0.0425);
 }
@@ -82,7 +83,7 @@ TEST(KinematicHand, PalmHasNoHoleBetweenMetacarpals) {
 
 TEST(KinematicHand, SamplesLieOnTheSkinAndNormalsLeaveIt) {
   const TrackedHand hand = restHand(Side::left, 1.05);
-  KinematicHands hands(spacing);
+  KinematicHands hands(spacing, false);
   const Skin& skin = hands.update({hand}, nanoseconds(0));
   ASSERT_GT(skin.size(), 1000U);
   for (std::size_t i = 0; i < skin.size(); ++i) {
@@ -92,6 +93,37 @@ TEST(KinematicHand, SamplesLieOnTheSkinAndNormalsLeaveIt) {
     EXPECT_NEAR(handDistance(hand, x), 0.0, 2e-6) << i;
     EXPECT_GT(handDistance(hand, x + 1e-4 * n), 2e-5) << i;
     EXPECT_LT(handDistance(hand, x - 1e-4 * n), 0.0) << i;
+  }
+}
+
+// What the thumb covers is there, but so deep that it touches no clay outside.
+TEST(KinematicHand, CoveredSamplesWithdrawAndComeOutWithTheThumb) {
+  const std::size_t bare = makeSkinTemplate(Side::right, 1.05, spacing).bare_at_rest;
+  for (const Side side : {Side::left, Side::right}) {
+    KinematicHands hands(spacing);
+    const TrackedHand rest = restHand(side, 1.05);
+    const Skin covered = hands.update({rest}, nanoseconds(0));
+    ASSERT_GT(covered.size(), bare + 20);
+    int deep = 0;
+    for (std::size_t i = bare; i < covered.size(); ++i) {
+      const double distance = handDistance(rest, covered.position[i].cast<double>());
+      EXPECT_LT(distance, 1e-6) << i;
+      deep += distance < -spacing ? 1 : 0;
+    }
+    EXPECT_GT(deep, 0.7 * static_cast<double>(covered.size() - bare));
+    HandPose pose;
+    pose.side = side;
+    pose.scale = 1.05;
+    pose.fingers[0].abduction = -0.6;
+    const TrackedHand out = forwardKinematics(pose);
+    const Skin& skin = hands.update({out}, nanoseconds(0));
+    int on_the_skin = 0;
+    for (std::size_t i = bare; i < skin.size(); ++i) {
+      EXPECT_GT(skin.area[i], 0.0F);
+      const bool on = std::abs(handDistance(out, skin.position[i].cast<double>())) < 1e-4;
+      on_the_skin += on ? 1 : 0;
+    }
+    EXPECT_GT(on_the_skin, 10);
   }
 }
 
