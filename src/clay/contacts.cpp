@@ -30,7 +30,8 @@ struct Passed {               // ghost, in front of which particles pass
 };
 
 /// Which of the eight particles from place k on come within the radius of a ghost at some time of the step,
-/// having started in front of it. \param nearest gets the least squared distances in the step, m^2
+/// having started in front of it. Products are summed as Eigen sums them. \param nearest gets the least
+/// squared distances in the step, m^2
 TACTILE_CLAY_MULTIVERSION
 unsigned passing(const Passed& ghost, const Neighbourhood::Places& places, std::uint32_t k,
                  const float* guess, float* nearest) {
@@ -38,12 +39,12 @@ unsigned passing(const Passed& ghost, const Neighbourhood::Places& places, std::
                      load(places.z + k) - ghost.at[2]};
   const LaneVector u = gather(guess, places.particle + k);
   const LaneVector approach{u.x - ghost.motion[0], u.y - ghost.motion[1], u.z - ghost.motion[2]};
-  const Lane square = approach.x * approach.x + approach.y * approach.y + approach.z * approach.z;
-  const Lane along = r.x * approach.x + r.y * approach.y + r.z * approach.z;
+  const Lane square = approach.x * approach.x + (approach.y * approach.y + approach.z * approach.z);
+  const Lane along = r.x * approach.x + (r.y * approach.y + r.z * approach.z);
   const Lane t = square > 0.0f ? least(positive(-along / square), all(1.0f)) : Lane{};
   const LaneVector then{r.x + t * approach.x, r.y + t * approach.y, r.z + t * approach.z};
-  const Lane distance = then.x * then.x + then.y * then.y + then.z * then.z;
-  const Lane height = r.x * ghost.normal[0] + r.y * ghost.normal[1] + r.z * ghost.normal[2];
+  const Lane distance = then.x * then.x + (then.y * then.y + then.z * then.z);
+  const Lane height = r.x * ghost.normal[0] + (r.y * ghost.normal[1] + r.z * ghost.normal[2]);
   store(nearest, distance);
   return bits((distance < ghost.radius * ghost.radius) & (height >= -ghost.behind));
 }

@@ -13,15 +13,14 @@ struct Kernel {
       : h(support_radius),
         sigma(static_cast<float>(8.0 / (M_PI * std::pow(support_radius, 3.0)))),
         per_h(1.0f / h),
-        twice_sigma(2.0f * sigma),
-        steepness(6.0f * sigma / h) {}
+        steepness(sigma / h) {}
 
   /// W(r) in 1/m^3 for a distance r >= 0 in m. T is float or a Lane.
   template <typename T>
   TACTILE_CLAY_INLINE T value(const T& r) const {
     const T q = r * per_h;
     const T a = positive(T(1.0f - q)), b = positive(T(0.5f - q));
-    return twice_sigma * (a * a * a - 4.0f * b * b * b);
+    return sigma * (2.0f * a * a * a - 8.0f * b * b * b);
   }
 
   /// dW/dr in 1/m^4, never positive.
@@ -29,14 +28,14 @@ struct Kernel {
   TACTILE_CLAY_INLINE T slope(const T& r) const {
     const T q = r * per_h;
     const T a = positive(T(1.0f - q)), b = positive(T(0.5f - q));
-    return steepness * (4.0f * b * b - a * a);
+    return steepness * (24.0f * b * b - 6.0f * a * a);
   }
 
   float h;      // m, support radius
   float sigma;  // 1/m^3, W(0)
 
  private:
-  float per_h, twice_sigma, steepness;  // the compiler may not take these out of a loop
+  float per_h, steepness;  // the compiler may not take these out of a loop
   static TACTILE_CLAY_INLINE float positive(float x) { return x > 0.0f ? x : 0.0f; }
   static TACTILE_CLAY_INLINE Lane positive(const Lane& x) { return clay::positive(x); }
 };
