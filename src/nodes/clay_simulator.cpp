@@ -37,9 +37,13 @@ ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
   scene_.config.sleeping = param(private_nh, "sleeping", true);
 
   // The clay collides with what the rest of the graph knows as the robot.
-  std::string urdf;
-  if (!nh.getParam("robot_description", urdf)) urdf = scene::readText(scene_.urdf);
-  solids_ = std::make_unique<scene::Solids>(urdf, scene_.motions);
+  std::string urdf, source = "parameter " + nh.resolveName("robot_description");
+  if (!nh.getParam("robot_description", urdf)) urdf = scene::readText(source = scene_.urdf);
+  try {
+    solids_ = std::make_unique<scene::Solids>(urdf, scene_.motions);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(source + ": " + error.what());
+  }
   restart();
 
   skin_subscriber_ = nh.subscribe(topic::hands_skin, lockstep_ ? lockstep_queue : 1, &ClaySimulator::receive,
@@ -281,9 +285,7 @@ void ClaySimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
   }
   const std::lock_guard<std::mutex> lock(clay_mutex_);
   if (dropped_ > 0.1) {
-    ROS_WARN_THROTTLE(
-        10.0, "clay_simulator: late, %.2f s of the last second dropped; a lower quality would keep up",
-        dropped_);
+    ROS_WARN_THROTTLE(10.0, "clay_simulator: late, %.2f s dropped; a lower quality would keep up", dropped_);
     status.summary(Level::WARN, "late: time is dropped");
   } else if (bad_skins_ > 0) {
     status.summary(Level::WARN, "skins left out");

@@ -146,6 +146,7 @@ class BadInput(unittest.TestCase):
         self.assertTrue([line for line in lines if 'sandbox' in line and 'kindergarten' in line], lines)
 
     def test_a_node_by_itself(self):
+        self.graph.master().setParam('/test', '/wrong_description', '<robot name="unfinished">')
         for number, (program, argument, words) in enumerate((
                 ('hand_tracking', '_source:=telepathy', 'telepathy'),
                 ('hand_tracking', '_tracker_pose:=1 2 3', 'tracker_pose'),
@@ -154,6 +155,7 @@ class BadInput(unittest.TestCase):
                 ('hand_simulator', '_spacing:=-1', 'spacing'),
                 ('clay_simulator', '_scene:=sandbox', 'sandbox'),
                 ('clay_simulator', '_rate:=zero', 'rate'),
+                ('clay_simulator', 'robot_description:=wrong_description', 'parameter /wrong_description: urdf'),
                 ('focal_point_renderer', '_max_points:=0', 'max_points'),
                 ('focal_point_renderer', '_intensity_fit:=best', 'least_squares'),
                 ('array_driver', '_device:=megaphone', 'megaphone'),
