@@ -14,6 +14,11 @@ using Eigen::Vector3d;
 // reach of one particle of clay, and push it about.
 constexpr double thinnest = 0.5;
 constexpr double velocity_cutoff = 10.0;  // Hz, of the motion that predicts
+// Of a slow tracker: its next frame is late after this many periods, and the hand is gone in time
+// for the array to be silent after 0.15 s.
+constexpr double late = 1.15;
+constexpr double longest_hold = 0.07, shortest_fade = 0.03;  // s
+constexpr double newest_period = 0.2;                        // share in the mean
 
 double seconds(std::chrono::nanoseconds time) {
   return std::chrono::duration<double>(time).count();
@@ -58,6 +63,20 @@ HandCleaner::HandCleaner(const CleanConfig& config) : config_(config) {
 }
 
 void HandCleaner::clean(TrackedFrame& frame) {
+  if (last_frame_) {
+    const double te = seconds(frame.stamp - *last_frame_);
+    if (te < config_.same_hand_time) period_ += newest_period * (te - period_);
+  }
+  last_frame_ = frame.stamp;
+  update(frame);
+}
+
+void HandCleaner::hold(TrackedFrame& frame) {
+  frame.hands.clear();
+  update(frame);
+}
+
+void HandCleaner::update(TrackedFrame& frame) {
   const std::array<const TrackedHand*, 2> seen = {choose(frame, Side::left), choose(frame, Side::right)};
   for (int side = 0; side < 2; ++side) {
     std::optional<Track>& track = tracks_[side];
@@ -186,7 +205,9 @@ void HandCleaner::miss(std::optional<Track>& track, std::chrono::nanoseconds sta
   if (!track) return;
   if (track->presence > 0.0) ++counts_.dropouts;
   const double age = seconds(stamp - track->stamp);
-  const double left = (config_.gone - age) / (config_.gone - config_.hold);
+  const double hold = std::max(config_.hold, std::min(late * period_, longest_hold));
+  const double gone = std::max(config_.gone, hold + shortest_fade);
+  const double left = (gone - age) / (gone - hold);
   track->presence = std::max(0.0, std::min(track->presence, left));
   track->updated = stamp;
 }

@@ -56,6 +56,9 @@ class HandCleaner {
   /// Cleans the hands of a frame in place; what it leaves is at most one a side, the left one first. Hands
   /// are sane (hand_check); stamps increase.
   void clean(TrackedFrame& frame);
+  /// What is left of the hands at the stamp of `frame`, of which the tracker has sent nothing. While its next
+  /// frame is not due (of a slow one, up to 0.07 s), they are held.
+  void hold(TrackedFrame& frame);
 
   /// True while hands are there, seen or not.
   bool present() const {
@@ -87,6 +90,7 @@ class HandCleaner {
     std::chrono::nanoseconds blend_start{0};
   };
 
+  void update(TrackedFrame& frame);
   const TrackedHand* choose(const TrackedFrame& frame, Side side);
   void see(std::optional<Track>& track, const TrackedHand& hand, std::chrono::nanoseconds stamp);
   void goOn(Track& track, const TrackedHand& hand, std::chrono::nanoseconds stamp);
@@ -95,6 +99,8 @@ class HandCleaner {
   void startBlend(Track& track, const TrackedHand& hand, std::chrono::nanoseconds stamp);
 
   CleanConfig config_;
+  double period_ = 0.0;  // s, between the tracker's frames
+  std::optional<std::chrono::nanoseconds> last_frame_;
   std::array<std::optional<Track>, 2> tracks_;  // by side
   CleanCounts counts_;
 };

@@ -197,7 +197,11 @@ void HandTracking::holdHands() {
   hand::TrackedFrame frame;
   frame.stamp = std::max(toCore(ros::Time::now()), last_stamp_ + std::chrono::microseconds(1));
   frame.frame_id = source_frame_;
-  clean(frame);
+  {
+    const std::lock_guard<std::mutex> lock(report_mutex_);
+    cleaner_->hold(frame);
+    counts_ = cleaner_->counts();
+  }
   placeInWorld(frame, world_, transforms_);
   release(frame);
 }

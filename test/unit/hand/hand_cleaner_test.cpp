@@ -96,6 +96,32 @@ TEST(HandCleaner, HoldsFadesAndLetsGo) {
   EXPECT_EQ(cleaner.counts().losses, 1U);
 }
 
+// hand_tracking asks every 20 ms while the tracker says nothing.
+TEST(HandCleaner, ASlowTrackersHandIsWholeBetweenItsFramesAndGoneInTime) {
+  const TrackedHand hand = handAt(Vector3d::Zero());
+  for (const int rate : {15, 20, 24, 30, 60, 200}) {
+    HandCleaner cleaner(CleanConfig{});
+    const auto held = [&](Nanoseconds stamp) {
+      TrackedFrame frame = frameOf(stamp, {});
+      cleaner.hold(frame);
+      return frame;
+    };
+    Nanoseconds seen = 1s;
+    for (int i = 0; i < 3 * rate; ++i) {
+      seen = 1s + i * Nanoseconds(1s) / rate;
+      const TrackedFrame out = cleaned(cleaner, seen, {hand});
+      if (i < 2 * rate) continue;  // it learns
+      ASSERT_EQ(out.hands.at(0).confidence, 1.0) << rate;
+      for (Nanoseconds t = seen + 20ms; t < seen + Nanoseconds(1s) / rate; t += 20ms)
+        ASSERT_EQ(held(t).hands.at(0).confidence, 1.0) << rate << " Hz, " << (t - seen).count();
+    }
+    for (auto t = 20ms; t <= 200ms; t += 20ms) {
+      const TrackedFrame out = held(seen + t);
+      EXPECT_EQ(out.hands.empty(), t >= (rate <= 20 ? 100ms : 80ms)) << rate << " Hz, " << t.count();
+    }
+  }
+}
+
 TEST(HandCleaner, AHandThatComesBackInTimeGoesOn) {
   for (const auto pause : {65ms, 90ms})        // while it fades, and just after
     for (const std::uint32_t id : {1U, 2U}) {  // its own or, as trackers do, another
