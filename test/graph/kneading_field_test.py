@@ -59,16 +59,18 @@ class KneadingField(unittest.TestCase):
         played = patterns(emulator)
         self.assertGreater(len(played), least_patterns, 'patterns')
         step = -(-len(played) // most_patterns)
-        distances = []
+        distances, oldest = [], 0  # frame that the pattern before was of: they are played in the order in which they come
         for when, sources in played[::step]:
-            # A frame of the 300 ms before, for the machine may be busy, newest first; or one that the recorder heard of later.
+            # A frame of the last seconds, for the machine may be busy, newest first; or one that the recorder heard of later.
             best = None
-            asked = [(came > when + 0.02, -came, points) for came, points in frames if when - 0.3 <= came <= when + 0.1 and points]
-            last = [(False, -came, points) for came, points in frames if came <= when and points][-1:]
-            for _, _, points in sorted(asked, key=lambda frame: frame[:2]) or last:
-                found = [distance_of_peak(sources, point) for point in points]
+            asked = [(came > when + 0.02, -k) for k, (came, points) in enumerate(frames)
+                     if k >= oldest and when - 2.0 <= came <= when + 0.1 and points]
+            last = [(False, -k) for k, (came, points) in enumerate(frames) if came <= when and points][-1:]
+            for _, k in sorted(asked) or last:
+                found = [distance_of_peak(sources, point) for point in frames[-k][1]]
                 best = min(best or found, found, key=max)
                 if max(best) < TOLERANCE:
+                    oldest = -k
                     break
             self.assertIsNotNone(best, 'a pattern that nobody asked for')
             distances += best
