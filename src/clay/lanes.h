@@ -144,6 +144,16 @@ struct LaneVector {
   Lane x, y, z;
 };
 
+/// Slots of 16 bytes, of a vector and a fourth number.
+TACTILE_CLAY_INLINE HalfLane slot(const float* from) {
+  HalfLane h;
+  std::memcpy(&h, from, sizeof h);
+  return h;
+}
+TACTILE_CLAY_INLINE void storeSlot(float* to, const HalfLane& h) {
+  std::memcpy(to, &h, sizeof h);
+}
+
 /// The sums of x, of y and of z, with the bits of `sum`, as a slot whose fourth number is zero.
 TACTILE_CLAY_INLINE HalfLane sums(const LaneVector& v) {
   const Lane halves = sumQuarters(sumHalves(v.x, v.z), sumHalves(v.y, Lane{}));

@@ -21,22 +21,21 @@ template <bool springs, bool density>
 TACTILE_CLAY_INLINE void stretch(const Pairs& pairs, const float* u, std::size_t first, std::size_t last,
                                  float* f, float* growth) {
   for (std::size_t i = first; i < last; ++i) {
-    const Lane ux = all(u[4 * i]), uy = all(u[4 * i + 1]), uz = all(u[4 * i + 2]);
-    Lane fx{}, fy{}, fz{}, total{};
+    const LaneVector own = allOf(u + 4 * i);
+    LaneVector forces{};
+    Lane total{};
     for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
       const LaneVector of_other = gather(u, pairs.other + p);
       const Lane x = load(pairs.x + p), y = load(pairs.y + p), z = load(pairs.z + p);
-      const Lane along = x * (of_other.x - ux) + y * (of_other.y - uy) + z * (of_other.z - uz);
+      const Lane along = x * (of_other.x - own.x) + y * (of_other.y - own.y) + z * (of_other.z - own.z);
       if (density) total += load(pairs.compression + p) * along;
       if (springs) {
         const Lane force = load(pairs.spring + p) * along;
-        fx += force * x, fy += force * y, fz += force * z;
+        forces.x += force * x, forces.y += force * y, forces.z += force * z;
       }
     }
     if (density) growth[i] = sum(total);
-    f[4 * i] = springs ? sum(fx) : 0.0f;
-    f[4 * i + 1] = springs ? sum(fy) : 0.0f;
-    f[4 * i + 2] = springs ? sum(fz) : 0.0f;
+    storeSlot(f + 4 * i, springs ? sums(forces) : HalfLane{});
   }
 }
 TACTILE_CLAY_MULTIVERSION
@@ -62,15 +61,17 @@ TACTILE_CLAY_INLINE void pressInto(const Pairs& pairs, const float* pressure, st
   for (std::size_t i = first; i < last; ++i) {
     if (!find && squeezed[i] == 0) continue;
     const Lane own = all(pressure[i]);
-    Lane fx{}, fy{}, fz{}, most = own;
+    LaneVector forces{};
+    Lane most = own;
     for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
       const Lane of_others = gatherNumbers(pressure, pairs.other + p);
       const Lane force = (own + of_others) * load(pairs.compression + p);
       if (find) most = most > of_others ? most : of_others;
-      fx += force * load(pairs.x + p), fy += force * load(pairs.y + p), fz += force * load(pairs.z + p);
+      forces.x += force * load(pairs.x + p), forces.y += force * load(pairs.y + p);
+      forces.z += force * load(pairs.z + p);
     }
     if constexpr (find) squeezed[i] = bits(most > 0.0f) != 0;
-    f[4 * i] += sum(fx), f[4 * i + 1] += sum(fy), f[4 * i + 2] += sum(fz);
+    storeSlot(f + 4 * i, slot(f + 4 * i) + sums(forces));
   }
 }
 TACTILE_CLAY_MULTIVERSION
@@ -86,8 +87,9 @@ void pressPairs(const Pairs& pairs, const float* pressure, std::size_t first, st
 
 /// Stiffness of a dashpot over x x^T falls with the distance like this: (1 - q^2)^3, q = r / h. With it the
 /// initial lattice is isotropic within 5 %, which it is far from with the usual -W'/r^3.
-TACTILE_CLAY_INLINE Lane dashpotWeight(const Kernel& kernel, const Lane& square) {
-  const Lane a = positive(1.0f - square * (1.0f / (kernel.h * kernel.h)));
+/// \param per_square 1 / h^2
+TACTILE_CLAY_INLINE Lane dashpotWeight(float per_square, const Lane& square) {
+  const Lane a = positive(1.0f - square * per_square);
   return a * a * a;
 }
 
@@ -95,13 +97,14 @@ TACTILE_CLAY_INLINE Lane dashpotWeight(const Kernel& kernel, const Lane& square)
 TACTILE_CLAY_MULTIVERSION
 void measureSurroundings(const Pairs& pairs, const Kernel& kernel, float lattice_sum, float lattice_dashpots,
                          std::size_t first, std::size_t last, float* ratio, float* share) {
+  const float per_square = 1.0f / (kernel.h * kernel.h);
   for (std::size_t i = first; i < last; ++i) {
     Lane density{}, dashpots{};
     for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
       const Lane x = load(pairs.x + p), y = load(pairs.y + p), z = load(pairs.z + p);
       const Lane square = x * x + y * y + z * z;
       density += kernel.value(root(square));
-      dashpots += dashpotWeight(kernel, square) * square * square;
+      dashpots += dashpotWeight(per_square, square) * square * square;
     }
     ratio[i] = (sum(density) + kernel.sigma) / lattice_sum;
     share[i] = sum(dashpots) / lattice_dashpots;
@@ -111,12 +114,12 @@ void measureSurroundings(const Pairs& pairs, const Kernel& kernel, float lattice
 struct Setup {
   Pairs pairs;
   Kernel kernel;
-  float lattice_sum, dt;
+  float lattice_sum;
   const float* guess;
   const float* amend;            // per particle
   const std::uint8_t* material;  // per particle
   std::size_t materials;
-  const float* dashpot;         // N s/m^3, for each two materials
+  const float* dashpot;         // N/m^3, of a displacement in the step, for each two materials
   const Bonds* bonds;           // or null
   const float* rest_length;     // of the bonds, per pair
   float *spring, *compression;  // per pair, or null
@@ -125,20 +128,24 @@ struct Setup {
 /// Springs and density of particles [first, last).
 template <bool alike>
 TACTILE_CLAY_INLINE void linearise(const Setup& s, std::size_t first, std::size_t last) {
-  const Lane shortest = all(1e-8f * s.kernel.h * s.kernel.h);
+  // The compiler may not take these out of the loop.
+  const Kernel kernel = s.kernel;
+  const float per_lattice_sum = 1.0f / s.lattice_sum, per_square = 1.0f / (kernel.h * kernel.h);
+  const Lane shortest = all(1e-8f * kernel.h * kernel.h);
   for (std::size_t i = first; i < last; ++i) {
-    const Lane gx = all(s.guess[4 * i]), gy = all(s.guess[4 * i + 1]), gz = all(s.guess[4 * i + 2]);
+    const LaneVector guess = allOf(s.guess + 4 * i);
     const Lane own = all(s.amend[i]);
     const float* dashpots = s.dashpot + s.material[i] * s.materials;
     const BondRule* rules = s.bonds != nullptr ? s.bonds->rules(s.material[i]) : nullptr;
     Lane damping = all(dashpots[0]), stiffness = all(rules != nullptr ? rules->stiffness : 0.0f);
     Lane shortest_rest = all(rules != nullptr ? rules->shortest : 0.0f);
     Lane longest_rest = all(rules != nullptr ? rules->longest : 0.0f);
-    Lane guessed{}, lag{}, fx{}, fy{}, fz{};
+    LaneVector forces{};
+    Lane guessed{}, lag{};
     for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.end[i]; p += lane_width) {
       const LaneVector of_other = gather(s.guess, s.pairs.other + p);
       const Lane x = load(s.pairs.x + p), y = load(s.pairs.y + p), z = load(s.pairs.z + p);
-      const Lane dx = of_other.x - gx, dy = of_other.y - gy, dz = of_other.z - gz;
+      const Lane dx = of_other.x - guess.x, dy = of_other.y - guess.y, dz = of_other.z - guess.z;
       const Lane square = x * x + y * y + z * z;
       const Lane inverse_square = 1.0f / greatest(square, shortest);
       const Lane r = root(square);
@@ -146,9 +153,9 @@ TACTILE_CLAY_INLINE void linearise(const Setup& s, std::size_t first, std::size_
       const Lane ex = x - dx, ey = y - dy, ez = z - dz;
       const Lane length = root(ex * ex + ey * ey + ez * ez);
       if (s.compression != nullptr) {
-        const Lane compression = -s.kernel.slope(r) * r * inverse_square * (1.0f / s.lattice_sum);
+        const Lane compression = -kernel.slope(r) * r * inverse_square * per_lattice_sum;
         store(s.compression + p, compression);
-        guessed += s.kernel.value(length);
+        guessed += kernel.value(length);
         lag += compression * along;
       }
       if (s.spring != nullptr) {
@@ -162,7 +169,7 @@ TACTILE_CLAY_INLINE void linearise(const Setup& s, std::size_t first, std::size_
           }
         }
         const Lane both = 0.5f * (own + gatherNumbers(s.amend, s.pairs.other + p));
-        const Lane dashpot = damping / s.dt * dashpotWeight(s.kernel, square) * both;
+        const Lane dashpot = damping * dashpotWeight(per_square, square) * both;
         // The length at u = 0, were it as linear there as it is near the guess.
         const Lane start = length + along * r * inverse_square;
         Lane spring = dashpot, push = dashpot * (r - start);
@@ -176,11 +183,11 @@ TACTILE_CLAY_INLINE void linearise(const Setup& s, std::size_t first, std::size_
         }
         store(s.spring + p, spring);
         push *= r;
-        fx += push * x, fy += push * y, fz += push * z;
+        forces.x += push * x, forces.y += push * y, forces.z += push * z;
       }
     }
-    s.force[4 * i] = sum(fx), s.force[4 * i + 1] = sum(fy), s.force[4 * i + 2] = sum(fz);
-    s.excess[i] = (sum(guessed) + s.kernel.sigma) / s.lattice_sum - 1.0f - sum(lag);
+    storeSlot(s.force + 4 * i, sums(forces));
+    s.excess[i] = (sum(guessed) + kernel.sigma) / s.lattice_sum - 1.0f - sum(lag);
   }
 }
 TACTILE_CLAY_MULTIVERSION
@@ -236,6 +243,8 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
   const std::size_t n = particles.size();
   if (sprung_) spring_.resize(near.pairs());
   if (dense_) compression_.resize(near.pairs());
+  dashpot_of_step_.clear();
+  for (const float dashpot : dashpot_) dashpot_of_step_.push_back(dashpot / dt);
   force_.resize(n), squeezed_.resize(n);
   for (auto* numbers : {&excess_, &ratio_, &active_, &pressure_, &amend_}) numbers->resize(n);
   parallelRanges(n, grain, [&](std::size_t first, std::size_t last) {
@@ -247,12 +256,11 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
   const Setup setup{pairs(),
                     kernel_,
                     lattice_sum_,
-                    dt,
                     guess.data(),
                     amend_.data(),
                     particles.material.data(),
                     materials_,
-                    dashpot_.data(),
+                    dashpot_of_step_.data(),
                     bonds,
                     bonds != nullptr ? bonds->restLengths().data() : nullptr,
                     sprung_ ? spring_.data() : nullptr,

@@ -76,8 +76,9 @@ class Potential {
   float lattice_sum_;       // 1/m^3
   float lattice_dashpots_;  // m^4
   std::size_t materials_;
-  std::vector<float> dashpot_;  // N s/m^3, of a pair where its weight is 1, for each two materials
-  std::vector<float> bulk_;     // J, bulk modulus times volume of each material
+  std::vector<float> dashpot_;          // N s/m^3, of a pair where its weight is 1, for each two materials
+  std::vector<float> dashpot_of_step_;  // N/m^3, dashpot_ over the step
+  std::vector<float> bulk_;             // J, bulk modulus times volume of each material
   bool dense_ = false, sprung_ = false;
   const Neighbourhood* near_ = nullptr;
   const Particles* particles_ = nullptr;

@@ -37,15 +37,6 @@ std::size_t wholeLanes(std::size_t count) {
   return (count + lane_width - 1) / lane_width * lane_width;
 }
 
-TACTILE_CLAY_INLINE HalfLane slot(const float* from) {
-  HalfLane h;
-  std::memcpy(&h, from, sizeof h);
-  return h;
-}
-TACTILE_CLAY_INLINE void storeSlot(float* to, const HalfLane& h) {
-  std::memcpy(to, &h, sizeof h);
-}
-
 /// Gradients of pairs: eight x, eight y and eight z in turn.
 TACTILE_CLAY_INLINE LaneVector loadGradient(const float* gradient, std::uint32_t p) {
   const float* at = gradient + 3 * std::size_t{p};
