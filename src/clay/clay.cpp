@@ -1,7 +1,6 @@
 #include "clay/clay.h"
 
 #include <tbb/task_arena.h>
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <atomic>
@@ -14,6 +13,7 @@
 #include "clay/contacts.h"
 #include "clay/kernel.h"
 #include "clay/lump_sums.h"
+#include "clay/lumps.h"
 #include "clay/neighbourhood.h"
 #include "clay/potential.h"
 #include "clay/projection.h"
@@ -53,12 +53,6 @@ class Stopwatch {
   double& ms_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
-
-Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
-}
 
 }  // namespace
 
@@ -127,10 +121,7 @@ struct Clay::Solver {
   Sums residual(float dt);
   Sums multiply(const VectorField& x, float dt, VectorField& a_x);
   Sums precondition(std::size_t first, std::size_t last);
-  void measureLumps();
   void translate(float dt);
-  const std::vector<LumpSums<6>::Sum>& momentaOfLumps(const VectorField& velocity);
-  std::vector<Eigen::Matrix3f> turnsOfLumps(float dt);
   void ownDirection();
   void balanceForces();
   void publishAwake();
@@ -153,6 +144,8 @@ struct Clay::Solver {
   std::vector<Sums> partial;
   Kernel kernel;
   Neighbourhood near;
+  Lumps lumps;
+  LumpSums<3> unsolved_forces;
   Potential potential;
   Projection projection;
   Bonds bond_constraint;
@@ -176,19 +169,6 @@ struct Clay::Solver {
   std::vector<bool> ghost_touched;
   std::vector<GhostForce> ghost_forces;
   std::vector<Eigen::Vector3d> solid_forces;
-  struct Body {                                         // a lump as a rigid body
-    double mass = 0.0;                                  // kg
-    Eigen::Vector3d centre = Eigen::Vector3d::Zero();   // m
-    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  // kg m^2, about the centre
-  };
-  /// Its radius of gyration, m; for a single particle, something.
-  double size(const Body& b) const {
-    return std::max(std::sqrt(0.5 * b.inertia.trace() / b.mass), 0.1 * config.spacing);
-  }
-  std::vector<Body> bodies;
-  LumpSums<10> moments;  // of mass, of orders 0, 1 and 2
-  LumpSums<6> momenta;
-  LumpSums<3> forces;
   Statistics statistics;
 };
 
@@ -199,6 +179,7 @@ Clay::Solver::Solver(const ClayConfig& config_in, std::vector<Material> material
       arena(config.threads > 0 ? config.threads : tbb::task_arena::automatic),
       kernel(static_cast<float>(2.0 * config.spacing)),
       near(kernel.h),
+      lumps(near, particles, config.spacing),
       potential(kernel, static_cast<float>(config.spacing), materials),
       projection(kernel, static_cast<float>(config.spacing), materials),
       bond_constraint(static_cast<float>(config.spacing), materials),
@@ -363,158 +344,22 @@ Clay::Solver::Sums Clay::Solver::precondition(std::size_t first, std::size_t las
   return products;
 }
 
-/// Moves each lump of clay as a whole, in the directions that no contact blocks, by what lowers the potential
-/// most: the motion that conjugate gradients find last, since nothing but inertia and friction resists it.
 void Clay::Solver::translate(float dt) {
-  struct Lump {
-    Eigen::Matrix3d blocked = Eigen::Matrix3d::Zero();
-    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d force = Eigen::Vector3d::Zero();
-    Eigen::Vector3f move = Eigen::Vector3f::Zero();
-  };
-  std::vector<Lump> lumps(near.lumps());
-  // Internal forces cancel within a lump, so inertia and friction are all there is.
-  const double per_square = 1.0 / (static_cast<double>(dt) * dt);
-  const auto& inertial = forces.of(near, particles.size(), [&](std::size_t i) -> Eigen::Vector3d {
-    return (free.at(i) - u.at(i)).cast<double>() * (per_square / particles.inverse_mass[i]);
-  });
-  for (std::size_t l = 0; l < lumps.size(); ++l) {
-    lumps[l].force = inertial[l];
-    lumps[l].inertia.diagonal().setConstant(bodies[l].mass * per_square);
-  }
-  for (const Contact& c : contact_constraint.contacts()) {
-    if (c.state == Contact::State::open) continue;
-    Lump& lump = lumps[near.lump(c.particle)];
-    const Eigen::Vector3d normal = c.normal.cast<double>();
-    lump.blocked += normal * normal.transpose();
-    lump.force += contact_constraint.frictionOn(c, u).cast<double>();
-    if (c.state == Contact::State::stick) {
-      lump.inertia += c.stiffness * (Eigen::Matrix3d::Identity() - normal * normal.transpose());
-    }
-  }
-  for (Lump& lump : lumps) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> blocked(lump.blocked);
-    for (int k = 0; k < 3; ++k) {
-      if (blocked.eigenvalues()[k] > 1e-4 * lump.blocked.trace()) continue;
-      const Eigen::Vector3d direction = blocked.eigenvectors().col(k);
-      const double step = lump.force.dot(direction) / direction.dot(lump.inertia * direction);
-      lump.move += (step * direction).cast<float>();
-    }
-  }
+  const std::vector<Eigen::Vector3f> falls = lumps.falls(free, u, contact_constraint, dt);
   ranges([&](std::size_t, std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) u.add(i, lumps[near.lump(i)].move);
+    for (std::size_t i = first; i < last; ++i) u.add(i, falls[near.lump(i)]);
   });
-}
-
-void Clay::Solver::measureLumps() {
-  const auto& sums = moments.of(near, particles.size(), [&](std::size_t i) {
-    const double mass = 1.0 / particles.inverse_mass[i];
-    const Eigen::Vector3d x = particles.position.at(i).cast<double>(), mx = mass * x;
-    LumpSums<10>::Sum sum;
-    sum << mass, mx, mx.x() * x, mx.y() * x.tail<2>(), mx.z() * x.z();
-    return sum;
-  });
-  bodies.resize(near.lumps());
-  for (std::size_t l = 0; l < bodies.size(); ++l) {
-    const auto& sum = sums[l];
-    Body& body = bodies[l];
-    body.mass = sum[0];
-    body.centre = sum.segment<3>(1) / body.mass;
-    Eigen::Matrix3d second;
-    second << sum[4], sum[5], sum[6], sum[5], sum[7], sum[8], sum[6], sum[8], sum[9];
-    second -= body.mass * body.centre * body.centre.transpose();
-    body.inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
-  }
-}
-
-/// Momentum, and angular momentum about its centre, of each lump, were this its velocities.
-const std::vector<LumpSums<6>::Sum>& Clay::Solver::momentaOfLumps(const VectorField& velocity) {
-  return momenta.of(near, particles.size(), [&](std::size_t i) {
-    const Eigen::Vector3d arm = particles.position.at(i).cast<double>() - bodies[near.lump(i)].centre;
-    const Eigen::Vector3d momentum = velocity.at(i).cast<double>() / particles.inverse_mass[i];
-    LumpSums<6>::Sum sum;
-    sum << momentum, arm.cross(momentum);
-    return sum;
-  });
-}
-
-/// What turning by a finite angle adds to the displacements dt v of a turning lump, by the arm from its
-/// centre: without it a lump grows with every step of its turn, and few iterations cannot take that back.
-std::vector<Eigen::Matrix3f> Clay::Solver::turnsOfLumps(float dt) {
-  const auto& momentum = momentaOfLumps(particles.velocity);
-  std::vector<Eigen::Matrix3f> turns(bodies.size(), Eigen::Matrix3f::Zero());
-  for (std::size_t l = 0; l < bodies.size(); ++l) {
-    const Body& body = bodies[l];
-    const double point =
-        std::pow(size(body), 2) * body.mass * 1e-9;  // so that a line of particles has an inverse
-    const Eigen::LDLT<Eigen::Matrix3d> inertia(body.inertia + point * Eigen::Matrix3d::Identity());
-    const Eigen::Vector3d turn = dt * inertia.solve(momentum[l].tail<3>());
-    const double sine = turn.norm();
-    if (!(sine > 1e-6) || sine > 0.5) continue;
-    // The velocities are of the chords of the last step, x - R^-1 x, those of the next step are R x - x.
-    const Eigen::Matrix3d rotation = Eigen::AngleAxisd(std::asin(sine), turn / sine).toRotationMatrix();
-    const Eigen::Matrix3d bend = rotation + rotation.transpose() - 2.0 * Eigen::Matrix3d::Identity();
-    // Without what of it is a turn itself: the momentum is right already.
-    const Eigen::Matrix3d second = 0.5 * body.inertia.trace() * Eigen::Matrix3d::Identity() - body.inertia;
-    const Eigen::Matrix3d m = bend * second;
-    const Eigen::Vector3d spun(m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1));
-    turns[l] = (bend - skew(inertia.solve(spun))).cast<float>();
-  }
-  return turns;
 }
 
 /// Displacements as a direction: d = u in the directions that contacts leave free, without the rigid motions
-/// of lumps that no contact blocks. These no internal force resists; along them the momentum is right, and
-/// stays so.
+/// of lumps that no contact blocks.
 void Clay::Solver::ownDirection() {
-  using Motion = LumpSums<6>::Sum;  // of a lump: translation, rotation
-  constexpr double none = 1e-6, tiny = 1e-9;
-  struct Lump {
-    Eigen::Matrix<double, 6, 6> blocked = Eigen::Matrix<double, 6, 6>::Zero();
-    Motion unblocked = Motion::Zero();
-  };
-  std::vector<Lump> lumps(near.lumps());
-  const auto& momentum_of = momentaOfLumps(u);
-  const auto block = [&](const Contact& c, const Eigen::Vector3d& direction) {
-    Lump& lump = lumps[near.lump(c.particle)];
-    const Body& body = bodies[near.lump(c.particle)];
-    const Eigen::Vector3d arm = particles.position.at(c.particle).cast<double>() - body.centre;
-    Motion motion;
-    motion << direction, arm.cross(direction) / size(body);
-    lump.blocked += motion * motion.transpose();
-  };
-  for (const Contact& c : contact_constraint.contacts()) {
-    if (c.state == Contact::State::slide) block(c, c.normal.cast<double>());
-    if (c.state != Contact::State::stick) continue;
-    for (int a = 0; a < 3; ++a) block(c, Eigen::Vector3d::Unit(a));
-  }
-  for (std::size_t l = 0; l < lumps.size(); ++l) {
-    Lump& lump = lumps[l];
-    const Body& body = bodies[l];
-    // In units in which rotations are lengths, so that eigenvalues can be compared.
-    const double length = size(body);
-    Eigen::Matrix<double, 6, 6> mass = Eigen::Matrix<double, 6, 6>::Zero();
-    mass.topLeftCorner<3, 3>().diagonal().setConstant(body.mass);
-    mass.bottomRightCorner<3, 3>() = body.inertia / (length * length);
-    mass.diagonal().array() += tiny * body.mass;
-    Motion momentum = momentum_of[l];
-    momentum.tail<3>() /= length;
-    Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(6, 6);
-    if (lump.blocked.trace() > 0.0) {
-      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> modes(lump.blocked);
-      int count = 0;
-      while (count < 6 && modes.eigenvalues()[count] < none * lump.blocked.trace()) ++count;
-      basis = modes.eigenvectors().leftCols(count);
-      if (count == 0) continue;
-    }
-    lump.unblocked = basis * (basis.transpose() * mass * basis).llt().solve(basis.transpose() * momentum);
-    lump.unblocked.tail<3>() /= length;
-  }
+  const std::vector<Lumps::Motion> motions = lumps.unblockedMotions(u, contact_constraint);
   ranges([&](std::size_t, std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
-      const Lump& lump = lumps[near.lump(i)];
-      const Eigen::Vector3d arm = particles.position.at(i).cast<double>() - bodies[near.lump(i)].centre;
-      d.set(i, u.at(i) - (lump.unblocked.head<3>() + lump.unblocked.tail<3>().cross(arm)).cast<float>());
+      const Lumps::Motion& motion = motions[near.lump(i)];
+      const Eigen::Vector3d arm = particles.position.at(i).cast<double>() - lumps.centreAt(i);
+      d.set(i, u.at(i) - (motion.translation + motion.rotation.cross(arm)).cast<float>());
     }
     contact_constraint.filter(first, last, d);
   });
@@ -577,17 +422,17 @@ void Clay::Solver::minimise(float dt) {
     for (const BoundaryDensity::Share& share :
          boundary.update(particles, potential.densityRatio(), contact_constraint.contacts()))
       potential.addDensity(share.particle, share.ratio);
-    measureLumps();
+    lumps.measure();
   }
   const Stopwatch watch(ms(iterations));
   // Start from the last velocity: what rests starts at rest, however few iterations follow. What falls or
   // slides is set going by `translate`.
   const Eigen::Vector3f fall = dt * dt * config.gravity.cast<float>();
-  const std::vector<Eigen::Matrix3f> bend = turnsOfLumps(dt);
+  const std::vector<Eigen::Matrix3f> bend = lumps.bends(dt);
   ranges([&](std::size_t, std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       const std::uint32_t lump = near.lump(i);
-      const Eigen::Vector3f arm = particles.position.at(i) - bodies[lump].centre.cast<float>();
+      const Eigen::Vector3f arm = particles.position.at(i) - lumps.centreAt(i).cast<float>();
       u.set(i, free.at(i) - fall + bend[lump] * arm);
     }
   });
@@ -610,7 +455,7 @@ void Clay::Solver::minimise(float dt) {
 /// or less, than the momentum that the clay gained. The difference is made up by the contacts of the lump,
 /// each by its share, so that the sum of Eq. 6 is the rate of momentum for any budget.
 void Clay::Solver::balanceForces() {
-  const auto& unsolved = forces.of(near, particles.size(), [&](std::size_t i) -> Eigen::Vector3d {
+  const auto& unsolved = unsolved_forces.of(near, particles.size(), [&](std::size_t i) -> Eigen::Vector3d {
     return z.at(i).cast<double>() / particles.inverse_mass[i];
   });
   std::vector<double> force(near.lumps(), 0.0);

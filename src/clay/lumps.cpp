@@ -1,0 +1,169 @@
+#include "clay/lumps.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace tactile_clay::clay {
+namespace {
+
+Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return m;
+}
+
+}  // namespace
+
+void Lumps::measure() {
+  const auto& sums = moments_.of(near_, particles_.size(), [&](std::size_t i) {
+    const double mass = 1.0 / particles_.inverse_mass[i];
+    const Eigen::Vector3d x = particles_.position.at(i).cast<double>(), mx = mass * x;
+    LumpSums<10>::Sum sum;
+    sum << mass, mx, mx.x() * x, mx.y() * x.tail<2>(), mx.z() * x.z();
+    return sum;
+  });
+  bodies_.resize(near_.lumps());
+  for (std::size_t l = 0; l < bodies_.size(); ++l) {
+    const auto& sum = sums[l];
+    Body& body = bodies_[l];
+    body.mass = sum[0];
+    body.centre = sum.segment<3>(1) / body.mass;
+    Eigen::Matrix3d second;
+    second << sum[4], sum[5], sum[6], sum[5], sum[7], sum[8], sum[6], sum[8], sum[9];
+    second -= body.mass * body.centre * body.centre.transpose();
+    body.inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
+  }
+}
+
+/// Radius of gyration, m; for a single particle, something.
+double Lumps::size(const Body& body) const {
+  return std::max(std::sqrt(0.5 * body.inertia.trace() / body.mass), 0.1 * spacing_);
+}
+
+/// Momentum, and angular momentum about its centre, of each lump, were this its velocities.
+const std::vector<LumpSums<6>::Sum>& Lumps::momenta(const VectorField& velocity) {
+  return momenta_.of(near_, particles_.size(), [&](std::size_t i) {
+    const Eigen::Vector3d arm = particles_.position.at(i).cast<double>() - bodies_[near_.lump(i)].centre;
+    const Eigen::Vector3d momentum = velocity.at(i).cast<double>() / particles_.inverse_mass[i];
+    LumpSums<6>::Sum sum;
+    sum << momentum, arm.cross(momentum);
+    return sum;
+  });
+}
+
+std::vector<Eigen::Matrix3f> Lumps::bends(float dt) {
+  const auto& momentum = momenta(particles_.velocity);
+  std::vector<Eigen::Matrix3f> turns(bodies_.size(), Eigen::Matrix3f::Zero());
+  for (std::size_t l = 0; l < bodies_.size(); ++l) {
+    const Body& body = bodies_[l];
+    const double point =
+        std::pow(size(body), 2) * body.mass * 1e-9;  // so that a line of particles has an inverse
+    const Eigen::LDLT<Eigen::Matrix3d> inertia(body.inertia + point * Eigen::Matrix3d::Identity());
+    const Eigen::Vector3d turn = dt * inertia.solve(momentum[l].tail<3>());
+    const double sine = turn.norm();
+    if (!(sine > 1e-6) || sine > 0.5) continue;
+    // The velocities are of the chords of the last step, x - R^-1 x, those of the next step are R x - x.
+    const Eigen::Matrix3d rotation = Eigen::AngleAxisd(std::asin(sine), turn / sine).toRotationMatrix();
+    const Eigen::Matrix3d bend = rotation + rotation.transpose() - 2.0 * Eigen::Matrix3d::Identity();
+    // Without what of it is a turn itself: the momentum is right already.
+    const Eigen::Matrix3d second = 0.5 * body.inertia.trace() * Eigen::Matrix3d::Identity() - body.inertia;
+    const Eigen::Matrix3d m = bend * second;
+    const Eigen::Vector3d spun(m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1));
+    turns[l] = (bend - skew(inertia.solve(spun))).cast<float>();
+  }
+  return turns;
+}
+
+std::vector<Eigen::Vector3f> Lumps::falls(const VectorField& free, const VectorField& u,
+                                          const Contacts& contacts, float dt) {
+  struct Lump {
+    Eigen::Matrix3d blocked = Eigen::Matrix3d::Zero();
+    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  };
+  std::vector<Lump> lumps(near_.lumps());
+  // Internal forces cancel within a lump, so inertia and friction are all there is.
+  const double per_square = 1.0 / (static_cast<double>(dt) * dt);
+  const auto& inertial = forces_.of(near_, particles_.size(), [&](std::size_t i) -> Eigen::Vector3d {
+    return (free.at(i) - u.at(i)).cast<double>() * (per_square / particles_.inverse_mass[i]);
+  });
+  for (std::size_t l = 0; l < lumps.size(); ++l) {
+    lumps[l].force = inertial[l];
+    lumps[l].inertia.diagonal().setConstant(bodies_[l].mass * per_square);
+  }
+  for (const Contact& c : contacts.contacts()) {
+    if (c.state == Contact::State::open) continue;
+    Lump& lump = lumps[near_.lump(c.particle)];
+    const Eigen::Vector3d normal = c.normal.cast<double>();
+    lump.blocked += normal * normal.transpose();
+    lump.force += contacts.frictionOn(c, u).cast<double>();
+    if (c.state == Contact::State::stick) {
+      lump.inertia += c.stiffness * (Eigen::Matrix3d::Identity() - normal * normal.transpose());
+    }
+  }
+  std::vector<Eigen::Vector3f> moves(lumps.size(), Eigen::Vector3f::Zero());
+  for (std::size_t l = 0; l < lumps.size(); ++l) {
+    const Lump& lump = lumps[l];
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> blocked(lump.blocked);
+    for (int k = 0; k < 3; ++k) {
+      if (blocked.eigenvalues()[k] > 1e-4 * lump.blocked.trace()) continue;
+      const Eigen::Vector3d direction = blocked.eigenvectors().col(k);
+      const double step = lump.force.dot(direction) / direction.dot(lump.inertia * direction);
+      moves[l] += (step * direction).cast<float>();
+    }
+  }
+  return moves;
+}
+
+std::vector<Lumps::Motion> Lumps::unblockedMotions(const VectorField& u, const Contacts& contacts) {
+  using Vector6 = LumpSums<6>::Sum;  // translation, rotation
+  constexpr double none = 1e-6, tiny = 1e-9;
+  struct Lump {
+    Eigen::Matrix<double, 6, 6> blocked = Eigen::Matrix<double, 6, 6>::Zero();
+  };
+  std::vector<Lump> lumps(near_.lumps());
+  const auto& momentum_of = momenta(u);
+  const auto block = [&](const Contact& c, const Eigen::Vector3d& direction) {
+    Lump& lump = lumps[near_.lump(c.particle)];
+    const Body& body = bodies_[near_.lump(c.particle)];
+    const Eigen::Vector3d arm = particles_.position.at(c.particle).cast<double>() - body.centre;
+    Vector6 motion;
+    motion << direction, arm.cross(direction) / size(body);
+    lump.blocked += motion * motion.transpose();
+  };
+  for (const Contact& c : contacts.contacts()) {
+    if (c.state == Contact::State::slide) block(c, c.normal.cast<double>());
+    if (c.state != Contact::State::stick) continue;
+    for (int a = 0; a < 3; ++a) block(c, Eigen::Vector3d::Unit(a));
+  }
+  std::vector<Motion> motions(lumps.size());
+  for (std::size_t l = 0; l < lumps.size(); ++l) {
+    const Lump& lump = lumps[l];
+    const Body& body = bodies_[l];
+    // In units in which rotations are lengths, so that eigenvalues can be compared.
+    const double length = size(body);
+    Eigen::Matrix<double, 6, 6> mass = Eigen::Matrix<double, 6, 6>::Zero();
+    mass.topLeftCorner<3, 3>().diagonal().setConstant(body.mass);
+    mass.bottomRightCorner<3, 3>() = body.inertia / (length * length);
+    mass.diagonal().array() += tiny * body.mass;
+    Vector6 momentum = momentum_of[l];
+    momentum.tail<3>() /= length;
+    Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(6, 6);
+    if (lump.blocked.trace() > 0.0) {
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> modes(lump.blocked);
+      int count = 0;
+      while (count < 6 && modes.eigenvalues()[count] < none * lump.blocked.trace()) ++count;
+      basis = modes.eigenvectors().leftCols(count);
+      if (count == 0) continue;
+    }
+    const Vector6 motion =
+        basis * (basis.transpose() * mass * basis).llt().solve(basis.transpose() * momentum);
+    motions[l] = {motion.head<3>(), motion.tail<3>() / length};
+  }
+  return motions;
+}
+
+}  // namespace tactile_clay::clay

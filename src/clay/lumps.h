@@ -1,0 +1,63 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "clay/contacts.h"
+#include "clay/lump_sums.h"
+#include "clay/neighbourhood.h"
+#include "clay/particles.h"
+#include "clay/vector_field.h"
+
+namespace tactile_clay::clay {
+
+/// The lumps of clay (Neighbourhood::lumps) as rigid bodies. Their motions are what conjugate gradients find
+/// last, since no internal force resists them; a step so gets them from here.
+class Lumps {
+ public:
+  /// The neighbourhood and the particles must outlive it. \param spacing m
+  Lumps(const Neighbourhood& near, const Particles& particles, double spacing)
+      : near_(near), particles_(particles), spacing_(spacing) {}
+
+  /// Mass, centre and inertia of each at the start of a step; the neighbourhood must be built.
+  void measure();
+
+  const Eigen::Vector3d& centreAt(std::size_t particle) const { return bodies_[near_.lump(particle)].centre; }
+
+  /// What turning by a finite angle adds to the displacements dt v of each lump, by the arm from its centre:
+  /// without it a lump grows with every step of its turn, and few iterations cannot take that back.
+  std::vector<Eigen::Matrix3f> bends(float dt);
+
+  /// The translation, m, of each lump from the displacements u that lowers the potential most, in the
+  /// directions that no contact blocks: nothing but inertia and friction resists it. \param free m,
+  /// displacements without internal and contact forces
+  std::vector<Eigen::Vector3f> falls(const VectorField& free, const VectorField& u, const Contacts& contacts,
+                                     float dt);
+
+  /// Rigid motion of a lump about its centre, m and rad.
+  struct Motion {
+    Eigen::Vector3d translation = Eigen::Vector3d::Zero(), rotation = Eigen::Vector3d::Zero();
+  };
+  /// The rigid motions that no contact blocks within the displacements u. Along them the momentum is right,
+  /// and stays so.
+  std::vector<Motion> unblockedMotions(const VectorField& u, const Contacts& contacts);
+
+ private:
+  struct Body {
+    double mass = 0.0;                                  // kg
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();   // m
+    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  // kg m^2, about the centre
+  };
+  double size(const Body& body) const;
+  const std::vector<LumpSums<6>::Sum>& momenta(const VectorField& velocity);
+
+  const Neighbourhood& near_;
+  const Particles& particles_;
+  double spacing_;
+  std::vector<Body> bodies_;
+  LumpSums<10> moments_;  // of mass, of orders 0, 1 and 2
+  LumpSums<6> momenta_;
+  LumpSums<3> forces_;
+};
+
+}  // namespace tactile_clay::clay
