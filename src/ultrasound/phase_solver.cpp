@@ -30,7 +30,7 @@ constexpr double first_damping = 1e-5;       // foci that no drive can tell apar
 constexpr double most_damping = 1e3;         // beyond it no step helps
 constexpr float poor = 0.01f;                // error of the worst amplitude that calls for another start
 constexpr std::size_t more_starts = 6;       // at most lane_count - 1
-constexpr float least_norm_damping = 1e-3f;  // of foci that no drive can tell apart
+constexpr double least_norm_damping = 1e-3;  // of foci that no drive can tell apart
 constexpr int limited_rounds = 3;
 
 const std::map<std::string, PhaseMethod>& methods() {
@@ -330,20 +330,20 @@ class Solver {
   /// and no small change helps. Starts from others: those of least norm that give each focus its amplitude at
   /// some phase, q = G^H (G G^H)^-1 p, each brought to amplitude 1. Keeps the best.
   void startAnew() {
-    Eigen::MatrixXcf r = gram(g_);
-    r.diagonal() *= 1.0f + least_norm_damping;
-    const Eigen::LLT<Eigen::MatrixXcf> by(r);
+    Eigen::MatrixXcd r = gram(g_).cast<std::complex<double>>();
+    r.diagonal() *= 1.0 + least_norm_damping;
+    const Eigen::LLT<Eigen::MatrixXcd> by(r);
     const LaneArray<ComplexLanes> phases = scattered(g_.foci);
     DriveLanes best = q_;
     float least = worst(p_.abs());
     for (std::size_t start = 1; start <= more_starts && least > poor; ++start) {
-      Eigen::VectorXcf source(p_.re.size());
+      Eigen::VectorXcd source(p_.re.size());
       for (std::size_t m = 0; m < g_.foci; ++m)
         source(static_cast<Eigen::Index>(m)) = {phases[m].re[start], phases[m].im[start]};
       by.solveInPlace(source);
       if (!source.allFinite()) break;
-      p_.re = source.real().array();
-      p_.im = source.imag().array();
+      p_.re = source.real().cast<float>().array();
+      p_.im = source.imag().cast<float>().array();
       emit(p_.abs());
       correct(LaneArray<Lanes>(g_.width, Lanes{} + 1.0f));
       const float error = worst(p_.abs());
