@@ -10,8 +10,8 @@
 
 namespace tactile_clay::clay {
 
-/// What solids add to the density of the particles on them, so that clay does not pack where it lies against
-/// one.
+/// What solids add to the density of the particles on them, so that what has no bonds does not pack against
+/// them. Bonds keep clay from packing, and so clay does without.
 ///
 /// A solid counts as clay that ends half a spacing before the particle: the particle has the share w_0 of the
 /// lattice's kernel sum from it. Several solids leave 1 - (1 - w_0)(1 - w_0)..., which at an edge and in a

@@ -144,6 +144,22 @@ struct LaneVector {
   Lane x, y, z;
 };
 
+TACTILE_CLAY_INLINE LaneVector loadVector(const float* x, const float* y, const float* z, std::size_t from) {
+  return {load(x + from), load(y + from), load(z + from)};
+}
+TACTILE_CLAY_INLINE LaneVector difference(const LaneVector& a, const LaneVector& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+TACTILE_CLAY_INLINE Lane dot(const LaneVector& a, const LaneVector& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+TACTILE_CLAY_INLINE LaneVector times(const Lane& a, const LaneVector& v) {
+  return {a * v.x, a * v.y, a * v.z};
+}
+TACTILE_CLAY_INLINE void add(LaneVector& to, const LaneVector& v) {
+  to.x += v.x, to.y += v.y, to.z += v.z;
+}
+
 /// Slots of 16 bytes, of a vector and a fourth number.
 TACTILE_CLAY_INLINE HalfLane slot(const float* from) {
   HalfLane h;

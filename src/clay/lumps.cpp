@@ -121,41 +121,38 @@ std::vector<Eigen::Vector3f> Lumps::falls(const VectorField& free, const VectorF
 std::vector<Lumps::Motion> Lumps::unblockedMotions(const VectorField& u, const Contacts& contacts) {
   using Vector6 = LumpSums<6>::Sum;  // translation, rotation
   constexpr double none = 1e-6, tiny = 1e-9;
-  struct Lump {
-    Eigen::Matrix<double, 6, 6> blocked = Eigen::Matrix<double, 6, 6>::Zero();
-  };
-  std::vector<Lump> lumps(near_.lumps());
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  std::vector<Matrix6> blocked(bodies_.size(), Matrix6::Zero());
   const auto& momentum_of = momenta(u);
   const auto block = [&](const Contact& c, const Eigen::Vector3d& direction) {
-    Lump& lump = lumps[near_.lump(c.particle)];
-    const Body& body = bodies_[near_.lump(c.particle)];
+    const std::uint32_t l = near_.lump(c.particle);
+    const Body& body = bodies_[l];
     const Eigen::Vector3d arm = particles_.position.at(c.particle).cast<double>() - body.centre;
     Vector6 motion;
     motion << direction, arm.cross(direction) / size(body);
-    lump.blocked += motion * motion.transpose();
+    blocked[l] += motion * motion.transpose();
   };
   for (const Contact& c : contacts.contacts()) {
     if (c.state == Contact::State::slide) block(c, c.normal.cast<double>());
     if (c.state != Contact::State::stick) continue;
     for (int a = 0; a < 3; ++a) block(c, Eigen::Vector3d::Unit(a));
   }
-  std::vector<Motion> motions(lumps.size());
-  for (std::size_t l = 0; l < lumps.size(); ++l) {
-    const Lump& lump = lumps[l];
+  std::vector<Motion> motions(bodies_.size());
+  for (std::size_t l = 0; l < bodies_.size(); ++l) {
     const Body& body = bodies_[l];
     // In units in which rotations are lengths, so that eigenvalues can be compared.
     const double length = size(body);
-    Eigen::Matrix<double, 6, 6> mass = Eigen::Matrix<double, 6, 6>::Zero();
+    Matrix6 mass = Matrix6::Zero();
     mass.topLeftCorner<3, 3>().diagonal().setConstant(body.mass);
     mass.bottomRightCorner<3, 3>() = body.inertia / (length * length);
     mass.diagonal().array() += tiny * body.mass;
     Vector6 momentum = momentum_of[l];
     momentum.tail<3>() /= length;
     Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(6, 6);
-    if (lump.blocked.trace() > 0.0) {
-      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> modes(lump.blocked);
+    if (blocked[l].trace() > 0.0) {
+      const Eigen::SelfAdjointEigenSolver<Matrix6> modes(blocked[l]);
       int count = 0;
-      while (count < 6 && modes.eigenvalues()[count] < none * lump.blocked.trace()) ++count;
+      while (count < 6 && modes.eigenvalues()[count] < none * blocked[l].trace()) ++count;
       basis = modes.eigenvectors().leftCols(count);
       if (count == 0) continue;
     }

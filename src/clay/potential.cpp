@@ -25,14 +25,10 @@ TACTILE_CLAY_INLINE void stretch(const Pairs& pairs, const float* u, std::size_t
     LaneVector forces{};
     Lane total{};
     for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
-      const LaneVector of_other = gather(u, pairs.other + p);
-      const Lane x = load(pairs.x + p), y = load(pairs.y + p), z = load(pairs.z + p);
-      const Lane along = x * (of_other.x - own.x) + y * (of_other.y - own.y) + z * (of_other.z - own.z);
+      const LaneVector x = loadVector(pairs.x, pairs.y, pairs.z, p);
+      const Lane along = dot(x, difference(gather(u, pairs.other + p), own));
       if (density) total += load(pairs.compression + p) * along;
-      if (springs) {
-        const Lane force = load(pairs.spring + p) * along;
-        forces.x += force * x, forces.y += force * y, forces.z += force * z;
-      }
+      if (springs) add(forces, times(load(pairs.spring + p) * along, x));
     }
     if (density) growth[i] = sum(total);
     storeSlot(f + 4 * i, springs ? sums(forces) : HalfLane{});
@@ -67,8 +63,7 @@ TACTILE_CLAY_INLINE void pressInto(const Pairs& pairs, const float* pressure, st
       const Lane of_others = gatherNumbers(pressure, pairs.other + p);
       const Lane force = (own + of_others) * load(pairs.compression + p);
       if (find) most = most > of_others ? most : of_others;
-      forces.x += force * load(pairs.x + p), forces.y += force * load(pairs.y + p);
-      forces.z += force * load(pairs.z + p);
+      add(forces, times(force, loadVector(pairs.x, pairs.y, pairs.z, p)));
     }
     if constexpr (find) squeezed[i] = bits(most > 0.0f) != 0;
     storeSlot(f + 4 * i, slot(f + 4 * i) + sums(forces));
@@ -101,8 +96,8 @@ void measureSurroundings(const Pairs& pairs, const Kernel& kernel, float lattice
   for (std::size_t i = first; i < last; ++i) {
     Lane density{}, dashpots{};
     for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
-      const Lane x = load(pairs.x + p), y = load(pairs.y + p), z = load(pairs.z + p);
-      const Lane square = x * x + y * y + z * z;
+      const LaneVector x = loadVector(pairs.x, pairs.y, pairs.z, p);
+      const Lane square = dot(x, x);
       density += kernel.value(root(square));
       dashpots += dashpotWeight(per_square, square) * square * square;
     }
@@ -143,15 +138,14 @@ TACTILE_CLAY_INLINE void linearise(const Setup& s, std::size_t first, std::size_
     LaneVector forces{};
     Lane guessed{}, lag{};
     for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.end[i]; p += lane_width) {
-      const LaneVector of_other = gather(s.guess, s.pairs.other + p);
-      const Lane x = load(s.pairs.x + p), y = load(s.pairs.y + p), z = load(s.pairs.z + p);
-      const Lane dx = of_other.x - guess.x, dy = of_other.y - guess.y, dz = of_other.z - guess.z;
-      const Lane square = x * x + y * y + z * z;
+      const LaneVector x = loadVector(s.pairs.x, s.pairs.y, s.pairs.z, p);
+      const LaneVector d = difference(gather(s.guess, s.pairs.other + p), guess);
+      const Lane square = dot(x, x);
       const Lane inverse_square = 1.0f / greatest(square, shortest);
       const Lane r = root(square);
-      const Lane along = x * dx + y * dy + z * dz;
-      const Lane ex = x - dx, ey = y - dy, ez = z - dz;
-      const Lane length = root(ex * ex + ey * ey + ez * ez);
+      const Lane along = dot(x, d);
+      const LaneVector e = difference(x, d);
+      const Lane length = root(dot(e, e));
       if (s.compression != nullptr) {
         const Lane compression = -kernel.slope(r) * r * inverse_square * per_lattice_sum;
         store(s.compression + p, compression);
@@ -183,7 +177,7 @@ TACTILE_CLAY_INLINE void linearise(const Setup& s, std::size_t first, std::size_
         }
         store(s.spring + p, spring);
         push *= r;
-        forces.x += push * x, forces.y += push * y, forces.z += push * z;
+        add(forces, times(push, x));
       }
     }
     storeSlot(s.force + 4 * i, sums(forces));

@@ -47,16 +47,6 @@ TACTILE_CLAY_INLINE void storeGradient(float* gradient, std::uint32_t p, const L
   store(at, g.x), store(at + lane_width, g.y), store(at + 2 * lane_width, g.z);
 }
 
-TACTILE_CLAY_INLINE Lane dot(const LaneVector& a, const LaneVector& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-TACTILE_CLAY_INLINE LaneVector times(const Lane& a, const LaneVector& v) {
-  return {a * v.x, a * v.y, a * v.z};
-}
-TACTILE_CLAY_INLINE void add(LaneVector& to, const LaneVector& v) {
-  to.x += v.x, to.y += v.y, to.z += v.z;
-}
-
 /// 3 x 3 matrices of eight particles.
 struct Columns {
   LaneVector x, y, z;
@@ -125,7 +115,7 @@ void measureRatios(const Pairs pairs, const Kernel& kernel, float lattice_sum, s
   for (std::size_t i = first; i < last; ++i) {
     Lane total{};
     for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
-      const LaneVector x{load(pairs.x + p), load(pairs.y + p), load(pairs.z + p)};
+      const LaneVector x = loadVector(pairs.x, pairs.y, pairs.z, p);
       total += kernel.value(root(dot(x, x)));
     }
     ratio[i] = (clay::sum(total) + kernel.sigma) / lattice_sum;
@@ -143,7 +133,7 @@ void beginStrains(const Pairs pairs, const Kernel& kernel, float volume, const f
       LaneVector total{};
       Symmetric moment{}, weight{};
       for (std::uint32_t p = pairs.begin[i + k]; p < pairs.end[i + k]; p += lane_width) {
-        const LaneVector x{load(pairs.x + p), load(pairs.y + p), load(pairs.z + p)};
+        const LaneVector x = loadVector(pairs.x, pairs.y, pairs.z, p);
         const Lane r = root(dot(x, x) + tiny);
         const Lane slope = volume * kernel.slope(r) / r;
         const LaneVector g = times(slope, x);

@@ -20,9 +20,6 @@ using Eigen::Vector3d;
 using leap::Json;
 using Positions = std::array<std::optional<Vector3d>, joint_count>;
 
-// A hand that cannot be used, in a frame that can, is a runtime_error.
-using Unusable = std::runtime_error;
-
 struct Pointables {
   std::map<std::string, std::vector<const Json*>> of_hand;  // by its id
   std::string fault;  // of those that do not say whose they are: one line, empty where there is none
@@ -50,13 +47,13 @@ std::optional<Vector3d> optionalVector(const Json& object, const char* key) {
   const auto value = leap::vector(object, key);
   if (!value) return std::nullopt;
   if (!(value->cwiseAbs().maxCoeff() < absurd))
-    throw Unusable(std::string(key) + " is not finite, expected mm within the tracker's reach");
+    throw std::runtime_error(std::string(key) + " is not finite, expected mm within the tracker's reach");
   return fromLeap(*value);
 }
 
 Vector3d requiredVector(const Json& object, const char* key) {
   const auto value = optionalVector(object, key);
-  if (!value) throw Unusable(std::string(key) + " is missing");
+  if (!value) throw std::runtime_error(std::string(key) + " is missing");
   return *value;
 }
 
@@ -83,7 +80,8 @@ Eigen::Matrix3d palmRotation(const Json& hand) {
   const Vector3d back = -requiredVector(hand, "direction");
   const Vector3d x = dorsal.cross(back);
   if (dorsal.norm() < 1e-6 || x.norm() < 1e-3 * dorsal.norm() * back.norm() || back.norm() < 1e-6)
-    throw Unusable("palmNormal and direction span no plane, expected two unit vectors at right angles");
+    throw std::runtime_error(
+        "palmNormal and direction span no plane, expected two unit vectors at right angles");
   Eigen::Matrix3d rotation;
   rotation << x.normalized(), dorsal.normalized(), x.cross(dorsal).normalized();
   return rotation;
@@ -110,8 +108,8 @@ Positions knownJoints(const Pointables& pointables, const std::string& hand_id,
   static const std::array<const char*, finger_count> names = {"thumb", "index", "middle", "ring", "little"};
   for (int finger = 0; finger < finger_count; ++finger)
     if (found[finger] == nullptr)
-      throw Unusable(std::string("no pointable for its ") + names[finger] + " finger" +
-                     (pointables.fault.empty() ? "" : "; " + pointables.fault));
+      throw std::runtime_error(std::string("no pointable for its ") + names[finger] + " finger" +
+                               (pointables.fault.empty() ? "" : "; " + pointables.fault));
   return positions;
 }
 
@@ -120,7 +118,7 @@ Side sideOf(const Json& hand, const Positions& positions, const Eigen::Matrix3d&
   const std::string type = leap::handType(hand);
   if (type == "left") return Side::left;
   if (type == "right") return Side::right;
-  if (!type.empty()) throw Unusable("type '" + type + "', expected left or right");
+  if (!type.empty()) throw std::runtime_error("type '" + type + "', expected left or right");
   const Vector3d across = *positions[little_proximal] - *positions[thumb_proximal];
   return across.dot(rotation.col(0)) > 0.0 ? Side::right : Side::left;
 }
@@ -180,7 +178,7 @@ TrackedHand readHand(const Json& hand, const std::string& id, const Pointables& 
   TrackedHand tracked;
   const auto [end, error] = std::from_chars(id.data(), id.data() + id.size(), tracked.id);
   if (error != std::errc() || end != id.data() + id.size())
-    throw Unusable("expected a whole number as its id");
+    throw std::runtime_error("expected a whole number as its id");
   std::array<const Json*, finger_count> found{};
   Positions positions = knownJoints(pointables, id, found);
   PalmFrame frame{};
@@ -189,13 +187,13 @@ TrackedHand readHand(const Json& hand, const std::string& id, const Pointables& 
   frame.side = tracked.side = sideOf(hand, positions, frame.rotation);
   frame.scale = personScale(positions);
   if (!(frame.scale > 0.3 && frame.scale < 3.0))
-    throw Unusable("its bones are " + std::to_string(frame.scale) +
-                   " times an adult's, expected 0.3 to 3 times");
+    throw std::runtime_error("its bones are " + std::to_string(frame.scale) +
+                             " times an adult's, expected 0.3 to 3 times");
   fillMissing(frame, found, hand, positions);
   tracked.joints = jointPoses(frame, positions);
   tracked.confidence = std::clamp(leap::number(hand, "confidence").value_or(1.0), 0.0, 1.0);
   const std::string fault = faultOf(tracked);
-  if (!fault.empty()) throw Unusable(fault);
+  if (!fault.empty()) throw std::runtime_error(fault);
   return tracked;
 }
 

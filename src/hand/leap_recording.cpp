@@ -67,21 +67,14 @@ std::optional<LeapFrame> LeapRecording::nextFrame() {
     if (!frame) continue;
     dropped_hands_ += frame->dropped.size();
     if (!frame->dropped.empty()) last_drop_ = new_drop_ = frame->dropped.back();
-    const auto stamp = frame->frame.stamp;
-    if (pass_frames_++ == 0) pass_first_ = stamp;
-    pass_last_ = stamp;
+    frame->frame.stamp = stamps_(frame->frame.stamp);
     return frame;
   }
   return std::nullopt;
 }
 
 void LeapRecording::rewind() {
-  using namespace std::chrono_literals;
-  const std::chrono::nanoseconds period =
-      pass_frames_ > 1 ? (pass_last_ - pass_first_) / static_cast<std::int64_t>(pass_frames_ - 1)
-                       : 16'666'667ns;
-  offset_ += pass_last_ - pass_first_ + std::max<std::chrono::nanoseconds>(period, 1us);
-  pass_frames_ = 0;
+  stamps_.rewind();
   line_ = 0;
   if (gzrewind(file_.get()) != 0) fail("cannot be rewound");
 }
@@ -100,7 +93,6 @@ HandSource::Read LeapRecording::read(TrackedFrame& frame, std::chrono::milliseco
     return Read::ended;
   }
   frame = std::move(next->frame);
-  frame.stamp += offset_;
   return Read::frame;
 }
 

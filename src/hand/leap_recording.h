@@ -8,6 +8,7 @@
 
 #include "hand/hand_source.h"
 #include "hand/leap_frame.h"
+#include "hand/loop_stamps.h"
 
 struct gzFile_s;
 
@@ -48,9 +49,7 @@ class LeapRecording : public HandSource {
   std::uint64_t line_ = 0;
   std::optional<LeapFrame> first_;  // read by open, not yet handed out
 
-  std::chrono::nanoseconds offset_{0};  // of this pass through the file
-  std::chrono::nanoseconds pass_first_{0}, pass_last_{0};
-  std::uint64_t pass_frames_ = 0;
+  LoopStamps stamps_;
 
   std::uint64_t dropped_hands_ = 0;
   std::string last_drop_, new_drop_;

@@ -32,29 +32,19 @@ void BagSource::open(const hand::SourceOptions& options) {
   }
 }
 
-// A recording that starts again goes on a mean interval after its end.
-void BagSource::rewind() {
-  using namespace std::chrono_literals;
-  const std::chrono::nanoseconds length = pass_last_ - pass_first_;
-  offset_ += length + (pass_frames_ > 1 ? length / (pass_frames_ - 1) : 16'666'667ns);
-  pass_frames_ = 0;
-  next_ = view_->begin();
-}
-
 hand::HandSource::Read BagSource::read(hand::TrackedFrame& frame, std::chrono::milliseconds) {
   try {
     if (next_ == view_->end()) {
       if (!loop_) return Read::ended;
-      rewind();
+      stamps_.rewind();
+      next_ = view_->begin();
     }
     const auto message = next_->instantiate<TrackedHands>();
     if (!message) throw std::runtime_error(file_ + ": a message that is no tactile_clay/TrackedHands");
     frame = toCore(*message);
     if (message->header.stamp.isZero()) frame.stamp = toCore(next_->getTime());
     ++next_;
-    if (pass_frames_++ == 0) pass_first_ = frame.stamp;
-    pass_last_ = frame.stamp;
-    frame.stamp += offset_;
+    frame.stamp = stamps_(frame.stamp);
     return Read::frame;
   } catch (const ros::Exception& error) {
     throw std::runtime_error(file_ + ": damaged bag: " + error.what());

@@ -3,12 +3,11 @@
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 
-#include <chrono>
-#include <cstdint>
 #include <memory>
 #include <string>
 
 #include "hand/hand_source.h"
+#include "hand/loop_stamps.h"
 
 namespace tactile_clay::nodes {
 
@@ -22,13 +21,9 @@ class BagSource : public hand::HandSource {
   bool cleaned() const override { return true; }
 
  private:
-  void rewind();
-
   std::string file_;
   bool loop_ = false;
-  std::chrono::nanoseconds offset_{0};                     // of this pass, where it loops
-  std::chrono::nanoseconds pass_first_{0}, pass_last_{0};  // stamps of this pass
-  std::int64_t pass_frames_ = 0;
+  hand::LoopStamps stamps_;
   rosbag::Bag bag_;
   std::unique_ptr<rosbag::View> view_;
   rosbag::View::iterator next_;
