@@ -22,7 +22,7 @@ constexpr auto retry = 250ms;            // between tries to open a lost port
 constexpr auto port_patience = 200ms;    // for a port that takes no bytes
 constexpr auto open_patience = 1000ms;   // for the guard of a driver that has just died
 constexpr std::size_t most_points = 16;  // of a board, at a time: 16 transducers each
-constexpr unsigned patterns = 16;        // of channels that are on, to choose from
+constexpr unsigned patterns = 64;        // of channels that are on, to choose from
 constexpr double near_focus = 0.0019;    // m, in which a focus has its peak
 
 ultrasound::ArrayLayout layoutOf(std::size_t boards, const Eigen::Isometry3d& second) {

@@ -23,7 +23,7 @@ namespace tactile_clay::device {
 ///
 /// The boards know no amplitude: a weaker emission switches channels off, evenly over the board. The fewer
 /// are on, the stronger are the side lobes, in which a weak focal point can be lost; which one it is differs
-/// with the channels, so of sixteen patterns of them the first is taken in which all foci are peaks, or the
+/// with the channels, so of some patterns of them the first is taken in which all foci are peaks, or the
 /// one with the most.
 ///
 /// Silent when told so, at the end, when no emission renews the last one for `hold`, and, by a guard process,
