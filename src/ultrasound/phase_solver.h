@@ -75,8 +75,7 @@ double focusPressure(const ArrayLayout& layout, const Acoustics& acoustics, cons
 /// \param before drive of the frame before, to take the first phases of the foci from and to limit the change
 ///   from where its amplitude is above 0; or null
 /// \throws std::invalid_argument if an option, a position or an intensity is out of range, or the drive
-/// before
-///   is not finite and of the layout's length
+///   before is not finite and of the layout's length
 PhaseSolution solvePhases(const ArrayLayout& layout, const Acoustics& acoustics,
                           const std::vector<FocalPoint>& points, const PhaseSolverOptions& options = {},
                           const Drive* before = nullptr);
