@@ -9,8 +9,11 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float strongest = 5.0F;          // N, on one sample
-constexpr float strongest_of_all = 50.0F;  // N, on a hand: leaning on a table is less
+constexpr float strongest = 5.0F;  // N, on one sample
+// N, on a hand: in one frame, where leaning on a table is less, and in the end, where it is more than all its
+// couplings pull together: with less they would drive it through what holds it.
+constexpr float strongest_of_all = 50.0F, strongest_in_the_end = 120.0F;
+constexpr float growth = 1.04F;            // of what is more than the former, a frame
 constexpr float friction = 1.0F;           // what a load may resist sideways, of its force inward
 constexpr float softest_clay = 200.0F;     // N/m at one sample
 constexpr float stiffest_clay = 10000.0F;  // N/m at one sample
@@ -38,9 +41,11 @@ void SkinLoads::reset() {
 void SkinLoads::give(const std::vector<SkinForce>& forces, const std::vector<Vector3f>& at) {
   std::vector<Load> next;
   next.reserve(forces.size());
-  float sum = 0.0F;
+  float sum = 0.0F, before = 0.0F;
   for (const SkinForce& f : forces) sum += std::min(strongest, f.force.stableNorm());
-  const float share = std::min(1.0F, strongest_of_all / std::max(sum, 1e-6F));
+  for (const Load& load : loads_) before += load.force.norm();
+  const float most = std::clamp(growth * before, strongest_of_all, strongest_in_the_end);
+  const float share = std::min(1.0F, most / std::max(sum, 1e-6F));
   for (const SkinForce& f : forces) {
     const int sample = static_cast<int>(f.index);
     const float size = f.force.stableNorm();

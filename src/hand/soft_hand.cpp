@@ -275,6 +275,7 @@ SoftHands::SoftHands(double spacing, const SoftHandParameters& parameters)
   requireIn("step (s)", parameters.step, 1e-4, 0.02);
   requireIn("stiffness of the palm's coupling (N/m)", parameters.couplings.palm, 1.0, 1e5);
   requireIn("stiffness of the fingers' couplings (N/m)", parameters.couplings.finger, 1.0, 1e5);
+  requireIn("reach of the couplings (m)", parameters.couplings.reach, 1e-3, 1.0);
 }
 
 const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,
