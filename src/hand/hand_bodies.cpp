@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
 
 #include "hand/skin_template.h"
@@ -28,6 +29,15 @@ Quaterniond turned(const Quaterniond& q, const Vector3d& by) {
   const double angle = by.norm();
   if (angle < 1e-12) return q;
   return (Quaterniond(Eigen::AngleAxisd(angle, by / angle)) * q).normalized();
+}
+
+Vector3d atMost(double length, const Vector3d& v) {
+  return v * std::min(1.0, length / std::max(1e-12, v.norm()));
+}
+
+// Integral of min(x, reach): what a coupling of 1 N/m stores.
+double stored(double x, double reach) {
+  return x < reach ? 0.5 * x * x : reach * (x - 0.5 * reach);
 }
 
 Matrix3d cross(const Vector3d& v) {
@@ -107,7 +117,7 @@ BodyPoses bodyPoses(const TrackedHand& hand, const TrackedHand& rest) {
 
 HandBodies::HandBodies(const Couplings& couplings, const std::array<double, body_count>& mass,
                        const std::array<double, body_count>& gyration)
-    : mass_(mass), gyration_(gyration), effective_mass_(mass) {
+    : reach_(couplings.reach), mass_(mass), gyration_(gyration), effective_mass_(mass) {
   stiffness_.fill(couplings.finger);
   stiffness_[palm_body] = couplings.palm;
   place(BodyPoses{});
@@ -138,8 +148,9 @@ void HandBodies::predict(const BodyPoses& target, const BodyPoses& target_before
     const Vector3d target_velocity = (target[b].position - target_before[b].position) / h;
     const Vector3d target_spin =
         rotationVector(target[b].rotation * target_before[b].rotation.conjugate()) / h;
-    const Vector3d pull = target[b].position - pose_[b].position;
-    const Vector3d twist = rotationVector(target[b].rotation * pose_[b].rotation.conjugate());
+    const Vector3d pull = atMost(reach_, target[b].position - pose_[b].position);
+    const Vector3d twist =
+        atMost(reach_ / gyration_[b], rotationVector(target[b].rotation * pose_[b].rotation.conjugate()));
     velocity_[b] = (m * velocity_[b] + h * k * pull + h * c * target_velocity) / effective_mass_[b];
     spin_[b] = (m * spin_[b] + h * k * twist + h * c * target_spin) / effective_mass_[b];
     pose_[b].position += h * velocity_[b];
@@ -187,9 +198,8 @@ double HandBodies::couplingEnergy(const BodyPoses& target) const {
   double sum = 0.0;
   for (int b = 0; b < body_count; ++b) {
     const Vector3d twist = rotationVector(target[b].rotation * pose_[b].rotation.conjugate());
-    sum += 0.5 * stiffness_[b] *
-           ((target[b].position - pose_[b].position).squaredNorm() +
-            gyration_[b] * gyration_[b] * twist.squaredNorm());
+    sum += stiffness_[b] * (stored((target[b].position - pose_[b].position).norm(), reach_) +
+                            stored(gyration_[b] * twist.norm(), reach_));
   }
   return sum;
 }

@@ -40,10 +40,13 @@ std::array<Eigen::Vector3d, body_count> bodyCentres(const TrackedHand& hand);
 /// (Umeyama 1991) of its joints, so it does not depend on how a tracker turns the palm's frame.
 BodyPoses bodyPoses(const TrackedHand& hand, const TrackedHand& rest);
 
-/// Stiffness of the couplings that pull bodies to the tracked pose; damping is critical.
+/// Stiffness of the couplings that pull bodies to the tracked pose; damping is critical. Farther away than
+/// `reach` they pull no harder, as muscles do: however deep the tracked hand is in hard clay, the clay can
+/// hold the virtual one.
 struct Couplings {
   double palm = 2500.0;   // N/m
   double finger = 500.0;  // N/m, of each moving bone
+  double reach = 0.01;    // m; of a turn, at the body's radius of gyration
 };
 
 /// Rigid bodies on critically damped springs to a moving target pose, held together by ball joints.
@@ -81,6 +84,7 @@ class HandBodies {
   double couplingEnergy(const BodyPoses& target) const;  // J
 
  private:
+  double reach_;  // m
   std::array<double, body_count> mass_, gyration_, stiffness_, effective_mass_;
   BodyPoses pose_, before_;
   std::array<Eigen::Vector3d, body_count> velocity_, spin_;      // m/s, rad/s

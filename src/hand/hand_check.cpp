@@ -26,6 +26,9 @@ std::string fault(const TrackedHand& hand, int joint, const char* what, const Va
 }  // namespace
 
 std::string faultOf(const TrackedHand& hand) {
+  if (hand.side != Side::left && hand.side != Side::right)
+    return "hand " + std::to_string(hand.id) + ": side " + std::to_string(static_cast<int>(hand.side)) +
+           ", expected 0 (left) or 1 (right)";
   const Eigen::IOFormat row(4, 0, " ", " ", "", "", "(", ")");
   for (int joint = 0; joint < joint_count; ++joint) {
     const JointPose& j = hand.joints[joint];

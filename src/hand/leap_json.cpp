@@ -76,8 +76,7 @@ std::optional<double> number(const Json& object, const char* key) {
 
 std::optional<Eigen::Vector3d> vector(const Json& object, const char* key) {
   const Json* value = find(object, key);
-  if (value == nullptr) return std::nullopt;
-  if (value->is_null()) return Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  if (value == nullptr || value->is_null()) return std::nullopt;
   if (!value->is_array() || value->size() != 3) throw wrongType(key, "an array of three numbers");
   return Eigen::Vector3d(numberOf((*value)[0], key), numberOf((*value)[1], key), numberOf((*value)[2], key));
 }
@@ -107,7 +106,7 @@ const Json& array(const Json& object, const char* key) {
 
 std::string id(const Json& object, const char* key) {
   const Json* value = find(object, key);
-  if (value == nullptr) return {};
+  if (value == nullptr || value->is_null()) return {};
   if (value->is_string()) return value->get<std::string>();
   if (value->is_number_integer()) return value->dump();
   throw wrongType(key, "a whole number or a string");
@@ -115,7 +114,7 @@ std::string id(const Json& object, const char* key) {
 
 std::string handType(const Json& hand) {
   const Json* value = find(hand, "type");
-  if (value == nullptr) return {};
+  if (value == nullptr || value->is_null()) return {};
   if (!value->is_string()) throw wrongType("type", "left or right");
   return value->get<std::string>();
 }
@@ -123,7 +122,7 @@ std::string handType(const Json& hand) {
 int fingerType(const Json& pointable) {
   const Json* tool = find(pointable, "tool");
   if (tool != nullptr && tool->is_boolean() && tool->get<bool>()) return -1;
-  if (const auto type = number(pointable, "type")) {
+  if (const auto type = number(pointable, "type"); type && !std::isnan(*type)) {
     if (!(*type >= 0.0 && *type <= 4.0)) throw wrongType("type", "0 to 4");
     return static_cast<int>(*type);
   }

@@ -6,8 +6,9 @@
 #include <optional>
 #include <string>
 
-/// Fields of Leap v6 messages. A missing field is std::nullopt, a number that cannot be one (NaN, or the null
-/// that JSON makes of it) is NaN, and a field of another type throws std::runtime_error that names it.
+/// Fields of Leap v6 messages. A missing field is std::nullopt, as is a vector that is null; a number that
+/// cannot be one (NaN, or the null that JSON makes of it) is NaN, and a field of another type throws
+/// std::runtime_error that names it.
 namespace tactile_clay::hand::leap {
 
 using Json = nlohmann::json;

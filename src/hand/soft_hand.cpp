@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -18,56 +17,18 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr double farthest_jump = 0.5;      // m between two samples; the hand starts anew there
-constexpr double longest_frame = 0.1;      // s simulated for one sample
-constexpr double load_lifetime = 0.1;      // s
-constexpr double resize_from = 0.01;       // relative change of the person's size
-constexpr float strongest = 5.0F;          // N, on one sample
-constexpr float strongest_of_all = 50.0F;  // N, on a hand: leaning on a table is less
-constexpr float friction = 1.0F;           // what a load may resist sideways, of its force inward
-constexpr float softest_clay = 200.0F;     // N/m at one sample
-constexpr float stiffest_clay = 10000.0F;  // N/m at one sample
-constexpr float first_guess = 1000.0F;     // N/m
-constexpr float forgetting = 0.97F;        // of the stiffness estimate, a frame
-constexpr int longest_memory = 12;         // frames that a place which let go is approached with care
-constexpr float healing = 0.3F;            // of the way back, a step and inverted tetrahedron
-constexpr float newest = 0.8F;             // share of the newest answer of the clay in what acts
-constexpr std::size_t remembered = 16;     // skins
+constexpr double farthest_jump = 0.5;   // m between two samples; the hand starts anew there
+constexpr double longest_frame = 0.1;   // s simulated for one sample
+constexpr double load_lifetime = 0.1;   // s
+constexpr double resize_from = 0.01;    // relative change of the person's size
+constexpr float healing = 0.3F;         // of the way back, a step and inverted tetrahedron
+constexpr std::size_t remembered = 16;  // skins
 constexpr double seconds_a_nano = 1e-9;
 
 void requireIn(const char* what, double value, double low, double high) {
   if (!(value >= low && value <= high))
     throw std::invalid_argument("soft hand: " + std::string(what) + " is " + std::to_string(value) +
                                 ", expected " + std::to_string(low) + " to " + std::to_string(high));
-}
-
-// Closest point of a triangle (Ericson 2005, Real-Time Collision Detection, 5.1.5), barycentric.
-Vector3d closestShare(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
-  const Vector3d ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap), d3 = ab.dot(bp), d4 = ac.dot(bp), d5 = ab.dot(cp),
-               d6 = ac.dot(cp);
-  if (d1 <= 0.0 && d2 <= 0.0) return {1.0, 0.0, 0.0};
-  if (d3 >= 0.0 && d4 <= d3) return {0.0, 1.0, 0.0};
-  if (d6 >= 0.0 && d5 <= d6) return {0.0, 0.0, 1.0};
-  const double vc = d1 * d4 - d3 * d2, vb = d5 * d2 - d1 * d6, va = d3 * d6 - d5 * d4;
-  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return {1.0 - d1 / (d1 - d3), d1 / (d1 - d3), 0.0};
-  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return {1.0 - d2 / (d2 - d6), 0.0, d2 / (d2 - d6)};
-  if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
-    const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-    return {0.0, 1.0 - w, w};
-  }
-  const double sum = va + vb + vc;
-  return {va / sum, vb / sum, vc / sum};
-}
-
-// Axes of a sample: along the smooth normal, and along an edge as far as it is square to it.
-Eigen::Matrix3f frameOf(const Vector3f& normal, const Vector3f& edge) {
-  Eigen::Matrix3f frame;
-  frame.col(2) = normal;
-  const Vector3f flat = edge - edge.dot(normal) * normal;
-  frame.col(0) = flat.norm() > 1e-7F ? Vector3f(flat.normalized()) : normal.unitOrthogonal();
-  frame.col(1) = frame.col(2).cross(frame.col(0));
-  return frame;
 }
 
 std::array<double, body_count> gyrations(const TrackedHand& rest) {
@@ -103,7 +64,9 @@ SoftHand::SoftHand(std::shared_ptr<const SoftHandTemplate> anatomy, const Skin& 
       parameters_(parameters),
       centre_(bodyCentres(anatomy_->rest)),
       flesh_(anatomy_->mesh, Elasticity::of(parameters.young, parameters.poisson)),
-      bodies_(parameters.couplings, masses(anatomy_->rest, parameters.density), gyrations(anatomy_->rest)) {
+      bodies_(parameters.couplings, masses(anatomy_->rest, parameters.density), gyrations(anatomy_->rest)),
+      skin_(*anatomy_, skin, skin_scale),
+      loads_(skin_.points()) {
   const std::size_t count = anatomy_->mesh.nodes.size();
   nodes_.assign(count + unused_flesh_nodes, FleshNode::Zero());
   std::array<int, body_count> of_body{};
@@ -123,54 +86,7 @@ SoftHand::SoftHand(std::shared_ptr<const SoftHandTemplate> anatomy, const Skin& 
     rigid_share_.push_back(std::min(1.0 / of_body[b], g * g / square[b]));
   }
   in_body_.resize(rigid_.size());
-  stiffness_.fill(first_guess);
-  bindSkin(skin, skin_scale);
   resize(skin_scale);
-}
-
-void SoftHand::bindSkin(const Skin& skin, double skin_scale) {
-  const FleshMesh& mesh = anatomy_->mesh;
-  const std::vector<Vector3f> normals = smoothNormals();
-  const auto side = static_cast<std::uint8_t>(anatomy_->rest.side);
-  const auto shrink = static_cast<float>(1.0 / skin_scale);
-  for (std::size_t i = 0; i < skin.size(); ++i) {
-    if (skin.side[i] != side) continue;
-    const Joint region = static_cast<Joint>(skin.region[i]);
-    const Vector3d x = skin.position[i].cast<double>() / skin_scale;
-    const int part = fleshPart(region);
-    double closest = std::numeric_limits<double>::infinity();
-    int triangle = -1;
-    Vector3d share;
-    for (int t = anatomy_->part_begin[part]; t < anatomy_->part_begin[part + 1]; ++t) {
-      const auto& n = mesh.triangles[t];
-      const Vector3d &a = mesh.nodes[n[0]], &b = mesh.nodes[n[1]], &c = mesh.nodes[n[2]];
-      if ((b - a).cross(c - a).dot(skin.normal[i].cast<double>()) <= 0.0) continue;
-      const Vector3d s = closestShare(x, a, b, c);
-      const double d = (s[0] * a + s[1] * b + s[2] * c - x).squaredNorm();
-      if (d < closest) closest = d, triangle = t, share = s;
-    }
-    if (triangle < 0) throw std::logic_error("soft hand: skin without flesh beneath");
-    BoundSkinSample sample;
-    sample.node = mesh.triangles[triangle];
-    sample.share = share.cast<float>();
-    Vector3f normal = Vector3f::Zero();
-    Vector3d on = Vector3d::Zero();
-    for (int k = 0; k < 3; ++k) {
-      normal += sample.share[k] * normals[sample.node[k]];
-      on += share[k] * mesh.nodes[sample.node[k]];
-    }
-    const Vector3d ab = mesh.nodes[sample.node[1]] - mesh.nodes[sample.node[0]];
-    const Vector3d ac = mesh.nodes[sample.node[2]] - mesh.nodes[sample.node[0]];
-    const Eigen::Matrix3f frame = frameOf(normal.normalized(), ab.cast<float>());
-    sample.offset = frame.transpose() * (x - on).cast<float>();
-    sample.normal = frame.transpose() * skin.normal[i];
-    sample.triangle_area = static_cast<float>(0.5 * ab.cross(ac).norm());
-    sample.area = shrink * shrink * skin.area[i];
-    sample.pad_distance = shrink * skin.pad_distance[i];
-    sample.region = skin.region[i];
-    sample.body = static_cast<std::uint8_t>(anatomy_->bindings[sample.node[0]].body);
-    samples_.push_back(sample);
-  }
 }
 
 void SoftHand::resize(double scale) {
@@ -201,8 +117,7 @@ void SoftHand::place(const TrackedHand& hand) {
   for (std::size_t n = 0; n < anatomy_->bindings.size(); ++n)
     nodes_[n].head<3>() = skinned(static_cast<int>(n), target_).cast<float>();
   rememberPoints();
-  unload();
-  stiffness_.fill(first_guess);
+  loads_.reset();
 }
 
 void SoftHand::advance(const TrackedHand& hand, double dt) {
@@ -242,9 +157,9 @@ void SoftHand::step(const BodyPoses& target, const BodyPoses& before, double h) 
     const int b = anatomy_->bindings[rigid_[i]].body;
     nodes_[rigid_[i]][3] = static_cast<float>(h * h / (bodies_.mass(b) * rigid_share_[i]));
   }
-  applyLoads();
+  loads_.apply(nodes_);
   flesh_.project(nodes_, inverted_, squeezed_);
-  projectLoads();
+  loads_.project(nodes_);
   rememberPoints();
   const BodyPoses predicted = bodies_.poses();
   collect(h);
@@ -259,8 +174,7 @@ void SoftHand::step(const BodyPoses& target, const BodyPoses& before, double h) 
 // led back to where its bones would put it. Not on a bone that the clay presses: what leads it there would
 // carry the load beside the bone.
 void SoftHand::heal() {
-  std::array<bool, body_count> pressed{};
-  for (const SkinLoad& load : loads_) pressed[samples_[load.sample].body] = true;
+  const std::array<bool, body_count> pressed = loads_.pressed();
   for (const int n : inverted_) {
     const NodeBinding& binding = anatomy_->bindings[n];
     if (binding.rigid || pressed[binding.body]) continue;
@@ -325,158 +239,13 @@ void SoftHand::collect(double h) {
   for (int b = 0; b < body_count; ++b) bodies_.push(b, impulse[b], moment[b]);
 }
 
-Vector3f SoftHand::point(const BoundSkinSample& s) const {
-  return s.share[0] * nodes_[s.node[0]].head<3>() + s.share[1] * nodes_[s.node[1]].head<3>() +
-         s.share[2] * nodes_[s.node[2]].head<3>();
-}
-
 void SoftHand::rememberPoints() {
   points_.clear();
-  for (const BoundSkinSample& sample : samples_) points_.push_back(point(sample));
-}
-
-void SoftHand::load(const std::vector<SkinForce>& forces, const std::vector<Vector3f>& at) {
-  std::vector<SkinLoad> next;
-  next.reserve(forces.size());
-  float sum = 0.0F;
-  for (const SkinForce& f : forces) sum += std::min(strongest, f.force.stableNorm());
-  const float share = std::min(1.0F, strongest_of_all / std::max(sum, 1e-6F));
-  for (const SkinForce& f : forces) {
-    const int sample = static_cast<int>(f.index);
-    const float size = f.force.stableNorm();
-    if (size == 0.0F) continue;
-    const Vector3f force = share * std::min(1.0F, strongest / size) * f.force;
-    next.push_back({sample, force, force / force.norm(), at[sample], 0, 0.0F, force});
-  }
-  std::vector<bool> taken(samples_.size(), false);
-  for (const SkinLoad& load : next) taken[load.sample] = true;
-  for (const SkinLoad& old : loads_)
-    if (!taken[old.sample] && old.age < longest_memory)
-      next.push_back(
-          {old.sample, Vector3f::Zero(), old.inward, at[old.sample], old.age + 1, 0.0F, Vector3f::Zero()});
-  std::sort(next.begin(), next.end(),
-            [](const SkinLoad& a, const SkinLoad& b) { return a.sample < b.sample; });
-  estimateStiffness(next, at);
-  average(next, at);
-}
-
-// The clay answers moving skin in jolts. Pairs of force and place are averaged, so that clay at rest is felt
-// as it is.
-void SoftHand::average(std::vector<SkinLoad>& next, const std::vector<Vector3f>& at) {
-  if (loads_at_.size() != at.size()) {
-    loads_at_ = at;
-  } else {
-    std::vector<Vector3f> before(samples_.size(), Vector3f::Zero());
-    for (const SkinLoad& load : loads_) before[load.sample] = load.force;
-    for (std::size_t i = 0; i < at.size(); ++i) loads_at_[i] += newest * (at[i] - loads_at_[i]);
-    for (SkinLoad& load : next) {
-      load.at = loads_at_[load.sample];
-      if (load.age > 0) continue;  // what is let go of is free at once
-      load.force = load.now = (1.0F - newest) * before[load.sample] + newest * load.force;
-      load.inward = load.force.stableNormalized();
-    }
-  }
-  loads_ = std::move(next);
-}
-
-// Least squares of -df = K dx, along the forces, over the samples of a body that are loaded now or were
-// before. It rises at once and falls slowly: too high only makes the hand answer late, too low makes it ring.
-void SoftHand::estimateStiffness(const std::vector<SkinLoad>& next, const std::vector<Vector3f>& at) {
-  std::array<float, body_count> with{}, square{};
-  const auto compare = [&](int sample, const Vector3f& before, const Vector3f& now) {
-    const Vector3f direction = (before + now).stableNormalized();  // zero where neither presses
-    const float dx = direction.dot(at[sample] - loads_at_[sample]);
-    const int body = samples_[sample].body;
-    with[body] -= dx * direction.dot(now - before);
-    square[body] += dx * dx;
-  };
-  auto old = loads_.cbegin();
-  auto fresh = next.cbegin();
-  while (loads_at_.size() == at.size() && (old != loads_.cend() || fresh != next.cend())) {
-    const int a = old == loads_.cend() ? std::numeric_limits<int>::max() : old->sample;
-    const int b = fresh == next.cend() ? std::numeric_limits<int>::max() : fresh->sample;
-    compare(std::min(a, b), a <= b ? old->force : Vector3f::Zero(), b <= a ? fresh->force : Vector3f::Zero());
-    if (a <= b) ++old;
-    if (b <= a) ++fresh;
-  }
-  for (int b = 0; b < body_count; ++b) {
-    if (square[b] < 1e-14F) continue;
-    const float estimate = std::max(with[b] / square[b], forgetting * stiffness_[b]);
-    stiffness_[b] = std::clamp(estimate, softest_clay, stiffest_clay);
-  }
-}
-
-void SoftHand::applyLoads() {
-  for (SkinLoad& load : loads_) {
-    const BoundSkinSample& s = samples_[load.sample];
-    load.stiffness = stiffness_[s.body] * (1.0F - static_cast<float>(load.age) / (longest_memory + 1));
-    for (int k = 0; k < 3; ++k) {
-      FleshNode& n = nodes_[s.node[k]];
-      n.head<3>() += n[3] * s.share[k] * load.now;
-    }
-  }
-}
-
-void SoftHand::projectLoads() {
-  for (SkinLoad& load : loads_) {
-    const BoundSkinSample& s = samples_[load.sample];
-    float w = 0.0F;
-    for (int k = 0; k < 3; ++k) w += s.share[k] * s.share[k] * nodes_[s.node[k]][3];
-    const float compliance = 1.0F / load.stiffness;
-    const Vector3f residual = -(point(s) - load.at) - compliance * (load.now - load.force);
-    Vector3f now = load.now + residual / (w + compliance);
-    // It presses or is gone; sideways it holds no more than friction does.
-    const Vector3f& inward = load.inward;
-    const float pressing = now.dot(inward);
-    if (pressing <= 0.0F) {
-      now.setZero();
-    } else {
-      const Vector3f aside = now - pressing * inward;
-      const float size = aside.norm(), limit = friction * pressing;
-      if (size > limit) now = pressing * inward + (limit / size) * aside;
-    }
-    const Vector3f change = now - load.now;
-    load.now = now;
-    for (int k = 0; k < 3; ++k) {
-      FleshNode& n = nodes_[s.node[k]];
-      n.head<3>() += n[3] * s.share[k] * change;
-    }
-  }
-}
-
-std::vector<Vector3f> SoftHand::smoothNormals() const {
-  std::vector<Vector3f> normals(anatomy_->mesh.nodes.size(), Vector3f::Zero());
-  for (const auto& t : anatomy_->mesh.triangles) {
-    const Vector3f a = nodes_[t[0]].head<3>();
-    const Vector3f n = (nodes_[t[1]].head<3>() - a).cross(nodes_[t[2]].head<3>() - a);
-    for (const int k : t) normals[k] += n;
-  }
-  for (Vector3f& n : normals) n.stableNormalize();
-  return normals;
+  for (const FleshPoint& point : skin_.points()) points_.push_back(point.position(nodes_));
 }
 
 void SoftHand::appendTo(Skin& skin) const {
-  const std::vector<Vector3f> normals = smoothNormals();
-  const auto scale = static_cast<float>(scale_);
-  for (const BoundSkinSample& s : samples_) {
-    const Vector3f a = nodes_[s.node[0]].head<3>();
-    const Vector3f ab = nodes_[s.node[1]].head<3>() - a, ac = nodes_[s.node[2]].head<3>() - a;
-    Vector3f normal =
-        s.share[0] * normals[s.node[0]] + s.share[1] * normals[s.node[1]] + s.share[2] * normals[s.node[2]];
-    const float size = normal.norm();
-    normal = size > 1e-3F ? Vector3f(normal / size) : Vector3f(ab.cross(ac).stableNormalized());
-    if (!(normal.squaredNorm() > 0.5F)) normal = Vector3f::UnitZ();
-    const Eigen::Matrix3f frame = frameOf(normal, ab);
-    const float stretch =
-        std::clamp(0.5F * ab.cross(ac).norm() / (scale * scale * s.triangle_area), 0.25F, 4.0F);
-    skin.position.push_back(point(s) + scale * (frame * s.offset));
-    skin.normal.push_back((frame * s.normal).normalized());
-    skin.velocity.push_back(Vector3f::Zero());
-    skin.area.push_back(stretch * scale * scale * s.area);
-    skin.pad_distance.push_back(scale * s.pad_distance);
-    skin.side.push_back(static_cast<std::uint8_t>(anatomy_->rest.side));
-    skin.region.push_back(s.region);
-  }
+  skin_.appendTo(skin, *anatomy_, nodes_, static_cast<float>(scale_));
 }
 
 std::array<Vector3d, joint_count> SoftHand::joints() const {
@@ -488,12 +257,6 @@ std::array<Vector3d, joint_count> SoftHand::joints() const {
   for (int joint = 0; joint < joint_count; ++joint) positions[joint] = by(palm_body, joint);
   for (int b = 1; b < body_count; ++b) positions[body_anatomy[b].to] = by(b, body_anatomy[b].to);
   return positions;
-}
-
-Vector3d SoftHand::force() const {
-  Vector3d sum = Vector3d::Zero();
-  for (const SkinLoad& load : loads_) sum += load.now.cast<double>();
-  return sum;
 }
 
 double SoftHand::energy() const {
@@ -512,6 +275,7 @@ SoftHands::SoftHands(double spacing, const SoftHandParameters& parameters)
   requireIn("step (s)", parameters.step, 1e-4, 0.02);
   requireIn("stiffness of the palm's coupling (N/m)", parameters.couplings.palm, 1.0, 1e5);
   requireIn("stiffness of the fingers' couplings (N/m)", parameters.couplings.finger, 1.0, 1e5);
+  requireIn("reach of the couplings (m)", parameters.couplings.reach, 1e-3, 1.0);
 }
 
 const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,

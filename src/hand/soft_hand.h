@@ -8,10 +8,12 @@
 #include <optional>
 #include <vector>
 
+#include "hand/bound_skin.h"
 #include "hand/hand_bodies.h"
 #include "hand/kinematic_hand.h"
 #include "hand/neo_hookean.h"
 #include "hand/skin.h"
+#include "hand/skin_loads.h"
 #include "hand/soft_hand_template.h"
 
 namespace tactile_clay::hand {
@@ -30,40 +32,6 @@ struct SoftHandParameters {
   Couplings couplings;
 };
 
-/// Force of the clay on a sample of the skin.
-struct SkinForce {
-  std::uint32_t index = 0;                          // into the skin
-  Eigen::Vector3f force = Eigen::Vector3f::Zero();  // N
-};
-
-/// Where a sample of the skin sits on the flesh: a point of a triangle, and what lies between the two in the
-/// frame of (edge, smooth normal).
-struct BoundSkinSample {
-  std::array<int, 3> node;
-  Eigen::Vector3f share;     // barycentric
-  Eigen::Vector3f offset;    // m, at scale 1
-  Eigen::Vector3f normal;    // unit
-  float triangle_area;       // m^2, at rest at scale 1
-  float area, pad_distance;  // m^2, m, at rest at scale 1
-  std::uint8_t region;
-  std::uint8_t body;
-};
-
-/// A load on a sample: the force that the clay gave and where the sample then was. The clay answers one frame
-/// late and as stiffly as it likes, so the force is taken as f - K (x - x_then), with K an estimate of the
-/// clay's stiffness: a Robin condition, which is stable where K is more than half of the true one. A sample
-/// that the clay has just let go of keeps a load of zero force for some frames: it may leave freely and comes
-/// back slowly, or it would fall through the whole frame that the answer takes, and bounce.
-struct SkinLoad {
-  int sample;
-  Eigen::Vector3f force;   // N, as given
-  Eigen::Vector3f inward;  // unit, in which the clay pushes
-  Eigen::Vector3f at;      // m, of the sample's point on the flesh
-  int age;                 // frames since the clay let go; 0: it presses
-  float stiffness;         // N/m
-  Eigen::Vector3f now;     // N, in this step
-};
-
 /// One deformable hand.
 class SoftHand {
  public:
@@ -76,25 +44,24 @@ class SoftHand {
   /// Advances by dt s while the tracked hand moves to its new pose. Starts anew if it is lost in numbers.
   void advance(const TrackedHand& hand, double dt);
   /// Replaces all loads; `at` are the `loadPoints` when the skin was given to the clay.
-  void load(const std::vector<SkinForce>& forces, const std::vector<Eigen::Vector3f>& at);
-  void unload() {
-    loads_.clear();
-    loads_at_.clear();
+  void load(const std::vector<SkinForce>& forces, const std::vector<Eigen::Vector3f>& at) {
+    loads_.give(forces, at);
   }
+  void unload() { loads_.clear(); }
 
   /// Appends the skin as it is, with velocities zero.
   void appendTo(Skin& skin) const;
   /// Points of the samples as loads measure them: within the last step, before the bones answered. A step
   /// takes the bones to their target and the loads back, so that at rest the two differ by as much.
   const std::vector<Eigen::Vector3f>& loadPoints() const { return points_; }  // m
-  std::size_t samples() const { return samples_.size(); }
+  std::size_t samples() const { return skin_.size(); }
 
   const BodyPoses& bodies() const { return bodies_.poses(); }
   /// Where the bodies hold the hand's joints, m: those of the tracked hand where nothing presses, as far as
   /// its proportions are the reference hand's.
   std::array<Eigen::Vector3d, joint_count> joints() const;
-  Eigen::Vector3d force() const;  // N, of the loads in the last step
-  double energy() const;          // J, kinetic, elastic and of the couplings
+  Eigen::Vector3d force() const { return loads_.force(); }  // N, of the loads in the last step
+  double energy() const;                                    // J, kinetic, elastic and of the couplings
   int inverted() const { return flesh_.inverted(nodes_); }
   std::size_t tetrahedra() const { return flesh_.size(); }
   std::size_t nodes() const { return anatomy_->mesh.nodes.size(); }
@@ -104,20 +71,13 @@ class SoftHand {
 
  private:
   void resize(double scale);
-  void bindSkin(const Skin& skin, double skin_scale);
   void step(const BodyPoses& target, const BodyPoses& before, double h);
   void carryFlesh(const BodyPoses& from);
   void carryBones();
-  void applyLoads();
-  void projectLoads();
   void rememberPoints();
   void collect(double h);
   void heal();
-  void average(std::vector<SkinLoad>& next, const std::vector<Eigen::Vector3f>& at);
-  void estimateStiffness(const std::vector<SkinLoad>& next, const std::vector<Eigen::Vector3f>& at);
   Eigen::Vector3d skinned(int node, const BodyPoses& poses) const;
-  Eigen::Vector3f point(const BoundSkinSample& sample) const;
-  std::vector<Eigen::Vector3f> smoothNormals() const;
   bool sane() const;
 
   std::shared_ptr<const SoftHandTemplate> anatomy_;
@@ -134,11 +94,9 @@ class SoftHand {
   std::vector<int> inverted_;              // nodes of tetrahedra that were inside out in the last step
   std::vector<int> squeezed_;              // tetrahedra, in the last step
   std::vector<Eigen::Vector3f> reaction_;  // N, of squeezed flesh on the nodes of bone, in the last step
-  std::vector<BoundSkinSample> samples_;
+  BoundSkin skin_;
+  SkinLoads loads_;
   std::vector<Eigen::Vector3f> points_;  // m
-  std::vector<SkinLoad> loads_;
-  std::vector<Eigen::Vector3f> loads_at_;    // m, of all samples when the loads were given
-  std::array<float, body_count> stiffness_;  // N/m, of the clay at one sample, by body
   int restarts_ = 0;
 };
 
@@ -154,9 +112,9 @@ class SoftHands {
   const Skin& update(const std::vector<TrackedHand>& hands_in_world, std::chrono::nanoseconds stamp);
 
   /// Forces of the clay on the skin of `stamp`. They act until the next ones come, at most 0.1 s. Forces that
-  /// are not finite or of no sample are left out, stronger ones than 5 N cut, and all of a hand to 50 N.
-  /// \return how many were left out; forces on a skin that is not remembered (the last 16 are) are all of
-  /// them
+  /// are not finite or of no sample are left out, stronger ones than 5 N cut, and all of a hand to 50 N or a
+  /// tenth more than before, at most 120 N. \return how many were left out; forces on a skin that is not
+  /// remembered (the last 16 are) are all of them
   std::size_t react(std::chrono::nanoseconds stamp, const std::vector<SkinForce>& forces);
 
   const SoftHand* hand(Side side) const {

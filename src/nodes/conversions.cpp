@@ -84,7 +84,7 @@ hand::TrackedFrame toCore(const TrackedHands& message) {
   for (const TrackedHand& hand : message.hands) {
     hand::TrackedHand& out = frame.hands.emplace_back();
     out.id = hand.id;
-    out.side = hand.side == 0 ? hand::Side::left : hand::Side::right;
+    out.side = static_cast<hand::Side>(hand.side);  // as it came: faultOf tells of one that is neither
     out.confidence = hand.confidence;
     for (std::size_t j = 0; j < out.joints.size(); ++j) {
       const auto& p = hand.joints[j].position;

@@ -13,9 +13,7 @@ std::size_t leaveOutBadHands(hand::TrackedFrame& frame) {
   const std::size_t seen = hands.size();
   const auto bad = [](const hand::TrackedHand& hand) {
     const std::string fault = hand::faultOf(hand);
-    if (!fault.empty())
-      ROS_WARN_THROTTLE(1.0, "%s hand (id %u) left out: %s", hand.side == hand::Side::left ? "left" : "right",
-                        hand.id, fault.c_str());
+    if (!fault.empty()) ROS_WARN_THROTTLE(1.0, "hand left out: %s", fault.c_str());
     return !fault.empty();
   };
   hands.erase(std::remove_if(hands.begin(), hands.end(), bad), hands.end());

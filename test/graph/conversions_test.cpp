@@ -56,6 +56,19 @@ TEST(Conversions, TrackedHandsComeBackAsTheyWere) {
   }
 }
 
+// What is neither left nor right stays so, for the check of hands to see: taken as one of the two, it would
+// stand in for the hand that is there.
+TEST(Conversions, ASideThatIsNeitherIsNotTakenForOne) {
+  TrackedHands message;
+  message.hands.resize(3);
+  for (std::uint8_t side : {0, 1, 2}) message.hands[side].side = side;
+  const hand::TrackedFrame frame = toCore(message);
+  EXPECT_EQ(frame.hands[0].side, hand::Side::left);
+  EXPECT_EQ(frame.hands[1].side, hand::Side::right);
+  EXPECT_NE(frame.hands[2].side, hand::Side::left);
+  EXPECT_NE(frame.hands[2].side, hand::Side::right);
+}
+
 TEST(Conversions, AStampThatRosCannotHoldIsRefused) {
   EXPECT_THROW(toRos(std::chrono::nanoseconds(-1)), std::runtime_error);
   EXPECT_THROW(toRos(std::chrono::seconds(5'000'000'000)), std::runtime_error);

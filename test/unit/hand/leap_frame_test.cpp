@@ -130,6 +130,30 @@ TEST(LeapFrame, MissingFieldsAreReconstructed) {
   }
 }
 
+// Services that fill in what they do not know with null say no more than those that leave it out.
+TEST(LeapFrame, AnOptionalFieldThatIsNullIsMissing) {
+  json without = leapMessage(knownHand(Side::left)), null = without;
+  for (const char* key : {"type", "wrist"}) {
+    without["hands"][0].erase(key);
+    null["hands"][0][key] = nullptr;
+  }
+  for (std::size_t i = 0; i < without["pointables"].size(); ++i)
+    for (const char* key : {"type", "carpPosition", "btipPosition", "tipPosition"}) {
+      without["pointables"][i].erase(key);
+      null["pointables"][i][key] = nullptr;
+    }
+  const auto a = parseLeapFrame(without.dump(), "here"), b = parseLeapFrame(null.dump(), "here");
+  ASSERT_EQ(a->frame.hands.size(), 1U);
+  ASSERT_EQ(b->frame.hands.size(), 1U) << b->dropped.back();
+  EXPECT_EQ(b->frame.hands[0].side, Side::left);
+  for (int joint = 0; joint < joint_count; ++joint)
+    EXPECT_EQ(a->frame.hands[0].joints[joint].position, b->frame.hands[0].joints[joint].position) << joint;
+  null["hands"][0]["palmNormal"] = nullptr;
+  const auto required = parseLeapFrame(null.dump(), "here");
+  EXPECT_TRUE(required->frame.hands.empty());
+  EXPECT_NE(required->dropped.back().find("palmNormal is missing"), std::string::npos);
+}
+
 TEST(LeapFrame, BoneTipFollowsTheTipsLineAtTheTablesLength) {
   json message = leapMessage(knownHand(Side::right));
   const TrackedHand truth = knownHand(Side::right);

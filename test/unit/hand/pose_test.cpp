@@ -135,6 +135,8 @@ TEST(HandCheck, NamesWhatIsWrong) {
   EXPECT_TRUE(
       contains(fault([](auto& h) { h.joints[index_distal].position.x() += 0.5; }), "index_distal: distance"));
   EXPECT_TRUE(contains(fault([](auto& h) { h.confidence = std::nan(""); }), "confidence"));
+  EXPECT_TRUE(
+      contains(fault([](auto& h) { h.side = static_cast<Side>(7); }), "side 7, expected 0 (left) or 1"));
 }
 
 TEST(HandCheck, KeepsTheMoreConfidentOfASide) {
