@@ -481,11 +481,15 @@ void Clay::Solver::minimise(float dt) {
     translate(dt);
     const bool solved = descend(std::min(left, iterations_a_round), dt);
     const bool changed = contact_constraint.update(particles, u, r);
-    const bool strayed = contact_constraint.detectStrays(particles, u, dt);
+    const bool strayed = contact_constraint.detectStrays(particles, moved, u, dt);
     if (solved && !changed && !strayed) break;
   }
   balanceForces();
-  contact_constraint.finish(particles, u, dt);
+  contact_constraint.expel(particles, u, dt);
+  // Out of one side of the skin may be into another.
+  for (int k = 0; k < 8 && contact_constraint.detectStrays(particles, moved, u, dt); ++k)
+    contact_constraint.expel(particles, u, dt);
+  contact_constraint.finish(particles, dt);
 }
 
 /// What few iterations leave unsolved stands in z, as forces that nobody exerts. Contacts then report more,
