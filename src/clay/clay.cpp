@@ -113,6 +113,7 @@ struct Clay::Solver {
   }
 
   void takeGhosts(const Ghosts& ghosts);
+  const std::vector<Solid>& withWalls(const std::vector<Solid>& solids);
   void step(const Ghosts& ghosts, const std::vector<Solid>& solids, double from, float dt);
   void updateBonds();
   void project(float dt);
@@ -164,6 +165,8 @@ struct Clay::Solver {
   double time = 0.0, carry = 0.0;  // s
   Ghosts target;                   // ghosts at the end of the frame
   Ghosts moved;                    // and at the end of the current step
+  std::vector<Solid> walls;        // of the world
+  std::vector<Solid> walled;       // solids of the step and walls
   std::vector<Eigen::Isometry3d> start_poses, end_poses;
   std::vector<Eigen::Vector3d> ghost_sum;  // N
   std::vector<bool> ghost_touched;
@@ -207,6 +210,15 @@ Clay::Solver::Solver(const ClayConfig& config_in, std::vector<Material> material
     everyone.body.push_back(initial[i].body);
   }
   for (const Material& m : materials) bonded = bonded || m.stiffness > 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {-1.0, 1.0}) {
+      Solid wall;
+      wall.name = "world";
+      wall.size.setConstant(2.0 * config.world);
+      wall.pose.translation()[axis] = side * (3.0 * config.world + 0.5 * config.spacing);
+      walls.push_back(wall);
+    }
+  }
   restore({0.0,
            0.0,
            0,
@@ -242,11 +254,30 @@ void Clay::Solver::takeGhosts(const Ghosts& ghosts) {
   moved = target;
 }
 
-void Clay::Solver::step(const Ghosts& ghosts, const std::vector<Solid>& solids, double from, float dt) {
+/// The walls of the world are solids like others, where any particle may come near.
+const std::vector<Solid>& Clay::Solver::withWalls(const std::vector<Solid>& solids) {
+  const float near_wall = static_cast<float>(config.world - 2.0 * config.spacing);
+  const float farthest =
+      sumOver([&](std::size_t first, std::size_t last) {
+        Sums sums;
+        for (std::size_t i = first; i < last; ++i) {
+          const Eigen::Vector3f x = particles.position.at(i), to = x + free.at(i);
+          sums.largest = std::max({sums.largest, x.cwiseAbs().maxCoeff(), to.cwiseAbs().maxCoeff()});
+        }
+        return sums;
+      }).largest;
+  if (!(farthest > near_wall)) return solids;
+  walled = solids;
+  walled.insert(walled.end(), walls.begin(), walls.end());
+  return walled;
+}
+
+void Clay::Solver::step(const Ghosts& ghosts, const std::vector<Solid>& of_scene, double from, float dt) {
   const Eigen::Vector3f gravity = config.gravity.cast<float>();
   ranges([&](std::size_t, std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) free.set(i, dt * (particles.velocity.at(i) + dt * gravity));
   });
+  const std::vector<Solid>& solids = withWalls(of_scene);
   {
     const Stopwatch watch(ms(neighbours));
     near.build(particles.position);
@@ -344,11 +375,19 @@ Clay::Solver::Sums Clay::Solver::precondition(std::size_t first, std::size_t las
   return products;
 }
 
+/// Moves each lump as a whole, but through nothing: what it meets stops it there, and it goes on in the
+/// directions that are left, of which there are three.
 void Clay::Solver::translate(float dt) {
-  const std::vector<Eigen::Vector3f> falls = lumps.falls(free, u, contact_constraint, dt);
-  ranges([&](std::size_t, std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) u.add(i, falls[near.lump(i)]);
-  });
+  bool met = true;
+  for (int k = 0; k < 3 && met; ++k) {
+    contact_constraint.prescribe(u);
+    std::vector<Eigen::Vector3f> falls = lumps.falls(free, u, contact_constraint, dt);
+    met = lumps.meet(u, contact_constraint, falls);
+    ranges([&](std::size_t, std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) u.add(i, falls[near.lump(i)]);
+    });
+  }
+  contact_constraint.prescribe(u);
 }
 
 /// Displacements as a direction: d = u in the directions that contacts leave free, without the rigid motions
@@ -439,16 +478,18 @@ void Clay::Solver::minimise(float dt) {
   // Contacts and compression are looked at anew every few iterations.
   constexpr int iterations_a_round = 4;
   for (int left = config.budget.iterations; left > 0; left -= iterations_a_round) {
-    contact_constraint.prescribe(u);
     translate(dt);
-    contact_constraint.prescribe(u);
     const bool solved = descend(std::min(left, iterations_a_round), dt);
     const bool changed = contact_constraint.update(particles, u, r);
-    const bool strayed = contact_constraint.detectStrays(particles, u, dt);
+    const bool strayed = contact_constraint.detectStrays(particles, moved, u, dt);
     if (solved && !changed && !strayed) break;
   }
   balanceForces();
-  contact_constraint.finish(particles, u, dt);
+  contact_constraint.expel(particles, u, dt);
+  // Out of one side of the skin may be into another.
+  for (int k = 0; k < 8 && contact_constraint.detectStrays(particles, moved, u, dt); ++k)
+    contact_constraint.expel(particles, u, dt);
+  contact_constraint.finish(particles, dt);
 }
 
 /// What few iterations leave unsolved stands in z, as forces that nobody exerts. Contacts then report more,
@@ -598,7 +639,7 @@ void Clay::Solver::collectForces(int steps) {
   for (const Contact& c : contact_constraint.contacts()) {
     const Eigen::Vector3d force = -c.force.cast<double>() / steps;
     if (c.solid != Contact::skin) {
-      solid_forces[c.solid] += force;
+      if (c.solid < solid_forces.size()) solid_forces[c.solid] += force;
       continue;
     }
     if (c.force.isZero(0.0f)) continue;

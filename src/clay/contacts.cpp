@@ -121,13 +121,15 @@ void Contacts::detectSkin(const Neighbourhood& near, const Particles& particles,
     for (std::size_t r = c * runs_a_chunk; r < std::min(runs, (c + 1) * runs_a_chunk); ++r)
       touchSkin(particles, guess, ghosts, dt, runs_[r], runs_[r + 1], found_[c]);
   });
-  for (const Found& found : found_) {
-    for (Contact contact : found.contacts) {
-      contact.first_ghost += static_cast<std::uint32_t>(shares_.size());
-      contacts_.push_back(contact);
-    }
-    shares_.insert(shares_.end(), found.shares.begin(), found.shares.end());
+  for (const Found& found : found_) add(found);
+}
+
+void Contacts::add(const Found& found) {
+  for (Contact contact : found.contacts) {
+    contact.first_ghost += static_cast<std::uint32_t>(shares_.size());
+    contacts_.push_back(contact);
   }
+  shares_.insert(shares_.end(), found.shares.begin(), found.shares.end());
 }
 
 /// Particles that pass within the radius R of the ghosts [first, last) at some time of the step, having
@@ -156,6 +158,18 @@ void Contacts::findCandidates(const Neighbourhood& near, const VectorField& gues
   }
 }
 
+/// Moves the candidates that face as the nearest does from `rest` to `side`.
+void Contacts::takeSide(const Ghosts& ghosts, std::vector<Candidate>& rest, std::vector<Candidate>& side) {
+  const Candidate closest = *std::min_element(
+      rest.begin(), rest.end(), [](const Candidate& a, const Candidate& b) { return a.nearest < b.nearest; });
+  const Vector facing = ghosts.normal[closest.ghost];
+  const auto split = std::stable_partition(rest.begin(), rest.end(), [&](const Candidate& a) {
+    return ghosts.normal[a.ghost].dot(facing) <= same_side;
+  });
+  side.assign(split, rest.end());
+  rest.erase(split, rest.end());
+}
+
 /// Contacts of the particle of candidates [first, last): one with each side of the skin that they make.
 void Contacts::touchSkin(const Particles& particles, const VectorField& guess, const Ghosts& ghosts, float dt,
                          std::size_t first, std::size_t last, Found& found) const {
@@ -165,16 +179,7 @@ void Contacts::touchSkin(const Particles& particles, const VectorField& guess, c
   thread_local std::vector<Candidate> side, rest;
   rest.assign(candidates_.begin() + first, candidates_.begin() + last);
   while (!rest.empty()) {
-    const Candidate closest =
-        *std::min_element(rest.begin(), rest.end(),
-                          [](const Candidate& a, const Candidate& b) { return a.nearest < b.nearest; });
-    const Vector facing = ghosts.normal[closest.ghost];
-    const auto split = std::stable_partition(rest.begin(), rest.end(), [&](const Candidate& a) {
-      return ghosts.normal[a.ghost].dot(facing) <= same_side;
-    });
-    side.assign(split, rest.end());
-    rest.erase(split, rest.end());
-
+    takeSide(ghosts, rest, side);
     Contact contact;
     contact.particle = i, contact.solid = Contact::skin;
     contact.first_ghost = static_cast<std::uint32_t>(found.shares.size());
@@ -257,14 +262,73 @@ bool Contacts::isListed(const Contact& contact) const {
   return false;
 }
 
+/// Where particle i ends in the skin: its tangent plane there, for the contact with that side.
+void Contacts::strayIntoSkin(const Particles& particles, const Ghosts& ghosts, std::uint32_t i,
+                             const VectorField& u, float dt, Found& found) {
+  const float radius = reach * spacing_;
+  const Vector x = particles.position.at(i), end = x + u.at(i);
+  thread_local std::vector<Candidate> side, rest;
+  rest.clear();
+  for (std::size_t g = 0; g < ghosts.size(); ++g) {
+    const float square = (end - ghosts.position[g]).squaredNorm();
+    const Vector before = ghosts.position[g] - dt * ghosts.velocity[g];
+    if (square < radius * radius && ghosts.normal[g].dot(x - before) >= -capture * spacing_)
+      rest.push_back({i, static_cast<std::uint32_t>(g), square});
+  }
+  while (!rest.empty()) {
+    takeSide(ghosts, rest, side);
+    float total = 0.0f, distance = 0.0f;
+    Vector normal = Vector::Zero();
+    const std::size_t first_share = found.shares.size();
+    for (const Candidate& a : side) {
+      const float q = a.nearest / (radius * radius), weight = std::max((1.0f - q) * (1.0f - q), 1e-6f);
+      total += weight;
+      distance += weight * ghosts.normal[a.ghost].dot(end - ghosts.position[a.ghost]);
+      normal += weight * ghosts.normal[a.ghost];
+      found.shares.push_back({a.ghost, weight});
+    }
+    for (std::size_t s = first_share; s < found.shares.size(); ++s) found.shares[s].share /= total;
+    normal.normalize();
+    const float depth = 0.5f * spacing_ - distance / total;
+    const bool inside = depth > 0.0f && depth < (0.5f + capture) * spacing_;
+    Contact* same = nullptr;
+    auto at =
+        std::lower_bound(contacts_.begin(), contacts_.end(), i,
+                         [](const Contact& c, std::uint32_t particle) { return c.particle < particle; });
+    for (; inside && at != contacts_.end() && at->particle == i; ++at)
+      if (at->solid == Contact::skin && at->normal.dot(normal) > same_side) same = &*at;
+    if (inside && same == nullptr) {
+      Contact contact;
+      contact.particle = i, contact.normal = normal;
+      contact.first_ghost = static_cast<std::uint32_t>(first_share);
+      contact.ghost_count = static_cast<std::uint32_t>(side.size());
+      contact.gap = depth + normal.dot(u.at(i));
+      for (const Candidate& a : side)
+        contact.drift += found.shares[first_share + (&a - side.data())].share * dt * ghosts.velocity[a.ghost];
+      contact.anchor = contact.drift;
+      contact.stiffness = leastStiffness(contact, particles, dt);
+      found.contacts.push_back(contact);
+      continue;
+    }
+    found.shares.resize(first_share);
+    if (!inside) continue;
+    same->normal = normal;
+    same->gap = depth + normal.dot(u.at(i));
+    same->friction = tangential(same->friction, normal);
+    found.turned = true;
+  }
+}
+
 /// What is struck goes where nothing led to at the start of the step.
-bool Contacts::detectStrays(const Particles& particles, const VectorField& u, float dt) {
+bool Contacts::detectStrays(const Particles& particles, const Ghosts& ghosts, const VectorField& u,
+                            float dt) {
   constexpr std::size_t chunk_size = 256;
   const std::size_t n = particles.size();
   const float foreseen = margin * spacing_;
   found_.resize((n + chunk_size - 1) / chunk_size);
   parallelFor(found_.size(), 1, [&](std::size_t chunk) {
-    found_[chunk].contacts.clear();
+    found_[chunk].contacts.clear(), found_[chunk].shares.clear();
+    found_[chunk].turned = false;
     for (std::size_t i = chunk * chunk_size; i < std::min(n, (chunk + 1) * chunk_size); ++i) {
       if (!((u.at(i) - guess_->at(i)).squaredNorm() > foreseen * foreseen)) continue;
       for (std::size_t s = 0; s < solids_.size(); ++s) {
@@ -280,12 +344,16 @@ bool Contacts::detectStrays(const Particles& particles, const VectorField& u, fl
         contact.stiffness = leastStiffness(contact, particles, dt);
         found_[chunk].contacts.push_back(contact);
       }
+      strayIntoSkin(particles, ghosts, static_cast<std::uint32_t>(i), u, dt, found_[chunk]);
     }
   });
+  bool turned = false;
   const std::size_t led_to = contacts_.size();
-  for (const Found& found : found_)
-    contacts_.insert(contacts_.end(), found.contacts.begin(), found.contacts.end());
-  if (contacts_.size() == led_to) return false;
+  for (const Found& found : found_) {
+    turned = turned || found.turned;
+    add(found);
+  }
+  if (contacts_.size() == led_to) return turned;
   sortContacts();
   return true;
 }
@@ -439,7 +507,7 @@ bool Contacts::update(const Particles& particles, const VectorField& u, const Ve
   return changed;
 }
 
-void Contacts::finish(const Particles& particles, VectorField& u, float dt) {
+void Contacts::expel(const Particles& particles, VectorField& u, float dt) {
   parallelFor(filters_.size(), 64, [&](std::size_t f) {
     const std::uint32_t i = filters_[f].particle;
     const float mass = 1.0f / particles.inverse_mass[i];
@@ -452,6 +520,13 @@ void Contacts::finish(const Particles& particles, VectorField& u, float dt) {
       c.force += mass / (dt * dt) * depth * c.normal;
       if (c.state == Contact::State::open) c.state = Contact::State::slide;
     }
+    u.set(i, step);
+  });
+}
+
+void Contacts::finish(const Particles& particles, float dt) {
+  parallelFor(filters_.size(), 64, [&](std::size_t f) {
+    const std::uint32_t i = filters_[f].particle;
     for (std::uint32_t k = filters_[f].first; k < filters_[f].last; ++k) {
       Contact& c = contacts_[k];
       if (!(c.stiffness > 0.0f)) continue;
@@ -463,7 +538,6 @@ void Contacts::finish(const Particles& particles, VectorField& u, float dt) {
                                least_stiffness * unit, most_stiffness * unit);
       c.anchor = c.friction / c.stiffness;
     }
-    u.set(i, step);
   });
 }
 

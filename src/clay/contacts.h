@@ -67,8 +67,10 @@ class Contacts {
               const std::vector<Eigen::Isometry3d>& start, const std::vector<Eigen::Isometry3d>& end,
               float dt);
 
-  /// Adds contacts with solids that u leads to, but the guess did not. \return whether there are any
-  bool detectStrays(const Particles& particles, const VectorField& u, float dt);
+  /// Contacts of particles that u leads elsewhere than the guess: with solids that they end in, and with the
+  /// skin there, which over such a way is no plane any more. \param ghosts those of `detect` \return whether
+  /// there are any
+  bool detectStrays(const Particles& particles, const Ghosts& ghosts, const VectorField& u, float dt);
 
   /// Closes open contacts that u violates, and moves particles to where their closed contacts prescribe.
   void prescribe(VectorField& u);
@@ -89,8 +91,11 @@ class Contacts {
   /// \return whether any contact acts otherwise from now on
   bool update(const Particles& particles, const VectorField& u, const VectorField& residual);
 
-  /// Ends a step: pushes out what still penetrates, adds the force of doing so, and slides anchors.
-  void finish(const Particles& particles, VectorField& u, float dt);
+  /// Pushes out what still penetrates, and adds the force of doing so.
+  void expel(const Particles& particles, VectorField& u, float dt);
+
+  /// Ends a step: slides anchors.
+  void finish(const Particles& particles, float dt);
 
   const std::vector<Contact>& contacts() const { return contacts_; }
   /// For a solver that sets states, anchors and forces itself; particles, solids and order must stay.
@@ -112,6 +117,7 @@ class Contacts {
     std::vector<Candidate> candidates;
     std::vector<Contact> contacts;
     std::vector<GhostShare> shares;
+    bool turned = false;  // whether contacts that were there have other planes now
   };
   void detectSkin(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
                   const Ghosts& ghosts, float dt);
@@ -120,6 +126,8 @@ class Contacts {
                       std::vector<Candidate>& candidates) const;
   void touchSkin(const Particles& particles, const VectorField& guess, const Ghosts& ghosts, float dt,
                  std::size_t first, std::size_t last, Found& found) const;
+  static void takeSide(const Ghosts& ghosts, std::vector<Candidate>& rest, std::vector<Candidate>& side);
+  void add(const Found& found);
   void detectSolids(const Particles& particles, const VectorField& guess, const std::vector<Solid>& solids,
                     const std::vector<Eigen::Isometry3d>& start, const std::vector<Eigen::Isometry3d>& end,
                     float dt);
@@ -130,6 +138,8 @@ class Contacts {
   float adhesion(const Contact& c, const Particles& particles) const;
   float leastStiffness(const Contact& c, const Particles& particles, float dt) const;
   void recall(const Particles& particles, float dt);
+  void strayIntoSkin(const Particles& particles, const Ghosts& ghosts, std::uint32_t i, const VectorField& u,
+                     float dt, Found& found);
   void sortContacts();
   bool isListed(const Contact& contact) const;
   Eigen::Vector3f prescribed(Filter& filter, Eigen::Vector3f u);

@@ -118,6 +118,32 @@ std::vector<Eigen::Vector3f> Lumps::falls(const VectorField& free, const VectorF
   return moves;
 }
 
+bool Lumps::meet(const VectorField& u, Contacts& contacts, std::vector<Eigen::Vector3f>& moves) const {
+  const float together = static_cast<float>(0.01 * spacing_), dents = static_cast<float>(0.25 * spacing_);
+  // Calls f(contact, way, slack) where a lump goes into an obstacle, by `way` of which `slack` is free.
+  const auto for_approaches = [&](const auto& f) {
+    for (Contact& c : contacts.contacts()) {
+      if (c.state != Contact::State::open) continue;
+      const float way = -c.normal.dot(moves[near_.lump(c.particle)]);
+      const float slack = c.normal.dot(u.at(c.particle)) - c.gap;
+      if (way > dents && slack < way) f(c, way, slack);
+    }
+  };
+  std::vector<float> share(moves.size(), 1.0f);
+  for_approaches([&](const Contact& c, float way, float slack) {
+    float& least = share[near_.lump(c.particle)];
+    least = std::min(least, std::max(slack, 0.0f) / way);
+  });
+  bool met = false;
+  for_approaches([&](Contact& c, float way, float slack) {
+    if (slack > share[near_.lump(c.particle)] * way + together) return;
+    c.state = Contact::State::slide;
+    met = true;
+  });
+  for (std::size_t l = 0; l < moves.size(); ++l) moves[l] *= share[l];
+  return met;
+}
+
 std::vector<Lumps::Motion> Lumps::unblockedMotions(const VectorField& u, const Contacts& contacts) {
   using Vector6 = LumpSums<6>::Sum;  // translation, rotation
   constexpr double none = 1e-6, tiny = 1e-9;

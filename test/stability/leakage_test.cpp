@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <random>
+#include <string>
 #include <tuple>
 #include <vector>
 
@@ -98,6 +100,12 @@ class Leakage : public ::testing::Test {
   bool touched = false;
 };
 
+struct Shaken : Leakage {
+  using Leakage::advance, Leakage::deepest, Leakage::inside;
+  explicit Shaken(const std::vector<InitialParticle>& particles) : Leakage(particles) {}
+  void TestBody() override {}
+};
+
 class HandThroughClay : public Leakage, public ::testing::WithParamInterface<double> {};
 TEST_P(HandThroughClay, LeavesNoneInside) {
   const double speed = GetParam();
@@ -134,6 +142,36 @@ TEST_P(OnThePalm, AFistInOneFrameLeavesNoneInside) {
   }
   EXPECT_EQ(inside, 0) << deepest;
   EXPECT_EQ(under, 0);
+}
+
+/// The same from starts shaken by 1e-6 of a spacing, which part the ways of the particles. In the frame of
+/// the fist the palm and the fingers overlap, and some clay has nowhere to go: of 16 fists three may have a
+/// particle inside by more than half a spacing then; six had before what strays was met again where it
+/// ends. None stays.
+TEST(ShakenOnThePalm, AFistInOneFrameLeavesNoneInside) {
+  int deep = 0;
+  for (const hand::Side side : {hand::Side::left, hand::Side::right}) {
+    for (unsigned seed = 1; seed <= 8; ++seed) {
+      SCOPED_TRACE("seed " + std::to_string(seed));
+      std::mt19937 random(seed);
+      std::uniform_real_distribution<float> shake(-1e-6f, 1e-6f);
+      auto particles = block(4, 4, 4, spacing, {0.0, 0.0, 0.1 + 0.5 * spacing});
+      for (InitialParticle& p : particles)
+        p.position +=
+            static_cast<float>(spacing) * Eigen::Vector3f(shake(random), shake(random), shake(random));
+      Shaken shaken(particles);
+      double deepest = 0.0;
+      for (int k = 0; k < 30; ++k) {
+        const double bend = k < 20 ? 0.0 : 85 * degree;
+        shaken.advance(
+            {handAt(side, Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX(), 0.1, {0.02, 0.0, 0.0}, bend)});
+        deepest = std::min(deepest, shaken.deepest);
+      }
+      EXPECT_EQ(shaken.inside, 0);
+      deep += deepest < -0.5 * spacing ? 1 : 0;
+    }
+  }
+  EXPECT_LE(deep, 3);
 }
 
 /// The soft hand's flesh is where it is, not where the tracked hand is: by its triangles.

@@ -67,8 +67,11 @@ TEST_F(Boundary, IsKeptUntilTheContactOpens) {
   BoundaryDensity kept = density();
   particles_.material.assign(1, 0);
   std::vector<Contact> contacts{on(0, 0, Eigen::Vector3f::UnitZ())};
-  const float taken = kept.update(particles_, {0.9f}, contacts).front().ratio;
-  EXPECT_FLOAT_EQ(kept.update(particles_, {1.1f}, contacts).front().ratio, taken);
+  const auto first = kept.update(particles_, {0.9f}, contacts);
+  ASSERT_EQ(first.size(), 1u);
+  const auto then = kept.update(particles_, {1.1f}, contacts);
+  ASSERT_EQ(then.size(), 1u);
+  EXPECT_FLOAT_EQ(then.front().ratio, first.front().ratio);
   contacts[0].state = Contact::State::open;
   EXPECT_TRUE(kept.update(particles_, {0.9f}, contacts).empty());
 }

@@ -51,7 +51,8 @@ struct Loose {
       }
       contacts.update(particles, u, residual());
     }
-    contacts.finish(particles, u, dt);
+    contacts.expel(particles, u, dt);
+    contacts.finish(particles, dt);
     for (std::size_t i = 0; i < n; ++i) {
       particles.position.add(i, u.at(i));
       particles.velocity.set(i, u.at(i) / dt);
