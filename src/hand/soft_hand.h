@@ -112,8 +112,8 @@ class SoftHands {
   const Skin& update(const std::vector<TrackedHand>& hands_in_world, std::chrono::nanoseconds stamp);
 
   /// Forces of the clay on the skin of `stamp`. They act until the next ones come, at most 0.1 s. Forces that
-  /// are not finite or of no sample are left out, stronger ones than 5 N cut, and all of a hand to 50 N or 4 %
-  /// more than before, at most 120 N. \return how many were left out; forces on a skin that is not
+  /// are not finite or of no sample are left out, stronger ones than 5 N cut, and all of a hand to 50 N or 4
+  /// % more than before, at most 120 N. \return how many were left out; forces on a skin that is not
   /// remembered (the last 16 are) are all of them
   std::size_t react(std::chrono::nanoseconds stamp, const std::vector<SkinForce>& forces);
 
