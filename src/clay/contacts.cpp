@@ -389,6 +389,9 @@ void Contacts::recall(const Particles& particles, float dt) {
       c.density = old->density;
       c.anchor = old->anchor + c.drift;
       c.friction = tangential(old->friction, c.normal);
+      // What no longer opposes the motion would push.
+      if (c.state == Contact::State::slide && !(c.friction.dot(guess_->at(c.particle) - c.drift) < 0.0f))
+        c.state = Contact::State::stick;
       break;
     }
   }

@@ -249,6 +249,19 @@ TEST(Contacts, ASlidingParticleComesToRest) {
   }
 }
 
+/// What slid and was turned round is not pushed by the friction that it slid under.
+TEST(Contacts, TheFrictionOfASlideDoesNotPush) {
+  constexpr float back = 0.005f;
+  Loose loose({{0.0f, 0.0f, 0.5f * spacing}}, 0.5f);
+  loose.push.set(0, particle_mass * gravity);
+  loose.particles.velocity[0].x() = 0.5f;
+  for (int k = 0; k < 4; ++k) loose.step({}, {ground()});
+  ASSERT_EQ(loose.contacts.contacts().at(0).state, Contact::State::slide);
+  loose.particles.velocity[0].x() = -back;
+  loose.step({}, {ground()}, 1);
+  EXPECT_LE(std::abs(loose.particles.velocity[0].x()), back);
+}
+
 TEST(Contacts, AStickingParticleFollowsAMovingSurface) {
   Solid belt = ground();
   belt.linear_velocity = {0.1, 0.0, 0.0};
