@@ -113,7 +113,7 @@ struct Clay::Solver {
   }
 
   void takeGhosts(const Ghosts& ghosts);
-  const std::vector<Solid>& withWalls(const std::vector<Solid>& solids);
+  const std::vector<Solid>& withWalls(const std::vector<Solid>& solids, double farthest);
   void step(const Ghosts& ghosts, const std::vector<Solid>& solids, double from, float dt);
   void updateBonds();
   void project(float dt);
@@ -255,18 +255,9 @@ void Clay::Solver::takeGhosts(const Ghosts& ghosts) {
 }
 
 /// The walls of the world are solids like others, where any particle may come near.
-const std::vector<Solid>& Clay::Solver::withWalls(const std::vector<Solid>& solids) {
-  const float near_wall = static_cast<float>(config.world - 2.0 * config.spacing);
-  const float farthest =
-      sumOver([&](std::size_t first, std::size_t last) {
-        Sums sums;
-        for (std::size_t i = first; i < last; ++i) {
-          const Eigen::Vector3f x = particles.position.at(i), to = x + free.at(i);
-          sums.largest = std::max({sums.largest, x.cwiseAbs().maxCoeff(), to.cwiseAbs().maxCoeff()});
-        }
-        return sums;
-      }).largest;
-  if (!(farthest > near_wall)) return solids;
+/// \param farthest coordinate that a particle has or heads for, m
+const std::vector<Solid>& Clay::Solver::withWalls(const std::vector<Solid>& solids, double farthest) {
+  if (!(farthest > config.world - 2.0 * config.spacing)) return solids;
   walled = solids;
   walled.insert(walled.end(), walls.begin(), walls.end());
   return walled;
@@ -274,10 +265,17 @@ const std::vector<Solid>& Clay::Solver::withWalls(const std::vector<Solid>& soli
 
 void Clay::Solver::step(const Ghosts& ghosts, const std::vector<Solid>& of_scene, double from, float dt) {
   const Eigen::Vector3f gravity = config.gravity.cast<float>();
-  ranges([&](std::size_t, std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) free.set(i, dt * (particles.velocity.at(i) + dt * gravity));
+  const Sums ways = sumOver([&](std::size_t first, std::size_t last) {
+    Sums sums;
+    for (std::size_t i = first; i < last; ++i) {
+      const Eigen::Vector3f x = particles.position.at(i),
+                            way = dt * (particles.velocity.at(i) + dt * gravity);
+      free.set(i, way);
+      sums.largest = std::max({sums.largest, x.cwiseAbs().maxCoeff(), (x + way).cwiseAbs().maxCoeff()});
+    }
+    return sums;
   });
-  const std::vector<Solid>& solids = withWalls(of_scene);
+  const std::vector<Solid>& solids = withWalls(of_scene, ways.largest);
   {
     const Stopwatch watch(ms(neighbours));
     near.build(particles.position);

@@ -170,10 +170,35 @@ void Contacts::takeSide(const Ghosts& ghosts, std::vector<Candidate>& rest, std:
   rest.erase(split, rest.end());
 }
 
+/// The tangent plane of a side of the skin near x, the mean of its candidates by weights that fall with the
+/// distance to the particle's way; these are added to `shares`.
+Contacts::SkinPlane Contacts::planeOf(const Ghosts& ghosts, const std::vector<Candidate>& side,
+                                      const Vector& x, float dt, std::vector<GhostShare>& shares) const {
+  const float radius = reach * spacing_;
+  const std::size_t first_share = shares.size();
+  float total = 0.0f;
+  SkinPlane plane;
+  for (const Candidate& a : side) {
+    const float q = a.nearest / (radius * radius);
+    const float weight = std::max((1.0f - q) * (1.0f - q), 1e-6f);
+    const Vector motion = dt * ghosts.velocity[a.ghost];
+    const Vector& n = ghosts.normal[a.ghost];
+    total += weight;
+    plane.distance += weight * n.dot(x - ghosts.position[a.ghost]);
+    plane.before += weight * n.dot(x - ghosts.position[a.ghost] + motion);
+    plane.normal += weight * n;
+    plane.drift += weight * motion;
+    shares.push_back({a.ghost, weight});
+  }
+  for (std::size_t s = first_share; s < shares.size(); ++s) shares[s].share /= total;
+  plane.normal.normalize();
+  plane.distance /= total, plane.before /= total, plane.drift /= total;
+  return plane;
+}
+
 /// Contacts of the particle of candidates [first, last): one with each side of the skin that they make.
 void Contacts::touchSkin(const Particles& particles, const VectorField& guess, const Ghosts& ghosts, float dt,
                          std::size_t first, std::size_t last, Found& found) const {
-  const float radius = reach * spacing_;
   const std::uint32_t i = candidates_[first].particle;
   const Vector x = particles.position.at(i), u = guess.at(i);
   thread_local std::vector<Candidate> side, rest;
@@ -184,25 +209,11 @@ void Contacts::touchSkin(const Particles& particles, const VectorField& guess, c
     contact.particle = i, contact.solid = Contact::skin;
     contact.first_ghost = static_cast<std::uint32_t>(found.shares.size());
     contact.ghost_count = static_cast<std::uint32_t>(side.size());
-    float total = 0.0f, distance = 0.0f, before = 0.0f;
-    Vector normal = Vector::Zero(), drift = Vector::Zero();
-    for (const Candidate& a : side) {
-      const float q = a.nearest / (radius * radius);
-      const float weight = std::max((1.0f - q) * (1.0f - q), 1e-6f);
-      const Vector motion = dt * ghosts.velocity[a.ghost];
-      const Vector& n = ghosts.normal[a.ghost];
-      total += weight;
-      distance += weight * n.dot(x - ghosts.position[a.ghost]);
-      before += weight * n.dot(x - ghosts.position[a.ghost] + motion);
-      normal += weight * n;
-      drift += weight * motion;
-      found.shares.push_back({a.ghost, weight});
-    }
-    for (std::size_t s = contact.first_ghost; s < found.shares.size(); ++s) found.shares[s].share /= total;
-    contact.normal = normal.normalized();
-    contact.drift = drift / total;
-    const float allowance = std::max(0.5f * spacing_ - before / total - recovery_speed * dt, 0.0f);
-    contact.gap = 0.5f * spacing_ - distance / total - allowance;
+    const SkinPlane plane = planeOf(ghosts, side, x, dt, found.shares);
+    contact.normal = plane.normal;
+    contact.drift = plane.drift;
+    const float allowance = std::max(0.5f * spacing_ - plane.before - recovery_speed * dt, 0.0f);
+    contact.gap = 0.5f * spacing_ - plane.distance - allowance;
     if (contact.normal.dot(u) < contact.gap + margin * spacing_)
       found.contacts.push_back(contact);
     else
@@ -253,11 +264,16 @@ void Contacts::detectSolids(const Particles& particles, const VectorField& guess
   }
 }
 
+std::size_t Contacts::firstOf(std::uint32_t particle) const {
+  return std::lower_bound(contacts_.begin(), contacts_.end(), particle,
+                          [](const Contact& c, std::uint32_t p) { return c.particle < p; }) -
+         contacts_.begin();
+}
+
 /// Whether there is a contact of the same particle with the same solid.
 bool Contacts::isListed(const Contact& contact) const {
-  auto at = std::lower_bound(contacts_.begin(), contacts_.end(), contact.particle,
-                             [](const Contact& c, std::uint32_t particle) { return c.particle < particle; });
-  for (; at != contacts_.end() && at->particle == contact.particle; ++at)
+  for (auto at = contacts_.begin() + firstOf(contact.particle);
+       at != contacts_.end() && at->particle == contact.particle; ++at)
     if (at->solid == contact.solid) return true;
   return false;
 }
@@ -277,44 +293,27 @@ void Contacts::strayIntoSkin(const Particles& particles, const Ghosts& ghosts, s
   }
   while (!rest.empty()) {
     takeSide(ghosts, rest, side);
-    float total = 0.0f, distance = 0.0f;
-    Vector normal = Vector::Zero();
     const std::size_t first_share = found.shares.size();
-    for (const Candidate& a : side) {
-      const float q = a.nearest / (radius * radius), weight = std::max((1.0f - q) * (1.0f - q), 1e-6f);
-      total += weight;
-      distance += weight * ghosts.normal[a.ghost].dot(end - ghosts.position[a.ghost]);
-      normal += weight * ghosts.normal[a.ghost];
-      found.shares.push_back({a.ghost, weight});
-    }
-    for (std::size_t s = first_share; s < found.shares.size(); ++s) found.shares[s].share /= total;
-    normal.normalize();
-    const float depth = 0.5f * spacing_ - distance / total;
+    const SkinPlane plane = planeOf(ghosts, side, end, dt, found.shares);
+    const float depth = 0.5f * spacing_ - plane.distance, gap = depth + plane.normal.dot(u.at(i));
     const bool inside = depth > 0.0f && depth < (0.5f + capture) * spacing_;
     Contact* same = nullptr;
-    auto at =
-        std::lower_bound(contacts_.begin(), contacts_.end(), i,
-                         [](const Contact& c, std::uint32_t particle) { return c.particle < particle; });
-    for (; inside && at != contacts_.end() && at->particle == i; ++at)
-      if (at->solid == Contact::skin && at->normal.dot(normal) > same_side) same = &*at;
+    for (auto at = contacts_.begin() + firstOf(i); inside && at != contacts_.end() && at->particle == i; ++at)
+      if (at->solid == Contact::skin && at->normal.dot(plane.normal) > same_side) same = &*at;
     if (inside && same == nullptr) {
       Contact contact;
-      contact.particle = i, contact.normal = normal;
+      contact.particle = i, contact.normal = plane.normal, contact.gap = gap;
       contact.first_ghost = static_cast<std::uint32_t>(first_share);
       contact.ghost_count = static_cast<std::uint32_t>(side.size());
-      contact.gap = depth + normal.dot(u.at(i));
-      for (const Candidate& a : side)
-        contact.drift += found.shares[first_share + (&a - side.data())].share * dt * ghosts.velocity[a.ghost];
-      contact.anchor = contact.drift;
+      contact.drift = contact.anchor = plane.drift;
       contact.stiffness = leastStiffness(contact, particles, dt);
       found.contacts.push_back(contact);
       continue;
     }
     found.shares.resize(first_share);
     if (!inside) continue;
-    same->normal = normal;
-    same->gap = depth + normal.dot(u.at(i));
-    same->friction = tangential(same->friction, normal);
+    same->normal = plane.normal, same->gap = gap;
+    same->friction = tangential(same->friction, plane.normal);
     found.turned = true;
   }
 }

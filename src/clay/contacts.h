@@ -126,6 +126,13 @@ class Contacts {
                       std::vector<Candidate>& candidates) const;
   void touchSkin(const Particles& particles, const VectorField& guess, const Ghosts& ghosts, float dt,
                  std::size_t first, std::size_t last, Found& found) const;
+  struct SkinPlane {
+    Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit
+    float distance = 0.0f, before = 0.0f;              // m, of x from it at the end and the start of the step
+    Eigen::Vector3f drift = Eigen::Vector3f::Zero();   // m
+  };
+  SkinPlane planeOf(const Ghosts& ghosts, const std::vector<Candidate>& side, const Eigen::Vector3f& x,
+                    float dt, std::vector<GhostShare>& shares) const;
   static void takeSide(const Ghosts& ghosts, std::vector<Candidate>& rest, std::vector<Candidate>& side);
   void add(const Found& found);
   void detectSolids(const Particles& particles, const VectorField& guess, const std::vector<Solid>& solids,
@@ -141,6 +148,7 @@ class Contacts {
   void strayIntoSkin(const Particles& particles, const Ghosts& ghosts, std::uint32_t i, const VectorField& u,
                      float dt, Found& found);
   void sortContacts();
+  std::size_t firstOf(std::uint32_t particle) const;  // contact
   bool isListed(const Contact& contact) const;
   Eigen::Vector3f prescribed(Filter& filter, Eigen::Vector3f u);
   Eigen::Vector3f pull(const Contact& c, const Eigen::Vector3f& u) const;
