@@ -13,7 +13,7 @@ struct Rules {  // of eight pairs
   Lane bond_rate, unbond_rate, shortest, longest;
 };
 TACTILE_CLAY_INLINE Rules rulesOf(const BondRule* rules, const std::uint32_t* index) {
-  constexpr std::size_t stride = sizeof(BondRule) / sizeof(float);
+  constexpr std::uint32_t stride = slot_size * sizeof(BondRule) / sizeof(float);
   std::uint32_t at[lane_width];
   for (int k = 0; k < lane_width; ++k) at[k] = index[k] * stride;
   return {gatherNumbers(&rules->bond_rate, at), gatherNumbers(&rules->unbond_rate, at),
@@ -21,12 +21,12 @@ TACTILE_CLAY_INLINE Rules rulesOf(const BondRule* rules, const std::uint32_t* in
 }
 
 /// A run of bonds to the particles whose lanes of `mask` are set.
-TACTILE_CLAY_INLINE void storeBonds(Bond* to, const std::uint32_t* other, const Lane& rest_length,
+TACTILE_CLAY_INLINE void storeBonds(Bond* to, const std::uint32_t* slots, const Lane& rest_length,
                                     unsigned mask) {
   const LaneOrder& order = selections.order[mask];
   LaneOrder index;
-  std::memcpy(&index, other, sizeof index);
-  index = select(index, order);
+  std::memcpy(&index, slots, sizeof index);
+  index = select(index, order) >> 2;  // over the size of a slot
   const Lane lengths = select(rest_length, order);
   Lane names;
   std::memcpy(&names, &index, sizeof names);
@@ -55,27 +55,27 @@ TACTILE_CLAY_INLINE std::uint32_t updateBonds(const Update& u, std::size_t i, co
   Rules rule = rulesOf(rules, first);
   std::uint32_t count = 0;
   for (std::uint32_t p = u.near.begin(i); p < u.near.padded(i); p += lane_width) {
-    const std::uint32_t* other = u.near.other().data() + p;
+    const std::uint32_t* slots = u.near.slots() + p;
     const Lane x = load(u.near.x() + p), y = load(u.near.y() + p), z = load(u.near.z() + p);
-    const Lane square = x * x + y * y + z * z, length = root(square);
+    const Lane length = load(u.near.distances() + p);
     if (!alike) {
       std::uint32_t index[lane_width];
-      for (int k = 0; k < lane_width; ++k) index[k] = u.material[other[k]];
+      for (int k = 0; k < lane_width; ++k) index[k] = u.material[slots[k] / slot_size];
       rule = rulesOf(rules, index);
     }
-    const Lane rest_length = gatherNumbers(old, other);
+    const Lane rest_length = gatherNumbers(old, slots);
     const LaneOrder bonded = rest_length > 0.0f;
     // A bond that is strained beyond its yield has flowed: its elastic strain is on the yield surface.
     const Lane flowed =
         least(greatest(bonded ? rest_length : length, length * rule.shortest), length * rule.longest);
-    const LaneVector of_other = gather(u.velocity, other);
+    const LaneVector of_other = gather(u.velocity, slots);
     const Lane opening = (vx - of_other.x) * x + (vy - of_other.y) * y + (vz - of_other.z) * z;
-    const Lane rate = (opening < 0.0f ? -opening : opening) / square;
-    const LaneOrder forms = ~bonded & (length < reach) & (rate < rule.bond_rate);
-    const LaneOrder holds = ((bonded & (rate <= rule.unbond_rate)) | forms) & (length > 0.0f);
+    const Lane square = length * length, parting = opening < 0.0f ? -opening : opening;
+    const LaneOrder forms = ~bonded & (length < reach) & (parting < rule.bond_rate * square);
+    const LaneOrder holds = ((bonded & (parting <= rule.unbond_rate * square)) | forms) & (length > 0.0f);
     store(rest_lengths + p, holds ? flowed : Lane{});
     const unsigned mask = bits(holds);
-    storeBonds(bonds + count, other, flowed, mask);
+    storeBonds(bonds + count, slots, flowed, mask);
     count += selections.count[mask];
   }
   return count;

@@ -118,9 +118,9 @@ struct Clay::Solver {
   void updateBonds();
   void project(float dt);
   void minimise(float dt);
-  bool descend(int count, float dt);
-  Sums residual(float dt);
-  Sums multiply(const VectorField& x, float dt, VectorField& a_x);
+  bool descend(int count);
+  Sums residual();
+  Sums multiply(const VectorField& x, VectorField& a_x);
   Sums precondition(std::size_t first, std::size_t last);
   void translate(float dt);
   void ownDirection();
@@ -142,6 +142,7 @@ struct Clay::Solver {
   VectorField u;                     // m, displacements of the step
   VectorField d, a_d;                // direction of the displacements themselves, its product
   VectorField r, z, p, q;            // residual, preconditioned residual, direction, its product
+  std::vector<float> inertia;        // N/m, mass over the square of the time step
   std::vector<Sums> partial;
   Kernel kernel;
   Neighbourhood near;
@@ -325,7 +326,7 @@ void Clay::Solver::project(float dt) {
 }
 
 /// r = forces - M (u - free) / dt^2, z = r / M where contacts leave it free. \return as `precondition`
-Clay::Solver::Sums Clay::Solver::residual(float dt) {
+Clay::Solver::Sums Clay::Solver::residual() {
   std::atomic<bool> pressing{false};
   ranges([&](std::size_t, std::size_t first, std::size_t last) {
     if (potential.startForce(u, r, first, last)) pressing = true;
@@ -334,29 +335,20 @@ Clay::Solver::Sums Clay::Solver::residual(float dt) {
   return sumOver([&](std::size_t first, std::size_t last) {
     potential.finishForce(r, first, last);
     contact_constraint.addFriction(u, first, last, r);
-    for (std::size_t i = first; i < last; ++i) {
-      const float inertia = 1.0f / (particles.inverse_mass[i] * dt * dt);
-      r[i] -= inertia * (u[i] - free[i]);
-    }
+    for (std::size_t i = first; i < last; ++i) r[i] -= inertia[i] * (u[i] - free[i]);
     return precondition(first, last);
   });
 }
 
 /// a_x = A x = M x / dt^2 - (linear part of the forces). \return x . A x, and x . r
-Clay::Solver::Sums Clay::Solver::multiply(const VectorField& x, float dt, VectorField& a_x) {
+Clay::Solver::Sums Clay::Solver::multiply(const VectorField& x, VectorField& a_x) {
   ranges(
       [&](std::size_t, std::size_t first, std::size_t last) { potential.startChange(x, a_x, first, last); });
   return sumOver([&](std::size_t first, std::size_t last) {
     potential.finishChange(a_x, first, last);
     contact_constraint.addFrictionChange(x, first, last, a_x);
-    Sums products;
-    for (std::size_t i = first; i < last; ++i) {
-      const float inertia = 1.0f / (particles.inverse_mass[i] * dt * dt);
-      a_x[i] = inertia * x[i] - a_x[i];
-      products.first += static_cast<double>(x[i].dot(a_x[i]));
-      products.second += static_cast<double>(x[i].dot(r[i]));
-    }
-    return products;
+    for (std::size_t i = first; i < last; ++i) a_x[i] = inertia[i] * x[i] - a_x[i];
+    return Sums{dot(x, a_x, first, last), dot(x, r, first, last)};
   });
 }
 
@@ -364,13 +356,9 @@ Clay::Solver::Sums Clay::Solver::multiply(const VectorField& x, float dt, Vector
 Clay::Solver::Sums Clay::Solver::precondition(std::size_t first, std::size_t last) {
   for (std::size_t i = first; i < last; ++i) z[i] = particles.inverse_mass[i] * r[i];
   contact_constraint.filter(first, last, z);
-  Sums products;
-  for (std::size_t i = first; i < last; ++i) {
-    products.first += static_cast<double>(r[i].dot(z[i]));
-    products.second += static_cast<double>(a_d[i].dot(z[i]));
-    products.largest = std::max(products.largest, z[i].squaredNorm());
-  }
-  return products;
+  float largest = 0.0f;
+  for (std::size_t i = first; i < last; ++i) largest = std::max(largest, z[i].squaredNorm());
+  return {dot(r, z, first, last), dot(a_d, z, first, last), largest};
 }
 
 /// Moves each lump as a whole, but through nothing: what it meets stops it there, and it goes on in the
@@ -407,13 +395,13 @@ void Clay::Solver::ownDirection() {
 /// (deflation, Saad et al. 2000): the residual stays orthogonal to the displacements, and so, the energies
 /// being convex, a step gains no energy however few directions are tried; see doc/method.md.
 /// \return whether the residual is under the tolerance
-bool Clay::Solver::descend(int count, float dt) {
+bool Clay::Solver::descend(int count) {
   const float enough = static_cast<float>(config.tolerance * config.tolerance);
-  Sums products = residual(dt);  // r . z, A d . z
+  Sums products = residual();  // r . z, A d . z
   if (products.largest <= enough) return true;
   ++iterations_done;
   ownDirection();
-  const Sums own = multiply(d, dt, a_d);  // d . A d, d . r
+  const Sums own = multiply(d, a_d);  // d . A d, d . r
   const bool moves = own.first > 0.0;
   if (moves) {
     const float alpha = static_cast<float>(own.second / own.first);
@@ -437,7 +425,7 @@ bool Clay::Solver::descend(int count, float dt) {
         if (moves) p[i] -= o * d[i];
       }
     });
-    const Sums along = multiply(p, dt, q);  // p . A p, p . r
+    const Sums along = multiply(p, q);  // p . A p, p . r
     if (!(along.first > 0.0)) break;
     const float alpha = static_cast<float>(along.second / along.first);
     products = sumOver([&](std::size_t first, std::size_t last) {
@@ -471,13 +459,14 @@ void Clay::Solver::minimise(float dt) {
       const std::uint32_t lump = near.lump(i);
       const Eigen::Vector3f arm = particles.position.at(i) - lumps.centreAt(i).cast<float>();
       u.set(i, free.at(i) - fall + bend[lump] * arm);
+      inertia[i] = 1.0f / (particles.inverse_mass[i] * dt * dt);
     }
   });
   // Contacts and compression are looked at anew every few iterations.
   constexpr int iterations_a_round = 4;
   for (int left = config.budget.iterations; left > 0; left -= iterations_a_round) {
     translate(dt);
-    const bool solved = descend(std::min(left, iterations_a_round), dt);
+    const bool solved = descend(std::min(left, iterations_a_round));
     const bool changed = contact_constraint.update(particles, u, r);
     const bool strayed = contact_constraint.detectStrays(particles, moved, u, dt);
     if (solved && !changed && !strayed) break;
@@ -584,6 +573,7 @@ void Clay::Solver::restore(const Sculpture& s) {
   for (VectorField* field :
        {&particles.position, &particles.velocity, &window_start, &free, &u, &r, &z, &p, &q, &d, &a_d})
     field->resize(awake.size());
+  inertia.resize(awake.size());
   for (std::uint32_t k = 0; k < awake.size(); ++k) {
     const std::uint32_t i = awake[k];
     index[i] = k;

@@ -37,7 +37,7 @@ unsigned passing(const Passed& ghost, const Neighbourhood::Places& places, std::
                  const float* guess, float* nearest) {
   const LaneVector r{load(places.x + k) - ghost.at[0], load(places.y + k) - ghost.at[1],
                      load(places.z + k) - ghost.at[2]};
-  const LaneVector u = gather(guess, places.particle + k);
+  const LaneVector u = gather(guess, places.slot + k);
   const LaneVector approach{u.x - ghost.motion[0], u.y - ghost.motion[1], u.z - ghost.motion[2]};
   const Lane square = approach.x * approach.x + (approach.y * approach.y + approach.z * approach.z);
   const Lane along = r.x * approach.x + (r.y * approach.y + r.z * approach.z);
@@ -151,7 +151,8 @@ void Contacts::findCandidates(const Neighbourhood& near, const VectorField& gues
         if (to - k < lane_width) hits &= (1u << (to - k)) - 1u;
         for (; hits != 0; hits &= hits - 1u) {
           const int lane = __builtin_ctz(hits);
-          candidates.push_back({places.particle[k + lane], static_cast<std::uint32_t>(g), nearest[lane]});
+          candidates.push_back(
+              {places.slot[k + lane] / slot_size, static_cast<std::uint32_t>(g), nearest[lane]});
         }
       }
     });

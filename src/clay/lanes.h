@@ -160,7 +160,9 @@ TACTILE_CLAY_INLINE void add(LaneVector& to, const LaneVector& v) {
   to.x += v.x, to.y += v.y, to.z += v.z;
 }
 
-/// Slots of 16 bytes, of a vector and a fourth number.
+/// Slots of 16 bytes, of a vector and a fourth number. A slot is named by its first number, 4 i for the slot
+/// of particle i, and so is a particle in loops over lanes: no address needs a shift then.
+constexpr std::uint32_t slot_size = 4;
 TACTILE_CLAY_INLINE HalfLane slot(const float* from) {
   HalfLane h;
   std::memcpy(&h, from, sizeof h);
@@ -170,9 +172,9 @@ TACTILE_CLAY_INLINE void storeSlot(float* to, const HalfLane& h) {
   std::memcpy(to, &h, sizeof h);
 }
 
-/// The sums of x, of y and of z, with the bits of `sum`, as a slot whose fourth number is zero.
-TACTILE_CLAY_INLINE HalfLane sums(const LaneVector& v) {
-  const Lane halves = sumQuarters(sumHalves(v.x, v.z), sumHalves(v.y, Lane{}));
+/// The sums of x, of y, of z and of w, with the bits of `sum`, as a slot.
+TACTILE_CLAY_INLINE HalfLane sums(const LaneVector& v, const Lane& w = Lane{}) {
+  const Lane halves = sumQuarters(sumHalves(v.x, v.z), sumHalves(v.y, w));
   const Lane slot = sumPairs(halves, halves);
   const Lane low = TACTILE_CLAY_SHUFFLE(slot, slot, 0, 1, 4, 5, 0, 1, 4, 5);
   HalfLane result;
@@ -190,12 +192,10 @@ TACTILE_CLAY_INLINE LaneVector allOf(const float* slot) {
           TACTILE_CLAY_SHUFFLE(both, both, 2, 2, 2, 2, 6, 6, 6, 6)};
 }
 
-/// Fetches eight slots of 16 bytes. \param slots four floats each \param index of the slots \param w gets the
-/// fourth numbers
-TACTILE_CLAY_INLINE LaneVector gather(const float* slots, const std::uint32_t* index, Lane& w) {
+/// Fetches eight slots. \param w gets the fourth numbers
+TACTILE_CLAY_INLINE LaneVector gather(const float* numbers, const std::uint32_t* slots, Lane& w) {
   HalfLane slot[lane_width];
-  for (int k = 0; k < lane_width; ++k)
-    std::memcpy(&slot[k], slots + 4 * std::size_t{index[k]}, sizeof slot[k]);
+  for (int k = 0; k < lane_width; ++k) std::memcpy(&slot[k], numbers + slots[k], sizeof slot[k]);
   const Lane a = join(slot[0], slot[4]), b = join(slot[1], slot[5]);
   const Lane c = join(slot[2], slot[6]), d = join(slot[3], slot[7]);
   const Lane ab_xy = TACTILE_CLAY_SHUFFLE(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
@@ -209,9 +209,9 @@ TACTILE_CLAY_INLINE LaneVector gather(const float* slots, const std::uint32_t* i
 }
 
 /// Fetches eight vectors out of such slots.
-TACTILE_CLAY_INLINE LaneVector gather(const float* slots, const std::uint32_t* index) {
+TACTILE_CLAY_INLINE LaneVector gather(const float* numbers, const std::uint32_t* slots) {
   Lane unused;
-  return gather(slots, index, unused);
+  return gather(numbers, slots, unused);
 }
 
 /// The opposite: eight vectors into slots that begin every `stride` numbers, with a zero as fourth number
@@ -238,10 +238,13 @@ TACTILE_CLAY_INLINE Lane greatest(const Lane& a, const Lane& b) {
   return a > b ? a : b;
 }
 
-/// Fetches eight numbers.
-TACTILE_CLAY_INLINE Lane gatherNumbers(const float* numbers, const std::uint32_t* index) {
-  return Lane{numbers[index[0]], numbers[index[1]], numbers[index[2]], numbers[index[3]],
-              numbers[index[4]], numbers[index[5]], numbers[index[6]], numbers[index[7]]};
+/// Fetches the numbers of eight particles, of which there is one each. \param slots of the particles
+TACTILE_CLAY_INLINE Lane gatherNumbers(const float* numbers, const std::uint32_t* slots) {
+  static_assert(slot_size == sizeof(float), "the slot of a particle is the offset of its number in bytes");
+  const char* bytes = reinterpret_cast<const char*>(numbers);
+  float of[lane_width];
+  for (int k = 0; k < lane_width; ++k) std::memcpy(&of[k], bytes + slots[k], sizeof of[k]);
+  return Lane{of[0], of[1], of[2], of[3], of[4], of[5], of[6], of[7]};
 }
 
 }  // namespace tactile_clay::clay

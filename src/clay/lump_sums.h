@@ -24,10 +24,11 @@ class LumpSums {
     parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
       Parts& parts = ranges_[first / range_size];
       parts.clear();
-      for (std::size_t i = first; i < last; ++i) {
-        if (parts.empty() || parts.back().first != near.lump(i))
-          parts.emplace_back(near.lump(i), Sum::Zero());
-        parts.back().second += f(i);
+      for (std::size_t i = first; i < last;) {
+        const std::uint32_t lump = near.lump(i);
+        Sum sum = Sum::Zero();
+        for (; i < last && near.lump(i) == lump; ++i) sum += f(i);
+        parts.emplace_back(lump, sum);
       }
     });
     totals_.assign(near.lumps(), Sum::Zero());

@@ -60,10 +60,10 @@ void Neighbourhood::sortIntoCells(const VectorField& position) {
   place_.resize(n);
   // whole lanes can be read at the end
   for (auto* sorted : {&sorted_x_, &sorted_y_, &sorted_z_}) sorted->resize(n + lane_width);
-  in_cell_.resize(n + lane_width);
+  slot_in_cell_.resize(n + lane_width);
   for (std::size_t i = 0; i < n; ++i) {
     const std::uint32_t place = cursor_[cell_of_[i]]++;
-    in_cell_[place] = static_cast<std::uint32_t>(i);
+    slot_in_cell_[place] = static_cast<std::uint32_t>(slot_size * i);
     place_[i] = place;
     sorted_x_[place] = position[i][0];
     sorted_y_[place] = position[i][1];
@@ -74,15 +74,59 @@ void Neighbourhood::sortIntoCells(const VectorField& position) {
 namespace {
 
 struct Lists {
-  std::uint32_t* other;
-  float *x, *y, *z;
+  std::uint32_t* slot;
+  float *x, *y, *z, *distance;
 };
 
-/// Runs of candidates of a particle.
-struct Runs {
-  int count = 0;
-  std::uint32_t from[9], to[9];
+/// The grid as the search sees it.
+struct Grid {
+  const std::uint32_t* cell_begin;  // places
+  float h, block;                   // m
+  const float *origin, *per_metre;
+  const int* size;  // cells
 };
+
+/// Runs of candidates of a particle: in its own row of blocks, and in the eight beside it.
+struct Runs {
+  static constexpr int count = lane_width + 1;
+  std::uint32_t from[count], to[count];
+};
+
+TACTILE_CLAY_INLINE LaneOrder cellsAlong(const Lane& x, const Grid& grid) {
+  const Lane c = (x - grid.origin[0]) * grid.per_metre[0];
+  return __builtin_convertvector(least(greatest(c, Lane{}), all(static_cast<float>(grid.size[0] - 1))),
+                                 LaneOrder);
+}
+
+/// The chord of a particle's ball through each row of blocks. \param cy, cz its block
+TACTILE_CLAY_MULTIVERSION
+void findRuns(const Grid& grid, float x, float y, float z, int cy, int cz, Runs& runs) {
+  const float above_y = y - grid.origin[1] - static_cast<float>(cy) * grid.block;
+  const float above_z = z - grid.origin[2] - static_cast<float>(cz) * grid.block;
+  const float near = hair * grid.block, far = (1.0f - hair) * grid.block;
+  const float y0 = std::max(above_y - near, 0.0f), y1 = std::max(far - above_y, 0.0f);
+  const float z0 = std::max(above_z - near, 0.0f), z1 = std::max(far - above_z, 0.0f);
+  const Lane from_y{y0, 0.0f, y1, y0, y1, y0, 0.0f, y1}, from_z{z0, z0, z0, 0.0f, 0.0f, z1, z1, z1};
+  const Lane square = (1.0f + hair) * grid.h * grid.h - from_y * from_y - from_z * from_z;
+  const Lane chord = root(positive(square));
+  const LaneOrder first = cellsAlong(x - chord, grid), last = cellsAlong(x + chord, grid);
+  const int width = grid.size[0], height = grid.size[1], depth = grid.size[2];
+  const int own = (cz * height + cy) * width;
+  const int dy[] = {-1, 0, 1, -1, 1, -1, 0, 1}, dz[] = {-1, -1, -1, 0, 0, 1, 1, 1};
+  const unsigned reached = bits(square > 0.0f);
+  for (int k = 0; k < lane_width; ++k) {
+    const bool is = (reached >> k & 1u) != 0 &&
+                    static_cast<unsigned>(cy + dy[k]) < static_cast<unsigned>(height) &&
+                    static_cast<unsigned>(cz + dz[k]) < static_cast<unsigned>(depth);
+    const int row = is ? own + (dz[k] * height + dy[k]) * width : own;
+    runs.from[k] = grid.cell_begin[row + first[k]];
+    runs.to[k] = is ? grid.cell_begin[row + last[k] + 1] : 0;
+  }
+  const float reach = (1.0f + hair) * grid.h;
+  const LaneOrder ends = cellsAlong(Lane{x - reach, x + reach}, grid);
+  runs.from[lane_width] = grid.cell_begin[own + ends[0]];
+  runs.to[lane_width] = grid.cell_begin[own + ends[1] + 1];
+}
 
 /// Lists the candidates that are within h of particle `self`, from list[size] on. There must be room for all
 /// of them and a lane more. \return the list's new size
@@ -90,19 +134,18 @@ TACTILE_CLAY_MULTIVERSION
 std::size_t appendNear(const Neighbourhood::Places& all_of, const Runs& runs, std::uint32_t self, float h,
                        const Lists& list, std::size_t size) {
   const Lane x = all(all_of.x[self]), y = all(all_of.y[self]), z = all(all_of.z[self]);
-  for (int run = 0; run < runs.count; ++run) {
+  for (int run = 0; run < Runs::count; ++run) {
     const std::uint32_t to = runs.to[run];
     for (std::uint32_t k = runs.from[run]; k < to; k += lane_width) {
       const Lane dx = x - load(all_of.x + k), dy = y - load(all_of.y + k), dz = z - load(all_of.z + k);
       unsigned mask = bits(dx * dx + dy * dy + dz * dz < h * h);
-      if (to - k < lane_width) mask &= (1u << (to - k)) - 1u;
-      if (self - k < lane_width) mask &= ~(1u << (self - k));
-      if (mask == 0) continue;
+      mask &= 0xffu >> (lane_width - std::min<std::uint32_t>(to - k, lane_width));
+      mask &= ~(static_cast<unsigned>(self - k < lane_width) << ((self - k) & 31u));
       const LaneOrder& order = selections.order[mask];
-      LaneOrder index;
-      std::memcpy(&index, all_of.particle + k, sizeof index);
-      index = select(index, order);
-      std::memcpy(list.other + size, &index, sizeof index);
+      LaneOrder slots;
+      std::memcpy(&slots, all_of.slot + k, sizeof slots);
+      slots = select(slots, order);
+      std::memcpy(list.slot + size, &slots, sizeof slots);
       store(list.x + size, select(dx, order));
       store(list.y + size, select(dy, order));
       store(list.z + size, select(dz, order));
@@ -112,53 +155,42 @@ std::size_t appendNear(const Neighbourhood::Places& all_of, const Runs& runs, st
   return size;
 }
 
-/// From x, in block `own`, to a block beside it, or a hair less; m from the origin.
-float distanceTo(int other, int own, float x, float block) {
-  if (other == own) return 0.0f;
-  const float distance =
-      other > own ? static_cast<float>(other) * block - x : x - static_cast<float>(own) * block;
-  return std::max(distance - hair * block, 0.0f);
+/// \param size of the list, whole lanes
+TACTILE_CLAY_MULTIVERSION
+void measureDistances(const Lists& list, std::size_t size) {
+  for (std::size_t p = 0; p < size; p += lane_width) {
+    const LaneVector x = loadVector(list.x, list.y, list.z, p);
+    store(list.distance + p, root(dot(x, x)));
+  }
 }
 
 }  // namespace
 
 /// Lists the neighbours of particles [first, last), or as many as there is room for, and how much is needed.
 void Neighbourhood::findIn(Chunk& chunk, std::size_t first, std::size_t last) {
-  const Lists lists{other_.data() + chunk.begin, x_.data() + chunk.begin, y_.data() + chunk.begin,
-                    z_.data() + chunk.begin};
+  const Lists lists{slot_.data() + chunk.begin, x_.data() + chunk.begin, y_.data() + chunk.begin,
+                    z_.data() + chunk.begin, distance_.data() + chunk.begin};
+  const Grid grid{cell_begin_.data(), h_, block_, origin_.data(), per_metre_.data(), size_.data()};
   std::size_t size = 0, needed = 0;
+  Runs runs;
   for (std::size_t i = first; i < last; ++i) {
     const std::uint32_t self = place_[i];
     const float x = sorted_x_[self], y = sorted_y_[self], z = sorted_z_[self];
-    const int cy = cellAlong(y, 1), cz = cellAlong(z, 2);
-    Runs runs;
+    findRuns(grid, x, y, z, cellAlong(y, 1), cellAlong(z, 2), runs);
     std::size_t reached = 0;
-    for (int row_z = std::max(cz - 1, 0); row_z <= std::min(cz + 1, size_[2] - 1); ++row_z) {
-      const float from_z = distanceTo(row_z, cz, z - origin_.z(), block_);
-      for (int row_y = std::max(cy - 1, 0); row_y <= std::min(cy + 1, size_[1] - 1); ++row_y) {
-        const float from_y = distanceTo(row_y, cy, y - origin_.y(), block_);
-        const float square = (1.0f + hair) * h_ * h_ - from_y * from_y - from_z * from_z;
-        if (!(square > 0.0f)) continue;
-        const float chord = std::sqrt(square);
-        const std::uint32_t* row = &cell_begin_[cellIndex(0, row_y, row_z)];
-        const std::uint32_t from = row[cellAlong(x - chord, 0)], to = row[cellAlong(x + chord, 0) + 1];
-        if (from == to) continue;
-        runs.from[runs.count] = from, runs.to[runs.count] = to;
-        ++runs.count;
-        reached += to - from;
-      }
-    }
+    for (int k = 0; k < Runs::count; ++k) reached += std::max(runs.to[k], runs.from[k]) - runs.from[k];
     const std::size_t before = size;
     needed = std::max(needed, size + reached + 2 * lane_width);
     if (needed <= chunk.room) size = appendNear(places(), runs, self, h_, lists, size);
     begin_[i] = chunk.begin + static_cast<std::uint32_t>(before);
     count_[i] = static_cast<std::uint32_t>(size - before);
     for (; (size - before) % lane_width != 0; ++size) {
-      lists.other[size] = static_cast<std::uint32_t>(i);
+      lists.slot[size] = static_cast<std::uint32_t>(slot_size * i);
       lists.x[size] = 2.0f * h_, lists.y[size] = lists.z[size] = 0.0f;
     }
     padded_[i] = chunk.begin + static_cast<std::uint32_t>(size);
   }
+  measureDistances(lists, size);
   chunk.needed = static_cast<std::uint32_t>(needed);
 }
 
@@ -182,8 +214,8 @@ void Neighbourhood::listPairs(std::size_t n) {
       end += chunk.room;
     }
     if (fits) break;
-    other_.resize(end);
-    for (auto* numbers : {&x_, &y_, &z_}) numbers->resize(end);
+    slot_.resize(end);
+    for (auto* numbers : {&x_, &y_, &z_, &distance_}) numbers->resize(end);
   }
 }
 

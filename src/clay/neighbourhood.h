@@ -28,17 +28,19 @@ class Neighbourhood {
   std::uint32_t end(std::size_t i) const { return begin_[i] + count_[i]; }
   std::uint32_t padded(std::size_t i) const { return padded_[i]; }
   std::uint32_t count(std::size_t i) const { return count_[i]; }
-  std::size_t pairs() const { return other_.size(); }  // padding and gaps included
+  std::size_t pairs() const { return slot_.size(); }  // padding and gaps included
 
-  const std::vector<std::uint32_t>& other() const { return other_; }  // j of each pair (i, j)
+  std::uint32_t other(std::uint32_t pair) const { return slot_[pair] / slot_size; }  // j of the pair (i, j)
   /// x_i - x_j of a pair, m.
   Eigen::Vector3f offset(std::uint32_t pair) const { return {x_[pair], y_[pair], z_[pair]}; }
-  // The same as arrays, for pair loops.
+  // The same as arrays, for pair loops, with j's slot instead of j.
   const std::uint32_t* begins() const { return begin_.data(); }
   const std::uint32_t* paddeds() const { return padded_.data(); }
+  const std::uint32_t* slots() const { return slot_.data(); }
   const float* x() const { return x_.data(); }
   const float* y() const { return y_.data(); }
   const float* z() const { return z_.data(); }
+  const float* distances() const { return distance_.data(); }  // m
 
   /// Lumps: sets of particles in touching blocks of the grid; particles of different lumps do not interact.
   std::size_t lumps() const { return lumps_; }
@@ -46,10 +48,12 @@ class Neighbourhood {
 
   /// Particles in the order of the cells; whole lanes can be read from any place.
   struct Places {
-    const float *x, *y, *z;  // m
-    const std::uint32_t* particle;
+    const float *x, *y, *z;     // m
+    const std::uint32_t* slot;  // of the particle
   };
-  Places places() const { return {sorted_x_.data(), sorted_y_.data(), sorted_z_.data(), in_cell_.data()}; }
+  Places places() const {
+    return {sorted_x_.data(), sorted_y_.data(), sorted_z_.data(), slot_in_cell_.data()};
+  }
   /// Calls f(from, to) for runs of places that hold all particles of the box [low, high], and others near it.
   template <typename F>
   void forEachRun(const Eigen::Vector3f& low, const Eigen::Vector3f& high, const F& f) const;
@@ -81,13 +85,13 @@ class Neighbourhood {
   Eigen::Vector3f origin_ = Eigen::Vector3f::Zero();
   Eigen::Vector3f per_metre_ = Eigen::Vector3f::Zero();  // cells, 1/m
   std::array<int, 3> size_{1, 1, 1};                     // cells
-  std::vector<std::uint32_t> cell_of_, cell_begin_, in_cell_, place_, cursor_;
+  std::vector<std::uint32_t> cell_of_, cell_begin_, slot_in_cell_, place_, cursor_;
   std::vector<float> sorted_x_, sorted_y_, sorted_z_;  // positions in the order of the cells
   std::vector<Chunk> chunks_;
   std::vector<std::uint32_t> lump_of_block_, frontier_, lump_of_;
   std::size_t lumps_ = 0;
-  std::vector<std::uint32_t> begin_, padded_, count_, other_;
-  std::vector<float> x_, y_, z_;
+  std::vector<std::uint32_t> begin_, padded_, count_, slot_;
+  std::vector<float> x_, y_, z_, distance_;
 };
 
 }  // namespace tactile_clay::clay

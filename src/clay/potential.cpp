@@ -18,20 +18,23 @@ using Pairs = PairArrays;
 
 /// Forces of the springs, or the growth of C, or both, of particles [first, last).
 template <bool springs, bool density>
-TACTILE_CLAY_INLINE void stretch(const Pairs& pairs, const float* u, std::size_t first, std::size_t last,
+TACTILE_CLAY_INLINE void stretch(const Pairs& all, const float* u, std::size_t first, std::size_t last,
                                  float* f, float* growth) {
+  const Pairs pairs = all;  // which no store may change
   for (std::size_t i = first; i < last; ++i) {
-    const LaneVector own = allOf(u + 4 * i);
+    const LaneVector own = allOf(u + slot_size * i);
     LaneVector forces{};
     Lane total{};
     for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
-      const LaneVector x = loadVector(pairs.x, pairs.y, pairs.z, p);
-      const Lane along = dot(x, difference(gather(u, pairs.other + p), own));
-      if (density) total += load(pairs.compression + p) * along;
-      if (springs) add(forces, times(load(pairs.spring + p) * along, x));
+      const LaneVector g = loadVector(pairs.x, pairs.y, pairs.z, p);
+      const Lane along = dot(g, difference(gather(u, pairs.slot + p), own));
+      if (density) total += along;
+      if (springs) add(forces, times(load(pairs.spring + p) * along, g));
     }
-    if (density) growth[i] = sum(total);
-    storeSlot(f + 4 * i, springs ? sums(forces) : HalfLane{});
+    HalfLane of_all = sums(forces, total);
+    if (density) growth[i] = of_all[3];
+    of_all[3] = 0.0f;
+    storeSlot(f + slot_size * i, of_all);
   }
 }
 TACTILE_CLAY_MULTIVERSION
@@ -49,7 +52,7 @@ void stretchBoth(const Pairs& pairs, const float* u, std::size_t first, std::siz
   stretch<true, true>(pairs, u, first, last, f, growth);
 }
 
-/// Adds the forces of pressures: sum_j (P_i + P_j) compression x. `squeezed` tells where there are any;
+/// Adds the forces of pressures: sum_j (P_i + P_j) g. `squeezed` tells where there are any;
 /// `find` finds that out.
 template <bool find, typename Flags>
 TACTILE_CLAY_INLINE void pressInto(const Pairs& pairs, const float* pressure, std::size_t first,
@@ -60,10 +63,9 @@ TACTILE_CLAY_INLINE void pressInto(const Pairs& pairs, const float* pressure, st
     LaneVector forces{};
     Lane most = own;
     for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
-      const Lane of_others = gatherNumbers(pressure, pairs.other + p);
-      const Lane force = (own + of_others) * load(pairs.compression + p);
+      const Lane of_others = gatherNumbers(pressure, pairs.slot + p);
       if (find) most = most > of_others ? most : of_others;
-      add(forces, times(force, loadVector(pairs.x, pairs.y, pairs.z, p)));
+      add(forces, times(own + of_others, loadVector(pairs.x, pairs.y, pairs.z, p)));
     }
     if constexpr (find) squeezed[i] = bits(most > 0.0f) != 0;
     storeSlot(f + 4 * i, slot(f + 4 * i) + sums(forces));
@@ -88,44 +90,63 @@ TACTILE_CLAY_INLINE Lane dashpotWeight(float per_square, const Lane& square) {
   return a * a * a;
 }
 
-/// rho / rho_0, and the share of the lattice's dashpots that each of particles [first, last) has.
+/// Pairs as they are at the start of the step.
+struct Surroundings {
+  const std::uint32_t *begin, *end, *slot;
+  const float *x, *y, *z, *distance;  // m
+};
+
+struct Setup {
+  Surroundings pairs;
+  Kernel kernel;
+  float lattice_sum;       // 1/m^3
+  float lattice_dashpots;  // m^4
+  const float* guess;
+  const std::uint8_t* material;  // per particle
+  std::size_t materials;
+  const float* dashpot;      // N/m^3, of a displacement in the step, for each two materials
+  const Bonds* bonds;        // or null
+  const float* rest_length;  // of the bonds, per pair
+  bool dense, sprung;
+  float *x, *y, *z, *spring;  // per pair, see PairArrays
+  float *ratio, *amend;       // per particle
+  float *force, *excess;      // per particle
+};
+
+/// rho / rho_0, what the dashpots of particles [first, last) make up for, and the pairs'
+/// gradients. Their length over the pair's is left where springs will be.
 TACTILE_CLAY_MULTIVERSION
-void measureSurroundings(const Pairs& pairs, const Kernel& kernel, float lattice_sum, float lattice_dashpots,
-                         std::size_t first, std::size_t last, float* ratio, float* share) {
-  const float per_square = 1.0f / (kernel.h * kernel.h);
+void measureSurroundings(const Setup& of_step, std::size_t first, std::size_t last) {
+  const Setup s = of_step;  // which no store may change
+  // The compiler may not take these out of the loop.
+  const float per_lattice_sum = 1.0f / s.lattice_sum, per_square = 1.0f / (s.kernel.h * s.kernel.h);
+  const Lane shortest = all(1e-4f * s.kernel.h);
+  // So that springs can be told per square of a gradient; C does not notice.
+  const Lane least_compression = all(1e-8f * per_square);
   for (std::size_t i = first; i < last; ++i) {
     Lane density{}, dashpots{};
-    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
-      const LaneVector x = loadVector(pairs.x, pairs.y, pairs.z, p);
-      const Lane square = dot(x, x);
-      density += kernel.value(root(square));
+    for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.end[i]; p += lane_width) {
+      const Lane r = load(s.pairs.distance + p), square = r * r;
+      density += s.kernel.value(r);
       dashpots += dashpotWeight(per_square, square) * square * square;
+      const Lane compression =
+          s.dense ? greatest(-s.kernel.slope(r) * per_lattice_sum / greatest(r, shortest), least_compression)
+                  : all(1.0f);
+      const LaneVector g = times(compression, loadVector(s.pairs.x, s.pairs.y, s.pairs.z, p));
+      store(s.x + p, g.x), store(s.y + p, g.y), store(s.z + p, g.z), store(s.spring + p, compression);
     }
-    ratio[i] = (sum(density) + kernel.sigma) / lattice_sum;
-    share[i] = sum(dashpots) / lattice_dashpots;
+    s.ratio[i] = (sum(density) + s.kernel.sigma) * per_lattice_sum;
+    // A particle at a surface has fewer pairs, but no less clay.
+    s.amend[i] = 1.0f / std::max(sum(dashpots) / s.lattice_dashpots, 0.25f);
   }
 }
 
-struct Setup {
-  Pairs pairs;
-  Kernel kernel;
-  float lattice_sum;
-  const float* guess;
-  const float* amend;            // per particle
-  const std::uint8_t* material;  // per particle
-  std::size_t materials;
-  const float* dashpot;         // N/m^3, of a displacement in the step, for each two materials
-  const Bonds* bonds;           // or null
-  const float* rest_length;     // of the bonds, per pair
-  float *spring, *compression;  // per pair, or null
-  float *force, *excess;        // per particle
-};
 /// Springs and density of particles [first, last).
 template <bool alike>
-TACTILE_CLAY_INLINE void linearise(const Setup& s, std::size_t first, std::size_t last) {
-  // The compiler may not take these out of the loop.
-  const Kernel kernel = s.kernel;
-  const float per_lattice_sum = 1.0f / s.lattice_sum, per_square = 1.0f / (kernel.h * kernel.h);
+TACTILE_CLAY_INLINE void linearise(const Setup& of_step, std::size_t first, std::size_t last) {
+  const Setup s = of_step;  // which no store may change
+  const Kernel& kernel = s.kernel;
+  const float per_square = 1.0f / (kernel.h * kernel.h);
   const Lane shortest = all(1e-8f * kernel.h * kernel.h);
   for (std::size_t i = first; i < last; ++i) {
     const LaneVector guess = allOf(s.guess + 4 * i);
@@ -139,30 +160,27 @@ TACTILE_CLAY_INLINE void linearise(const Setup& s, std::size_t first, std::size_
     Lane guessed{}, lag{};
     for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.end[i]; p += lane_width) {
       const LaneVector x = loadVector(s.pairs.x, s.pairs.y, s.pairs.z, p);
-      const LaneVector d = difference(gather(s.guess, s.pairs.other + p), guess);
-      const Lane square = dot(x, x);
-      const Lane inverse_square = 1.0f / greatest(square, shortest);
-      const Lane r = root(square);
+      const LaneVector d = difference(gather(s.guess, s.pairs.slot + p), guess);
+      const Lane r = load(s.pairs.distance + p), square = r * r;
+      const Lane compression = load(s.spring + p);
+      const Lane inverse = 1.0f / (greatest(square, shortest) * compression);  // one division for two
+      const Lane inverse_square = inverse * compression;
       const Lane along = dot(x, d);
       const LaneVector e = difference(x, d);
       const Lane length = root(dot(e, e));
-      if (s.compression != nullptr) {
-        const Lane compression = -kernel.slope(r) * r * inverse_square * per_lattice_sum;
-        store(s.compression + p, compression);
-        guessed += kernel.value(length);
-        lag += compression * along;
-      }
-      if (s.spring != nullptr) {
+      guessed += kernel.value(length);
+      lag += compression * along;
+      if (s.sprung) {
         if (!alike) {
           for (int k = 0; k < lane_width; ++k) {
-            const std::uint8_t with = s.material[s.pairs.other[p + k]];
+            const std::uint8_t with = s.material[s.pairs.slot[p + k] / slot_size];
             damping[k] = dashpots[with];
             stiffness[k] = rules != nullptr ? rules[with].stiffness : 0.0f;
             shortest_rest[k] = rules != nullptr ? rules[with].shortest : 0.0f;
             longest_rest[k] = rules != nullptr ? rules[with].longest : 0.0f;
           }
         }
-        const Lane both = 0.5f * (own + gatherNumbers(s.amend, s.pairs.other + p));
+        const Lane both = 0.5f * (own + gatherNumbers(s.amend, s.pairs.slot + p));
         const Lane dashpot = damping * dashpotWeight(per_square, square) * both;
         // The length at u = 0, were it as linear there as it is near the guess.
         const Lane start = length + along * r * inverse_square;
@@ -175,7 +193,8 @@ TACTILE_CLAY_INLINE void linearise(const Setup& s, std::size_t first, std::size_
           const Lane bond = (kept > 0.0f ? stiffness : Lane{}) * inverse_square;
           spring += bond, push += bond * (rest_length - start);
         }
-        store(s.spring + p, spring);
+        const Lane per_compression = greatest(square, shortest) * inverse;
+        store(s.spring + p, spring * per_compression * per_compression);
         push *= r;
         add(forces, times(push, x));
       }
@@ -235,32 +254,34 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
   particles_ = &particles;
   sprung_ = sprung_ || bonds != nullptr;
   const std::size_t n = particles.size();
-  if (sprung_) spring_.resize(near.pairs());
-  if (dense_) compression_.resize(near.pairs());
+  for (auto* numbers : {&x_, &y_, &z_, &spring_}) numbers->resize(near.pairs());
   dashpot_of_step_.clear();
   for (const float dashpot : dashpot_) dashpot_of_step_.push_back(dashpot / dt);
   force_.resize(n), squeezed_.resize(n);
   for (auto* numbers : {&excess_, &ratio_, &active_, &pressure_, &amend_}) numbers->resize(n);
-  parallelRanges(n, grain, [&](std::size_t first, std::size_t last) {
-    measureSurroundings(pairs(), kernel_, lattice_sum_, lattice_dashpots_, first, last, ratio_.data(),
-                        amend_.data());
-    // A particle at a surface has fewer pairs, but no less clay.
-    for (std::size_t i = first; i < last; ++i) amend_[i] = 1.0f / std::max(amend_[i], 0.25f);
-  });
-  const Setup setup{pairs(),
-                    kernel_,
-                    lattice_sum_,
-                    guess.data(),
-                    amend_.data(),
-                    particles.material.data(),
-                    materials_,
-                    dashpot_of_step_.data(),
-                    bonds,
-                    bonds != nullptr ? bonds->restLengths().data() : nullptr,
-                    sprung_ ? spring_.data() : nullptr,
-                    dense_ ? compression_.data() : nullptr,
-                    force_.data(),
-                    excess_.data()};
+  const Setup setup{
+      {near.begins(), near.paddeds(), near.slots(), near.x(), near.y(), near.z(), near.distances()},
+      kernel_,
+      lattice_sum_,
+      lattice_dashpots_,
+      guess.data(),
+      particles.material.data(),
+      materials_,
+      dashpot_of_step_.data(),
+      bonds,
+      bonds != nullptr ? bonds->restLengths().data() : nullptr,
+      dense_,
+      sprung_,
+      x_.data(),
+      y_.data(),
+      z_.data(),
+      spring_.data(),
+      ratio_.data(),
+      amend_.data(),
+      force_.data(),
+      excess_.data()};
+  parallelRanges(n, grain,
+                 [&](std::size_t first, std::size_t last) { measureSurroundings(setup, first, last); });
   parallelRanges(n, grain, [&](std::size_t first, std::size_t last) {
     if (materials_ == 1)
       lineariseAlike(setup, first, last);
@@ -270,8 +291,7 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
 }
 
 PairArrays Potential::pairs() const {
-  return {near_->begins(), near_->paddeds(), near_->other().data(), near_->x(),
-          near_->y(),      near_->z(),       spring_.data(),        compression_.data()};
+  return {near_->begins(), near_->paddeds(), near_->slots(), x_.data(), y_.data(), z_.data(), spring_.data()};
 }
 
 void Potential::stretch(const VectorField& u, VectorField& f, std::size_t first, std::size_t last) {

@@ -11,12 +11,11 @@
 
 namespace tactile_clay::clay {
 
-/// Pairs of a step as the vector loops see them. With x = x_i - x_j and du = u_j - u_i of a pair:
+/// Pairs of a step as the vector loops see them. With du = u_j - u_i of a pair, and g along x_i - x_j:
 struct PairArrays {
-  const std::uint32_t *begin, *end, *other;  // end: of whole lanes
-  const float *x, *y, *z;                    // m
-  const float* spring;                       // N/m^3; the force on i is spring (x . du) x
-  const float* compression;                  // 1/m^2; C_i grows by compression (x . du)
+  const std::uint32_t *begin, *end, *slot;  // end: of whole lanes; slot of j
+  const float *x, *y, *z;                   // g, 1/m; C_i grows by g . du
+  const float* spring;                      // J; the force on i is spring (g . du) g
 };
 
 /// Internal forces of the clay in a time step, linearised once at its start.
@@ -83,7 +82,7 @@ class Potential {
   const Neighbourhood* near_ = nullptr;
   const Particles* particles_ = nullptr;
 
-  std::vector<float> spring_, compression_;  // see PairArrays
+  std::vector<float> x_, y_, z_, spring_;  // see PairArrays
   std::vector<float> amend_;     // of the dashpots of each particle for those that a surface takes away
   VectorField force_;            // N, of each particle at u = 0, without density
   std::vector<float> excess_;    // C_i at u = 0

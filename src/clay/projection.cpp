@@ -25,12 +25,12 @@ using BondEnds = Projection::BondEnds;
 
 /// Pairs as the loops over lanes see them. They get it by value: no store may change it then.
 struct Pairs {
-  const std::uint32_t *begin, *end, *other;  // end: of whole lanes
-  const float *x, *y, *z;                    // x_i - x_j at the start, m
+  const std::uint32_t *begin, *end, *slot;  // end: of whole lanes; slot of j
+  const float *x, *y, *z;                   // x_i - x_j at the start, m
 };
 
 Pairs pairsOf(const Neighbourhood& near) {
-  return {near.begins(), near.paddeds(), near.other().data(), near.x(), near.y(), near.z()};
+  return {near.begins(), near.paddeds(), near.slots(), near.x(), near.y(), near.z()};
 }
 
 std::size_t wholeLanes(std::size_t count) {
@@ -140,7 +140,7 @@ void beginStrains(const Pairs pairs, const Kernel& kernel, float volume, const f
         storeGradient(gradient, p, g);
         add(total, g);
         addOuter(moment, g, x);
-        addOuter(weight, times(gatherNumbers(inverse_mass, pairs.other + p), g), g);
+        addOuter(weight, times(gatherNumbers(inverse_mass, pairs.slot + p), g), g);
       }
       storeSlot(own + 4 * (i + k), sums(total));
       moments.set(k, moment), weights.set(k, weight);
@@ -186,7 +186,7 @@ void measureDensities(const Pairs pairs, const Kernel& kernel, float lattice_sum
       const LaneVector at = allOf(u + 4 * (i + k));
       for (std::uint32_t p = pairs.begin[i + k]; p < pairs.end[i + k]; p += lane_width) {
         Lane w;
-        const LaneVector of_other = gather(u, pairs.other + p, w);
+        const LaneVector of_other = gather(u, pairs.slot + p, w);
         const LaneVector x{load(pairs.x + p) + (at.x - of_other.x), load(pairs.y + p) + (at.y - of_other.y),
                            load(pairs.z + p) + (at.z - of_other.z)};
         const Lane square = dot(x, x) + tiny, r = root(square);
@@ -215,7 +215,7 @@ void moveByDensities(const Pairs pairs, const float* gradient, const float* step
     LaneVector move{};
     const Lane own = all(step[i]);
     for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width)
-      add(move, times(own + gatherNumbers(step, pairs.other + p), loadGradient(gradient, p)));
+      add(move, times(own + gatherNumbers(step, pairs.slot + p), loadGradient(gradient, p)));
     storeSlot(u + 4 * i, slot(u + 4 * i) + u[4 * i + 3] * sums(move));
   }
 }
@@ -259,7 +259,7 @@ void measureStrains(const Pairs pairs, const float* gradient, const float* u, st
       Columns total{};
       const LaneVector at = allOf(u + 4 * (i + k));
       for (std::uint32_t p = pairs.begin[i + k]; p < pairs.end[i + k]; p += lane_width) {
-        const LaneVector of_other = gather(u, pairs.other + p), g = loadGradient(gradient, p);
+        const LaneVector of_other = gather(u, pairs.slot + p), g = loadGradient(gradient, p);
         const LaneVector to_other{of_other.x - at.x, of_other.y - at.y, of_other.z - at.z};
         add(total.x, times(g.x, to_other));
         add(total.y, times(g.y, to_other));
@@ -286,7 +286,7 @@ void moveByStrains(const Pairs pairs, const float* gradient, const float* step, 
     for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
       const float* g = gradient + 3 * std::size_t{p};
       for (int k = 0; k < lane_width; ++k, ++g) {
-        const float* s = step + 12 * std::size_t{pairs.other[p + k]};
+        const float* s = step + 3 * std::size_t{pairs.slot[p + k]};
         x[k % 2] += g[0] * slot(s);
         y[k % 2] += g[lane_width] * slot(s + 4);
         z[k % 2] += g[2 * lane_width] * slot(s + 8);
@@ -307,13 +307,13 @@ void listBonds(const Pairs pairs, const float* pair_rest_length, const float* re
       const Lane rest_length = load(pair_rest_length + p);
       const unsigned mask = bits(rest_length > 0.0f);
       const LaneOrder& order = selections.order[mask];
-      const std::uint32_t* other = pairs.other + p;
-      const Lane share = least(all(relaxation[i]), gatherNumbers(relaxation, other)) * inverse_mass[i] /
-                         (inverse_mass[i] + gatherNumbers(inverse_mass, other));
-      LaneOrder index;
-      std::memcpy(&index, other, sizeof index);
-      index = select(index, order);
-      std::memcpy(ends.other + b, &index, sizeof index);
+      const std::uint32_t* slot = pairs.slot + p;
+      const Lane share = least(all(relaxation[i]), gatherNumbers(relaxation, slot)) * inverse_mass[i] /
+                         (inverse_mass[i] + gatherNumbers(inverse_mass, slot));
+      LaneOrder slots;
+      std::memcpy(&slots, slot, sizeof slots);
+      slots = select(slots, order);
+      std::memcpy(ends.slot + b, &slots, sizeof slots);
       store(ends.x + b, select(load(pairs.x + p), order));
       store(ends.y + b, select(load(pairs.y + p), order));
       store(ends.z + b, select(load(pairs.z + p), order));
@@ -322,7 +322,7 @@ void listBonds(const Pairs pairs, const float* pair_rest_length, const float* re
       b += selections.count[mask];
     }
     for (; (b - pairs.begin[i]) % lane_width != 0; ++b) {
-      ends.other[b] = static_cast<std::uint32_t>(i);
+      ends.slot[b] = static_cast<std::uint32_t>(slot_size * i);
       ends.x[b] = ends.y[b] = ends.z[b] = ends.rest_length[b] = ends.share[b] = 0.0f;
     }
     ends.end[i] = b;
@@ -337,7 +337,7 @@ void pullEnds(const std::uint32_t* begin, const BondEnds& ends, const float* u, 
     LaneVector move{};
     const LaneVector at = allOf(u + 4 * i);
     for (std::uint32_t b = begin[i]; b < ends.end[i]; b += lane_width) {
-      const LaneVector of_other = gather(u, ends.other + b);
+      const LaneVector of_other = gather(u, ends.slot + b);
       const LaneVector x{load(ends.x + b) + (at.x - of_other.x), load(ends.y + b) + (at.y - of_other.y),
                          load(ends.z + b) + (at.z - of_other.z)};
       const Lane length = root(dot(x, x) + tiny);
@@ -389,7 +389,7 @@ void Projection::begin(const Bonds* bonds, const VectorField& free, float dt) {
     viscosities_.resize(whole / lane_width), strain_step_.resize(12 * whole);
   }
   if (bonded_) {
-    bond_relaxation_.resize(n), bond_end_.resize(n), bond_other_.resize(pairs);
+    bond_relaxation_.resize(n), bond_end_.resize(n), bond_slot_.resize(pairs);
     for (auto* numbers : {&bond_x_, &bond_y_, &bond_z_, &rest_length_, &bond_share_}) numbers->resize(pairs);
   }
   parallelRanges(whole, grain, [&](std::size_t first, std::size_t last) {

@@ -45,7 +45,7 @@ class Projection {
   /// Ends of bonds as the loops over lanes see them, in the order of the pairs, but without gaps among those
   /// of a particle.
   struct BondEnds {
-    std::uint32_t *end, *other;
+    std::uint32_t *end, *slot;
     float *x, *y, *z;            // x_i - x_j at the start, m
     float *rest_length, *share;  // m; of the error, what this end moves
   };
@@ -73,7 +73,7 @@ class Projection {
   void projectBondsAndContacts(std::vector<Contact>& contacts);
   void projectContact(Contact& contact, Eigen::Vector3f& u) const;
   BondEnds bondEnds() {
-    return {bond_end_.data(), bond_other_.data(),  bond_x_.data(),    bond_y_.data(),
+    return {bond_end_.data(), bond_slot_.data(),   bond_x_.data(),    bond_y_.data(),
             bond_z_.data(),   rest_length_.data(), bond_share_.data()};
   }
   void slideAnchors(std::vector<Contact>& contacts, const VectorField& u) const;
@@ -103,7 +103,7 @@ class Projection {
   std::vector<float> strain_step_;       // change of the multipliers in this projection, corrected: 3 slots
 
   std::vector<float> bond_relaxation_;  // of each particle
-  std::vector<std::uint32_t> bond_end_, bond_other_;
+  std::vector<std::uint32_t> bond_end_, bond_slot_;
   std::vector<float> bond_x_, bond_y_, bond_z_, rest_length_, bond_share_;
 
   std::vector<std::uint32_t> contact_begin_;

@@ -28,4 +28,7 @@ class VectorField {
   std::vector<Eigen::Vector4f> slots_;
 };
 
+/// Scalar product of two fields over particles [first, last), summed in double precision.
+double dot(const VectorField& a, const VectorField& b, std::size_t first, std::size_t last);
+
 }  // namespace tactile_clay::clay

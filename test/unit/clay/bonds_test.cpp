@@ -145,7 +145,7 @@ TEST(Bonds, AreListedAtBothEndsWithTheSameBitsInTheNeighboursOrder) {
   for (std::uint32_t i = 0; i < cloud.particles.size(); ++i) {
     std::uint32_t p = cloud.near.begin(i);
     for (const Bond* b = cloud.bonds.begin(i); b != cloud.bonds.end(i); ++b, ++listed) {
-      while (p < cloud.near.end(i) && cloud.near.other()[p] != b->other) ++p;
+      while (p < cloud.near.end(i) && cloud.near.other(p) != b->other) ++p;
       ASSERT_LT(p, cloud.near.end(i)) << "not in the neighbours' order";
       const Bond* back = cloud.find(b->other, i);
       ASSERT_NE(back, nullptr);
