@@ -14,13 +14,13 @@ namespace {
 
 constexpr std::size_t grain = 256;
 
+// Loops get what they read by value: no store may change it then.
 using Pairs = PairArrays;
 
 /// Forces of the springs, or the growth of C, or both, of particles [first, last).
 template <bool springs, bool density>
-TACTILE_CLAY_INLINE void stretch(const Pairs& all, const float* u, std::size_t first, std::size_t last,
+TACTILE_CLAY_INLINE void stretch(const Pairs pairs, const float* u, std::size_t first, std::size_t last,
                                  float* f, float* growth) {
-  const Pairs pairs = all;  // which no store may change
   for (std::size_t i = first; i < last; ++i) {
     const LaneVector own = allOf(u + slot_size * i);
     LaneVector forces{};
@@ -38,16 +38,16 @@ TACTILE_CLAY_INLINE void stretch(const Pairs& all, const float* u, std::size_t f
   }
 }
 TACTILE_CLAY_MULTIVERSION
-void stretchSprings(const Pairs& pairs, const float* u, std::size_t first, std::size_t last, float* f) {
+void stretchSprings(const Pairs pairs, const float* u, std::size_t first, std::size_t last, float* f) {
   stretch<true, false>(pairs, u, first, last, f, nullptr);
 }
 TACTILE_CLAY_MULTIVERSION
-void stretchDensity(const Pairs& pairs, const float* u, std::size_t first, std::size_t last, float* f,
+void stretchDensity(const Pairs pairs, const float* u, std::size_t first, std::size_t last, float* f,
                     float* growth) {
   stretch<false, true>(pairs, u, first, last, f, growth);
 }
 TACTILE_CLAY_MULTIVERSION
-void stretchBoth(const Pairs& pairs, const float* u, std::size_t first, std::size_t last, float* f,
+void stretchBoth(const Pairs pairs, const float* u, std::size_t first, std::size_t last, float* f,
                  float* growth) {
   stretch<true, true>(pairs, u, first, last, f, growth);
 }
@@ -55,7 +55,7 @@ void stretchBoth(const Pairs& pairs, const float* u, std::size_t first, std::siz
 /// Adds the forces of pressures: sum_j (P_i + P_j) g. `squeezed` tells where there are any;
 /// `find` finds that out.
 template <bool find, typename Flags>
-TACTILE_CLAY_INLINE void pressInto(const Pairs& pairs, const float* pressure, std::size_t first,
+TACTILE_CLAY_INLINE void pressInto(const Pairs pairs, const float* pressure, std::size_t first,
                                    std::size_t last, Flags* squeezed, float* f) {
   for (std::size_t i = first; i < last; ++i) {
     if (!find && squeezed[i] == 0) continue;
@@ -72,12 +72,12 @@ TACTILE_CLAY_INLINE void pressInto(const Pairs& pairs, const float* pressure, st
   }
 }
 TACTILE_CLAY_MULTIVERSION
-void findPressed(const Pairs& pairs, const float* pressure, std::size_t first, std::size_t last,
+void findPressed(const Pairs pairs, const float* pressure, std::size_t first, std::size_t last,
                  std::uint8_t* squeezed, float* f) {
   pressInto<true>(pairs, pressure, first, last, squeezed, f);
 }
 TACTILE_CLAY_MULTIVERSION
-void pressPairs(const Pairs& pairs, const float* pressure, std::size_t first, std::size_t last,
+void pressPairs(const Pairs pairs, const float* pressure, std::size_t first, std::size_t last,
                 const std::uint8_t* squeezed, float* f) {
   pressInto<false>(pairs, pressure, first, last, squeezed, f);
 }
@@ -113,11 +113,10 @@ struct Setup {
   float *force, *excess;      // per particle
 };
 
-/// rho / rho_0, what the dashpots of particles [first, last) make up for, and the pairs'
-/// gradients. Their length over the pair's is left where springs will be.
+/// Of particles [first, last): rho / rho_0, and how much stronger dashpots are for those that a surface takes
+/// away. Of their pairs: the gradients g, and g over x where the springs will be.
 TACTILE_CLAY_MULTIVERSION
-void measureSurroundings(const Setup& of_step, std::size_t first, std::size_t last) {
-  const Setup s = of_step;  // which no store may change
+void measureSurroundings(const Setup s, std::size_t first, std::size_t last) {
   // The compiler may not take these out of the loop.
   const float per_lattice_sum = 1.0f / s.lattice_sum, per_square = 1.0f / (s.kernel.h * s.kernel.h);
   const Lane shortest = all(1e-4f * s.kernel.h);
@@ -143,8 +142,7 @@ void measureSurroundings(const Setup& of_step, std::size_t first, std::size_t la
 
 /// Springs and density of particles [first, last).
 template <bool alike>
-TACTILE_CLAY_INLINE void linearise(const Setup& of_step, std::size_t first, std::size_t last) {
-  const Setup s = of_step;  // which no store may change
+TACTILE_CLAY_INLINE void linearise(const Setup s, std::size_t first, std::size_t last) {
   const Kernel& kernel = s.kernel;
   const float per_square = 1.0f / (kernel.h * kernel.h);
   const Lane shortest = all(1e-8f * kernel.h * kernel.h);
@@ -204,11 +202,11 @@ TACTILE_CLAY_INLINE void linearise(const Setup& of_step, std::size_t first, std:
   }
 }
 TACTILE_CLAY_MULTIVERSION
-void lineariseAlike(const Setup& s, std::size_t first, std::size_t last) {
+void lineariseAlike(const Setup s, std::size_t first, std::size_t last) {
   linearise<true>(s, first, last);
 }
 TACTILE_CLAY_MULTIVERSION
-void lineariseMixed(const Setup& s, std::size_t first, std::size_t last) {
+void lineariseMixed(const Setup s, std::size_t first, std::size_t last) {
   linearise<false>(s, first, last);
 }
 
