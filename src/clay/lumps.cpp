@@ -152,6 +152,7 @@ std::vector<Lumps::Unblocked> Lumps::unblockedMotions(const VectorField& u, cons
   constexpr double none = 1e-6, tiny = 1e-9;
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   std::vector<Matrix6> blocked(bodies_.size(), Matrix6::Zero());
+  std::vector<bool> near_contact(bodies_.size(), false);
   const auto& done = momenta(u, momenta_);
   const auto& lacking = momenta(lack, lacks_);
   const auto block = [&](const Contact& c, const Eigen::Vector3d& direction) {
@@ -163,6 +164,7 @@ std::vector<Lumps::Unblocked> Lumps::unblockedMotions(const VectorField& u, cons
     blocked[l] += motion * motion.transpose();
   };
   for (const Contact& c : contacts.contacts()) {
+    near_contact[near_.lump(c.particle)] = true;
     if (c.state == Contact::State::open) continue;
     if (c.state == Contact::State::slide && !(c.damping > 0.0f)) {
       block(c, c.normal.cast<double>());
@@ -193,9 +195,8 @@ std::vector<Lumps::Unblocked> Lumps::unblockedMotions(const VectorField& u, cons
       const Vector6 motion = scale * (basis * inertia.solve(basis.transpose() * momentum));
       return Motion{motion.head<3>(), motion.tail<3>() / length};
     };
-    // What touches nothing lacks nothing, its fall and its turn are known.
-    const Motion lacks =
-        blocked[l].trace() > 0.0 ? within(lacking[l], static_cast<double>(dt) * dt) : Motion();
+    // What comes near nothing lacks nothing; what a contact turned that has opened since does.
+    const Motion lacks = near_contact[l] ? within(lacking[l], static_cast<double>(dt) * dt) : Motion();
     if (lacks.translation.norm() + 2.0 * length * lacks.rotation.norm() < dents * spacing_)
       motions[l] = {within(done[l], 1.0), lacks};
   }
