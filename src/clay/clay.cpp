@@ -118,12 +118,12 @@ struct Clay::Solver {
   void updateBonds();
   void project(float dt);
   void minimise(float dt);
-  bool descend(int count);
+  bool descend(int count, float dt);
   Sums residual();
   Sums multiply(const VectorField& x, VectorField& a_x);
   Sums precondition(std::size_t first, std::size_t last);
   void translate(float dt);
-  void ownDirection();
+  void ownDirection(float dt);
   void balanceForces();
   void publishAwake();
   Sculpture sculpture() const;
@@ -377,14 +377,17 @@ void Clay::Solver::translate(float dt) {
 }
 
 /// Displacements as a direction: d = u in the directions that contacts leave free, without the rigid motions
-/// of lumps that no contact blocks.
-void Clay::Solver::ownDirection() {
-  const std::vector<Lumps::Motion> motions = lumps.unblockedMotions(u, contact_constraint);
+/// of lumps that no contact blocks. These are given what they lack, so that no residual is left along them.
+void Clay::Solver::ownDirection(float dt) {
+  const std::vector<Lumps::Unblocked> motions = lumps.unblockedMotions(u, z, contact_constraint, dt);
   ranges([&](std::size_t, std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
-      const Lumps::Motion& motion = motions[near.lump(i)];
+      const Lumps::Unblocked& motion = motions[near.lump(i)];
       const Eigen::Vector3d arm = particles.position.at(i).cast<double>() - lumps.centreAt(i);
-      d.set(i, u.at(i) - (motion.translation + motion.rotation.cross(arm)).cast<float>());
+      const Eigen::Vector3f lacking = motion.lacking.at(arm).cast<float>();
+      d.set(i, u.at(i) - motion.done.at(arm).cast<float>());
+      u.add(i, lacking);
+      r.add(i, -inertia[i] * lacking);
     }
     contact_constraint.filter(first, last, d);
   });
@@ -395,24 +398,22 @@ void Clay::Solver::ownDirection() {
 /// (deflation, Saad et al. 2000): the residual stays orthogonal to the displacements, and so, the energies
 /// being convex, a step gains no energy however few directions are tried; see doc/method.md.
 /// \return whether the residual is under the tolerance
-bool Clay::Solver::descend(int count) {
+bool Clay::Solver::descend(int count, float dt) {
   const float enough = static_cast<float>(config.tolerance * config.tolerance);
   Sums products = residual();  // r . z, A d . z
   if (products.largest <= enough) return true;
   ++iterations_done;
-  ownDirection();
+  ownDirection(dt);
   const Sums own = multiply(d, a_d);  // d . A d, d . r
   const bool moves = own.first > 0.0;
-  if (moves) {
-    const float alpha = static_cast<float>(own.second / own.first);
-    products = sumOver([&](std::size_t first, std::size_t last) {
-      for (std::size_t i = first; i < last; ++i) {
-        u[i] += alpha * d[i];
-        r[i] -= alpha * a_d[i];
-      }
-      return precondition(first, last);
-    });
-  }
+  const float own_step = moves ? static_cast<float>(own.second / own.first) : 0.0f;
+  products = sumOver([&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      u[i] += own_step * d[i];
+      r[i] -= own_step * a_d[i];
+    }
+    return precondition(first, last);
+  });
   double last_rz = 0.0;
   for (int k = 1; k < count && products.largest > enough; ++k) {
     ++iterations_done;
@@ -426,7 +427,8 @@ bool Clay::Solver::descend(int count) {
       }
     });
     const Sums along = multiply(p, q);  // p . A p, p . r
-    if (!(along.first > 0.0)) break;
+    // A is M / dt^2 at least, and so no step longer than dt^2 but by rounding, with nothing left to solve.
+    if (!(along.first > 0.0 && along.second <= 1.01 * dt * dt * along.first)) break;
     const float alpha = static_cast<float>(along.second / along.first);
     products = sumOver([&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
@@ -466,7 +468,10 @@ void Clay::Solver::minimise(float dt) {
   constexpr int iterations_a_round = 4;
   for (int left = config.budget.iterations; left > 0; left -= iterations_a_round) {
     translate(dt);
-    const bool solved = descend(std::min(left, iterations_a_round));
+    // Friction as it was in the last step foretells the slip, in the first of several rounds.
+    if (left < config.budget.iterations || left <= iterations_a_round)
+      contact_constraint.dampSlides(particles, u, dt);
+    const bool solved = descend(std::min(left, iterations_a_round), dt);
     const bool changed = contact_constraint.update(particles, u, r);
     const bool strayed = contact_constraint.detectStrays(particles, moved, u, dt);
     if (solved && !changed && !strayed) break;

@@ -439,6 +439,19 @@ void Contacts::filter(std::size_t first, std::size_t last, VectorField& field) c
   });
 }
 
+void Contacts::dampSlides(const Particles& particles, const VectorField& u, float dt) {
+  parallelFor(filters_.size(), 64, [&](std::size_t f) {
+    const std::uint32_t i = filters_[f].particle;
+    const float most = most_stiffness / (particles.inverse_mass[i] * dt * dt);
+    for (std::uint32_t k = filters_[f].first; k < filters_[f].last; ++k) {
+      Contact& c = contacts_[k];
+      const float force = c.friction.norm(), slip = tangential(u.at(i) - c.drift, c.normal).norm();
+      if (c.state == Contact::State::slide && force > 0.0f)
+        c.damping = force < most * slip ? force / slip : most;
+    }
+  });
+}
+
 /// Force of the spring to the anchor.
 Eigen::Vector3f Contacts::pull(const Contact& c, const Vector& u) const {
   return c.stiffness * tangential(c.anchor - u, c.normal);
@@ -447,6 +460,7 @@ Eigen::Vector3f Contacts::pull(const Contact& c, const Vector& u) const {
 Eigen::Vector3f Contacts::frictionOn(const Contact& c, const VectorField& u) const {
   switch (c.state) {
     case Contact::State::slide:
+      if (c.damping > 0.0f) return -c.damping * tangential(u.at(c.particle) - c.drift, c.normal);
       return c.friction;
     case Contact::State::stick:
       return pull(c, u.at(c.particle));
@@ -468,8 +482,9 @@ void Contacts::addFrictionChange(const VectorField& p, std::size_t first, std::s
   forFilters(first, last, [&](const Filter& f) {
     for (std::uint32_t k = f.first; k < f.last; ++k) {
       const Contact& c = contacts_[k];
-      if (c.state != Contact::State::stick) continue;
-      force.add(f.particle, -c.stiffness * tangential(p.at(f.particle), c.normal));
+      if (c.state == Contact::State::open) continue;
+      const float resistance = c.state == Contact::State::stick ? c.stiffness : c.damping;
+      force.add(f.particle, -resistance * tangential(p.at(f.particle), c.normal));
     }
   });
 }
@@ -491,7 +506,13 @@ bool Contacts::update(const Particles& particles, const VectorField& u, const Ve
       needed -= pressing * c.normal;
       // the force that acted in this round, a pull too; the new state acts in the next
       const Vector trial = pull(c, u.at(c.particle));
-      c.force = pressing * c.normal + (c.state == Contact::State::stick ? trial : c.friction);
+      const Vector rubbing = frictionOn(c, u), slip = tangential(u.at(c.particle) - c.drift, c.normal);
+      c.force = pressing * c.normal + rubbing;
+      c.paid = c.state == Contact::State::stick
+                   ? 0.5f * trial.dot(tangential(c.anchor - u.at(c.particle), c.normal))
+                   : 0.5f * c.stiffness * tangential(c.anchor - c.drift, c.normal).squaredNorm() +
+                         std::max(-rubbing.dot(slip), 0.0f);
+      c.damping = 0.0f;
       if (pressing < -adhesion(c, particles)) {
         c.state = Contact::State::open;
         c.friction.setZero();
@@ -539,7 +560,8 @@ void Contacts::finish(const Particles& particles, float dt) {
       const float unit = 1.0f / (particles.inverse_mass[i] * dt * dt);
       c.stiffness = std::clamp(0.5f * (c.stiffness + limit / (pre_sliding * spacing_)),
                                least_stiffness * unit, most_stiffness * unit);
-      c.anchor = c.friction / c.stiffness;
+      const float most = std::sqrt(2.0f * c.paid / c.stiffness), length = c.friction.norm() / c.stiffness;
+      c.anchor = std::min(most / std::max(length, 1e-30f), 1.0f) / c.stiffness * c.friction;
     }
   });
 }

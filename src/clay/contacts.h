@@ -25,10 +25,12 @@ struct Contact {
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit, out of the obstacle
   Eigen::Vector3f drift =
       Eigen::Vector3f::Zero();  // m, displacement of the obstacle at the contact in this step
-  Eigen::Vector3f anchor = Eigen::Vector3f::Zero();    // m, from the particle before the step; after it, from
-                                                       // the particle then
-  float stiffness = 0.0f;                              // N/m, of the friction spring
-  float density = 0.0f;                                // of rho_0, see BoundaryDensity
+  Eigen::Vector3f anchor = Eigen::Vector3f::Zero();  // m, from the particle before the step; after it, from
+                                                     // the particle then
+  float stiffness = 0.0f;                            // N/m, of the friction spring
+  float damping = 0.0f;  // N/m, of the friction of a slide; 0: it is `friction`, whatever the slip
+  float paid = 0.0f;     // J, at the end of the step: what the friction spring may store
+  float density = 0.0f;  // of rho_0, see BoundaryDensity
   Eigen::Vector3f friction = Eigen::Vector3f::Zero();  // N, tangential force on the particle while it slides
   Eigen::Vector3f force = Eigen::Vector3f::Zero();     // N, on the particle, this step
   std::uint32_t first_ghost = 0, ghost_count = 0;      // of a skin contact, in Contacts::shares()
@@ -74,6 +76,10 @@ class Contacts {
 
   /// Closes open contacts that u violates, and moves particles to where their closed contacts prescribe.
   void prescribe(VectorField& u);
+
+  /// From here to the next `update`, slides are damped: their friction is opposite to the slip, in proportion
+  /// to it, and what it is now at the slip that u has. It then takes energy whatever the slip becomes.
+  void dampSlides(const Particles& particles, const VectorField& u, float dt);
 
   // The next three work on the particles [first, last).
   /// Removes the prescribed directions from a field.

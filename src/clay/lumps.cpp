@@ -9,6 +9,8 @@
 namespace tactile_clay::clay {
 namespace {
 
+constexpr double dents = 0.25;  // spacings; moves of less than that through an obstacle dent nothing
+
 Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
   Eigen::Matrix3d m;
   m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
@@ -43,19 +45,18 @@ double Lumps::size(const Body& body) const {
   return std::max(std::sqrt(0.5 * body.inertia.trace() / body.mass), 0.1 * spacing_);
 }
 
-/// Momentum, and angular momentum about its centre, of each lump, were this its velocities.
-const std::vector<LumpSums<6>::Sum>& Lumps::momenta(const VectorField& velocity) {
-  return momenta_.of(near_, particles_.size(), [&](std::size_t i) {
-    const Eigen::Vector3d arm = particles_.position.at(i).cast<double>() - bodies_[near_.lump(i)].centre;
-    const Eigen::Vector3d momentum = velocity.at(i).cast<double>() / particles_.inverse_mass[i];
-    LumpSums<6>::Sum sum;
-    sum << momentum, arm.cross(momentum);
-    return sum;
-  });
+/// Momentum of a particle, and angular momentum about its lump's centre, were this its velocity.
+LumpSums<6>::Sum Lumps::momentum(std::size_t i, const VectorField& velocity) const {
+  const Eigen::Vector3d arm = particles_.position.at(i).cast<double>() - centreAt(i);
+  const Eigen::Vector3d momentum = velocity.at(i).cast<double>() / particles_.inverse_mass[i];
+  LumpSums<6>::Sum both;
+  both << momentum, arm.cross(momentum);
+  return both;
 }
 
 std::vector<Eigen::Matrix3f> Lumps::bends(float dt) {
-  const auto& momentum = momenta(particles_.velocity);
+  const auto& momentum = momenta_.of(near_, particles_.size(),
+                                     [&](std::size_t i) { return this->momentum(i, particles_.velocity); });
   std::vector<Eigen::Matrix3f> turns(bodies_.size(), Eigen::Matrix3f::Zero());
   for (std::size_t l = 0; l < bodies_.size(); ++l) {
     const Body& body = bodies_[l];
@@ -119,14 +120,14 @@ std::vector<Eigen::Vector3f> Lumps::falls(const VectorField& free, const VectorF
 }
 
 bool Lumps::meet(const VectorField& u, Contacts& contacts, std::vector<Eigen::Vector3f>& moves) const {
-  const float together = static_cast<float>(0.01 * spacing_), dents = static_cast<float>(0.25 * spacing_);
+  const float together = static_cast<float>(0.01 * spacing_), deep = static_cast<float>(dents * spacing_);
   // Calls f(contact, way, slack) where a lump goes into an obstacle, by `way` of which `slack` is free.
   const auto for_approaches = [&](const auto& f) {
     for (Contact& c : contacts.contacts()) {
       if (c.state != Contact::State::open) continue;
       const float way = -c.normal.dot(moves[near_.lump(c.particle)]);
       const float slack = c.normal.dot(u.at(c.particle)) - c.gap;
-      if (way > dents && slack < way) f(c, way, slack);
+      if (way > deep && slack < way) f(c, way, slack);
     }
   };
   std::vector<float> share(moves.size(), 1.0f);
@@ -144,12 +145,13 @@ bool Lumps::meet(const VectorField& u, Contacts& contacts, std::vector<Eigen::Ve
   return met;
 }
 
-std::vector<Lumps::Motion> Lumps::unblockedMotions(const VectorField& u, const Contacts& contacts) {
+std::vector<Lumps::Unblocked> Lumps::unblockedMotions(const VectorField& u, const VectorField& lack,
+                                                      const Contacts& contacts, float dt) {
   using Vector6 = LumpSums<6>::Sum;  // translation, rotation
   constexpr double none = 1e-6, tiny = 1e-9;
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   std::vector<Matrix6> blocked(bodies_.size(), Matrix6::Zero());
-  const auto& momentum_of = momenta(u);
+  std::vector<bool> near_contact(bodies_.size(), false);
   const auto block = [&](const Contact& c, const Eigen::Vector3d& direction) {
     const std::uint32_t l = near_.lump(c.particle);
     const Body& body = bodies_[l];
@@ -159,12 +161,35 @@ std::vector<Lumps::Motion> Lumps::unblockedMotions(const VectorField& u, const C
     blocked[l] += motion * motion.transpose();
   };
   for (const Contact& c : contacts.contacts()) {
-    if (c.state == Contact::State::slide) block(c, c.normal.cast<double>());
-    if (c.state != Contact::State::stick) continue;
+    near_contact[near_.lump(c.particle)] = true;
+    if (c.state == Contact::State::open) continue;
+    if (c.state == Contact::State::slide && !(c.damping > 0.0f)) {
+      block(c, c.normal.cast<double>());
+      continue;
+    }
     for (int a = 0; a < 3; ++a) block(c, Eigen::Vector3d::Unit(a));
   }
-  std::vector<Motion> motions(bodies_.size());
+  std::vector<Eigen::MatrixXd> bases(bodies_.size(), Eigen::MatrixXd::Identity(6, 6));
+  bool any = false;
   for (std::size_t l = 0; l < bodies_.size(); ++l) {
+    if (blocked[l].trace() > 0.0) {
+      const Eigen::SelfAdjointEigenSolver<Matrix6> modes(blocked[l]);
+      int count = 0;
+      while (count < 6 && modes.eigenvalues()[count] < none * blocked[l].trace()) ++count;
+      bases[l] = modes.eigenvectors().leftCols(count);
+    }
+    any = any || bases[l].cols() > 0;
+  }
+  std::vector<Unblocked> motions(bodies_.size());
+  if (!any) return motions;
+  const auto& momenta = two_momenta_.of(near_, particles_.size(), [&](std::size_t i) {
+    LumpSums<12>::Sum two;
+    two << momentum(i, u), momentum(i, lack);
+    return two;
+  });
+  for (std::size_t l = 0; l < bodies_.size(); ++l) {
+    const Eigen::MatrixXd& basis = bases[l];
+    if (basis.cols() == 0) continue;
     const Body& body = bodies_[l];
     // In units in which rotations are lengths, so that eigenvalues can be compared.
     const double length = size(body);
@@ -172,19 +197,17 @@ std::vector<Lumps::Motion> Lumps::unblockedMotions(const VectorField& u, const C
     mass.topLeftCorner<3, 3>().diagonal().setConstant(body.mass);
     mass.bottomRightCorner<3, 3>() = body.inertia / (length * length);
     mass.diagonal().array() += tiny * body.mass;
-    Vector6 momentum = momentum_of[l];
-    momentum.tail<3>() /= length;
-    Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(6, 6);
-    if (blocked[l].trace() > 0.0) {
-      const Eigen::SelfAdjointEigenSolver<Matrix6> modes(blocked[l]);
-      int count = 0;
-      while (count < 6 && modes.eigenvalues()[count] < none * blocked[l].trace()) ++count;
-      basis = modes.eigenvectors().leftCols(count);
-      if (count == 0) continue;
-    }
-    const Vector6 motion =
-        basis * (basis.transpose() * mass * basis).llt().solve(basis.transpose() * momentum);
-    motions[l] = {motion.head<3>(), motion.tail<3>() / length};
+    const Eigen::LLT<Eigen::MatrixXd> inertia(basis.transpose() * mass * basis);
+    const auto within = [&](Vector6 momentum, double scale) {
+      momentum.tail<3>() /= length;
+      const Vector6 motion = scale * (basis * inertia.solve(basis.transpose() * momentum));
+      return Motion{motion.head<3>(), motion.tail<3>() / length};
+    };
+    // What comes near nothing lacks nothing; what a contact turned that has opened since does.
+    const Motion lacks =
+        near_contact[l] ? within(momenta[l].tail<6>(), static_cast<double>(dt) * dt) : Motion();
+    if (lacks.translation.norm() + 2.0 * length * lacks.rotation.norm() < dents * spacing_)
+      motions[l] = {within(momenta[l].head<6>(), 1.0), lacks};
   }
   return motions;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <vector>
 
 #include "clay/contacts.h"
@@ -43,10 +43,16 @@ class Lumps {
   /// Rigid motion of a lump about its centre, m and rad.
   struct Motion {
     Eigen::Vector3d translation = Eigen::Vector3d::Zero(), rotation = Eigen::Vector3d::Zero();
+    Eigen::Vector3d at(const Eigen::Vector3d& arm) const { return translation + rotation.cross(arm); }
   };
-  /// The rigid motions that no contact blocks within the displacements u. Along them the momentum is right,
-  /// and stays so.
-  std::vector<Motion> unblockedMotions(const VectorField& u, const Contacts& contacts);
+  /// Of a lump, rigid motions that no contact blocks.
+  struct Unblocked {
+    Motion done;     // within the displacements
+    Motion lacking;  // what minimises the potential over them, from there: nothing but inertia resists it
+  };
+  /// \param u m, displacements \param lack m/s^2, accelerations that are lacking there
+  std::vector<Unblocked> unblockedMotions(const VectorField& u, const VectorField& lack,
+                                          const Contacts& contacts, float dt);
 
  private:
   struct Body {
@@ -55,7 +61,7 @@ class Lumps {
     Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  // kg m^2, about the centre
   };
   double size(const Body& body) const;
-  const std::vector<LumpSums<6>::Sum>& momenta(const VectorField& velocity);
+  LumpSums<6>::Sum momentum(std::size_t i, const VectorField& velocity) const;
 
   const Neighbourhood& near_;
   const Particles& particles_;
@@ -63,6 +69,7 @@ class Lumps {
   std::vector<Body> bodies_;
   LumpSums<10> moments_;  // of mass, of orders 0, 1 and 2
   LumpSums<6> momenta_;
+  LumpSums<12> two_momenta_;
   LumpSums<3> forces_;
 };
 

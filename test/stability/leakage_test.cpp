@@ -90,14 +90,16 @@ class Leakage : public ::testing::Test {
       under += x.z() < 0.0 ? 1 : 0;
       deepest = std::min(deepest, distance);
     }
-    for (const GhostForce& f : clay.ghostForces()) touched = touched || f.force.norm() > 0.1f;
+    float pressed = 0.0f;
+    for (const GhostForce& f : clay.ghostForces()) pressed += f.force.norm();
+    touched = touched || pressed > 0.1f;
   }
 
   Clay clay;
   hand::KinematicHands skins{spacing};
   int inside = 0, under = 0;  // particles
   double deepest = 0.0;       // m
-  bool touched = false;
+  bool touched = false;       // with more than 0.1 N; what lies on the palm weighs 0.126 N
 };
 
 struct Shaken : Leakage {

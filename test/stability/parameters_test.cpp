@@ -242,5 +242,65 @@ INSTANTIATE_TEST_SUITE_P(Seed, Random, ::testing::Range(1u, 61u), ::testing::Pri
 INSTANTIATE_TEST_SUITE_P(InviscidPiles, Random, ::testing::Values(96u, 237u),
                          ::testing::PrintToStringParamName());
 
+/// Blocks that cling: set down, tumbling or thrown, on a table, a slope or a wedge, with coefficients of
+/// friction up to 10, in steps of any length. Friction that is taken for constant while the slip turns, or
+/// whose springs hold more than was wound up, throws them.
+void watchClinging(unsigned seed) {
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  const auto uniform = [&random](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  const auto between = [&](double low, double high) {  // log uniform
+    return low * std::pow(high / low, uniform(0.0, 1.0));
+  };
+  const auto oneOf = [&random](int count) {
+    return std::uniform_int_distribution<int>(0, count - 1)(random);
+  };
+  const auto turned = [&](double angle) {
+    const Eigen::Vector3d axis(uniform(-1.0, 1.0), uniform(-1.0, 1.0), uniform(-1.0, 1.0));
+    return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
+  };
+  Trial t;
+  t.config.threads = 1;
+  t.config.spacing = between(0.001, 0.05);
+  const double d = t.config.spacing;
+  t.config.budget = {1 + oneOf(4), 4 + 4 * oneOf(4)};
+  t.config.frame = t.config.budget.substeps * between(1e-4, 0.1);
+  t.config.gravity *= oneOf(3) == 0 ? between(0.1, 100.0) : 1.0;
+  Material& m = t.materials[0];
+  m.density = between(300.0, 5000.0);
+  m.bulk_modulus = between(1e4, 1e8);
+  m.viscosity = oneOf(4) == 0 ? 0.0 : between(1.0, 1e6);
+  m.stiffness = oneOf(4) == 0 ? 0.0 : between(1e3, 1e7);
+  m.yield_strain = between(0.001, 1.0);
+  m.friction = between(1.0, 10.0);
+  std::vector<Solid> solids{ground(oneOf(2) == 0 ? 0.0 : uniform(0.05, 1.2))};
+  if (oneOf(3) == 0) solids.push_back(ground(-uniform(0.05, 1.2)));
+  t.solids = [solids](double) { return solids; };
+  const int pose = oneOf(3);  // standing, tilted, thrown
+  const Eigen::Matrix3d turn = turned(pose == 0 ? 0.0 : pose == 1 ? 0.3 : uniform(0.0, M_PI));
+  t.particles = block(2 + oneOf(5), 2 + oneOf(5), 1 + oneOf(6), d, Eigen::Vector3d::Zero(), turn);
+  double lift = 0.0;
+  for (const Solid& solid : solids) {
+    const Eigen::Vector3d out = solid.pose.linear().col(2);
+    for (const InitialParticle& p : t.particles)
+      lift = std::max(lift, (0.5 * d - out.dot(p.position.cast<double>())) / out.z());
+  }
+  const Eigen::Vector3f velocity = turned(1.0).col(0).cast<float>() * static_cast<float>(between(0.05, 10.0));
+  for (InitialParticle& p : t.particles) {
+    p.position.z() += static_cast<float>(lift);
+    if (pose == 2) p.velocity = velocity;
+  }
+  t.frames = 300 / t.config.budget.substeps;
+  watch(t);
+}
+class Clinging : public ::testing::TestWithParam<unsigned> {};
+TEST_P(Clinging, GainsNoEnergy) {
+  for (unsigned k = 0; k < 10; ++k) watchClinging(GetParam() + k);
+}
+INSTANTIATE_TEST_SUITE_P(Seeds, Clinging, ::testing::Range(1u, 201u, 10u),
+                         ::testing::PrintToStringParamName());
+
 }  // namespace
 }  // namespace tactile_clay::clay
