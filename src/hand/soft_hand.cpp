@@ -308,7 +308,7 @@ const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,
         anatomy = std::make_shared<SoftHandTemplate>(
             makeSoftHandTemplate(hand.side, parameters_.finger_cell, parameters_.palm_cell));
       const double scale = std::clamp(personScale(hand), 0.4, 2.0);
-      KinematicHands sampler(spacing_, false);  // flesh has no folds that the thumb could cover
+      KinematicHands sampler(spacing_, SkinKind::soft);
       const Skin& skin = sampler.update({restHand(hand.side, scale)}, stamp);
       present.emplace(
           Present{SoftHand(anatomy, skin, scale, parameters_), palm_position, stamp, number_, {}});

@@ -83,7 +83,7 @@ TEST(KinematicHand, PalmHasNoHoleBetweenMetacarpals) {
 
 TEST(KinematicHand, SamplesLieOnTheSkinAndNormalsLeaveIt) {
   const TrackedHand hand = restHand(Side::left, 1.05);
-  KinematicHands hands(spacing, false);
+  KinematicHands hands(spacing, SkinKind::soft);
   const Skin& skin = hands.update({hand}, nanoseconds(0));
   ASSERT_GT(skin.size(), 1000U);
   for (std::size_t i = 0; i < skin.size(); ++i) {
