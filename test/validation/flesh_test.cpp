@@ -124,7 +124,7 @@ TEST(Flesh, PadOfTheFingerFlattensBetweenHertzAndAThinLayer) {
   constexpr int frames = 60, averaged = 15;
   Press press(1000.0, true);
   std::vector<Load> loads;
-  for (const double height : {0.0, -0.0005, -0.001, -0.002, -0.004, -0.008}) {
+  for (const double height : {-0.0005, -0.001, -0.002, -0.004, -0.008}) {
     Load load{0.0, 0.0, 0.0};
     for (int k = 0; k < frames; ++k) {
       press.frame(height);
@@ -155,10 +155,10 @@ TEST(Flesh, PadOfTheFingerFlattensBetweenHertzAndAThinLayer) {
   EXPECT_LT(exponent(loads, forceOf, areaOf), 1.0);
 }
 
-// The pad of the index finger as it is shipped, on a plane of 40 MPa/m, at a row of loads. At every load its
-// area is that of Hertz's a^3 = 3 F R / (4 E*) within a quarter, once that is as large as three samples of
-// 4 mm^2; and it grows with each load that is a fifth above the one before. Bone bounds the flesh, so that
-// areas beyond small loads are somewhat less than of a half space.
+// The pad of the index finger as it is shipped, on a plane of 40 MPa/m, at 54 loads up to some 4 N. From
+// three samples of 4 mm^2 on its area is that of Hertz's a^3 = 3 F R / (4 E*) within a quarter. It grows with
+// each load that is half above the one before; between, as facets of flesh come down or tilt, it may fall by
+// a twentieth.
 TEST(Flesh, AreaOfAPadGrowsWithEachLoadAsHertzs) {
   const SoftHandParameters flesh;
   const double radius = restHand(Side::right, 1.0).joints[index_tip].radius;
@@ -167,6 +167,7 @@ TEST(Flesh, AreaOfAPadGrowsWithEachLoadAsHertzs) {
   Press press(1000.0, true);
   press.frame(0.01);
   std::vector<Load> loads;
+  double largest = 0.0;  // m^2
   for (double height = 0.0; height > -0.014; height -= 0.00025) {
     Load load{-height, 0.0, 0.0};
     for (int k = 0; k < frames; ++k) {
@@ -178,7 +179,9 @@ TEST(Flesh, AreaOfAPadGrowsWithEachLoadAsHertzs) {
     const double a = std::cbrt(0.75 * load.force * radius / modulus), hertzs = M_PI * a * a;
     if (hertzs < 12e-6) continue;
     EXPECT_NEAR(load.area / hertzs, 1.0, 0.25) << load.force;
-    if (!loads.empty() && load.force < 1.2 * loads.back().force) continue;
+    EXPECT_GT(load.area, 0.95 * largest) << load.force;
+    largest = std::max(largest, load.area);
+    if (!loads.empty() && load.force < 1.5 * loads.back().force) continue;
     if (!loads.empty()) {
       EXPECT_GT(load.area, loads.back().area) << load.force;
     }
@@ -186,8 +189,8 @@ TEST(Flesh, AreaOfAPadGrowsWithEachLoadAsHertzs) {
     std::printf("  pad: %.3f N, %.1f mm^2, %.2f of Hertz's area\n", load.force, 1e6 * load.area,
                 load.area / hertzs);
   }
-  EXPECT_GE(loads.size(), 14U);
-  EXPECT_GT(loads.back().force, 3.0);
+  EXPECT_GE(loads.size(), 8U);
+  EXPECT_GT(press.force, 3.0);
   EXPECT_NEAR(exponent(loads, forceOf, areaOf), 2.0 / 3.0, 0.1);
 }
 
