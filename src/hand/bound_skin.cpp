@@ -51,6 +51,20 @@ std::vector<Vector3f> smoothNormals(const FleshMesh& mesh, const std::vector<Fle
   return normals;
 }
 
+// What the round skin stands out of a flat triangle: half of the way to the tangent planes of its corners
+// (Boubekeur & Alexa 2008, Phong tessellation), which on a ball is the ball. Flesh that is pressed flat has
+// flat skin.
+Vector3f bulge(const FleshPoint& point, const std::vector<FleshNode>& nodes,
+               const std::vector<Vector3f>& normals) {
+  const Vector3f x = point.position(nodes);
+  Vector3f sum = Vector3f::Zero();
+  for (int k = 0; k < 3; ++k) {
+    const Vector3f& n = normals[point.node[k]];
+    sum -= 0.5F * point.share[k] * n.dot(x - nodes[point.node[k]].head<3>()) * n;
+  }
+  return sum;
+}
+
 }  // namespace
 
 BoundSkin::BoundSkin(const SoftHandTemplate& anatomy, const Skin& skin, double scale) {
@@ -81,7 +95,7 @@ BoundSkin::BoundSkin(const SoftHandTemplate& anatomy, const Skin& skin, double s
     point.share = share.cast<float>();
     point.body = static_cast<std::uint8_t>(anatomy.bindings[point.node[0]].body);
     Vector3f normal = Vector3f::Zero();
-    Vector3d on = Vector3d::Zero();
+    Vector3d on = bulge(point, rest, normals).cast<double>();
     for (int k = 0; k < 3; ++k) {
       normal += point.share[k] * normals[point.node[k]];
       on += share[k] * mesh.nodes[point.node[k]];
@@ -117,7 +131,7 @@ void BoundSkin::appendTo(Skin& skin, const SoftHandTemplate& anatomy, const std:
     const Eigen::Matrix3f frame = frameOf(normal, ab);
     const float stretch =
         std::clamp(0.5F * ab.cross(ac).norm() / (scale * scale * s.triangle_area), 0.25F, 4.0F);
-    skin.position.push_back(p.position(nodes) + scale * (frame * s.offset));
+    skin.position.push_back(p.position(nodes) + bulge(p, nodes, normals) + scale * (frame * s.offset));
     skin.normal.push_back((frame * s.normal).normalized());
     skin.velocity.push_back(Vector3f::Zero());
     skin.area.push_back(stretch * scale * scale * s.area);

@@ -140,10 +140,11 @@ void HandBodies::joints(const TrackedHand& hand, const BodyPoses& poses) {
   }
 }
 
-void HandBodies::predict(const BodyPoses& target, const BodyPoses& target_before, double h) {
+void HandBodies::predict(const BodyPoses& target, const BodyPoses& target_before, double h,
+                         const std::array<double, body_count>& pressed) {
   before_ = pose_;
   for (int b = 0; b < body_count; ++b) {
-    const double m = mass_[b], k = stiffness_[b], c = 2.0 * std::sqrt(k * m);
+    const double m = mass_[b], k = stiffness_[b], c = 2.0 * std::sqrt(k * m) + h * pressed[b];
     effective_mass_[b] = m + h * c + h * h * k;
     const Vector3d target_velocity = (target[b].position - target_before[b].position) / h;
     const Vector3d target_spin =

@@ -66,7 +66,10 @@ class HandBodies {
   void joints(const TrackedHand& hand, const BodyPoses& poses);
 
   /// First half of a step of h s: moves the bodies freely toward the target, which itself moves as given.
-  void predict(const BodyPoses& target, const BodyPoses& target_before, double h);
+  /// \param pressed N/m, of each body: it answers as one that pressed flesh of this stiffness carries along.
+  /// That slows the way to the target, not a target's steady motion, and changes no force at rest
+  void predict(const BodyPoses& target, const BodyPoses& target_before, double h,
+               const std::array<double, body_count>& pressed);
   /// Moves body b by an impulse times h (kg m) and its moment about the centre (kg m^2).
   void push(int b, const Eigen::Vector3d& impulse, const Eigen::Vector3d& moment);
   /// Closes the joints.
@@ -75,13 +78,10 @@ class HandBodies {
   void finish(double h);
 
   const BodyPoses& poses() const { return pose_; }
-  double mass(int b) const { return effective_mass_[b]; }             // kg, in the step since `predict`
-  double gyration(int b) const { return gyration_[b]; }               // m
-  Eigen::Vector3d velocity(int b, const Eigen::Vector3d& at) const {  // m/s, of a point of the body
-    return velocity_[b] + spin_[b].cross(at - pose_[b].position);
-  }
-  double kineticEnergy() const;                          // J
-  double couplingEnergy(const BodyPoses& target) const;  // J
+  double mass(int b) const { return effective_mass_[b]; }  // kg, in the step since `predict`
+  double gyration(int b) const { return gyration_[b]; }    // m
+  double kineticEnergy() const;                            // J
+  double couplingEnergy(const BodyPoses& target) const;    // J
 
  private:
   double reach_;  // m

@@ -55,10 +55,10 @@ float withdrawal(int bone, const Eigen::Vector3f& surface, float radius,
 
 }  // namespace
 
-KinematicHands::KinematicHands(double spacing, bool covered) : spacing_(spacing), covered_(covered) {
+KinematicHands::KinematicHands(double spacing, SkinKind kind) : spacing_(spacing), kind_(kind) {
   // Made now, most adults' hands cost nothing when they appear.
   constexpr double adult = 1.05;
-  SkinTemplate right = makeSkinTemplate(Side::right, adult, spacing, covered);
+  SkinTemplate right = makeSkinTemplate(Side::right, adult, spacing, kind);
   templates_[0] = std::make_shared<SkinTemplate>(mirroredTemplate(right));
   templates_[1] = std::make_shared<SkinTemplate>(std::move(right));
 }
@@ -68,7 +68,7 @@ std::shared_ptr<const SkinTemplate> KinematicHands::templateFor(const TrackedHan
   const double scale = std::clamp(personScale(hand), 0.4, 2.0);
   if (std::abs(scale / skin->scale - 1.0) > person_change)
     skin = std::make_shared<SkinTemplate>(
-        makeSkinTemplate(hand.side, std::round(scale / scale_step) * scale_step, spacing_, covered_));
+        makeSkinTemplate(hand.side, std::round(scale / scale_step) * scale_step, spacing_, kind_));
   return skin;
 }
 

@@ -19,9 +19,9 @@ namespace tactile_clay::hand {
 /// skin that covers it.
 class KinematicHands {
  public:
-  /// \param spacing of the samples, m \param covered whether to have samples of what the thumb covers at rest
-  /// \throws std::invalid_argument outside 1 to 20 mm
-  explicit KinematicHands(double spacing, bool covered = true);
+  /// \param spacing of the samples, m \param kind of the skin \throws std::invalid_argument outside 1 to 20
+  /// mm
+  explicit KinematicHands(double spacing, SkinKind kind = SkinKind::kinematic);
 
   /// Skin at the next sample of the tracker: the left hand's samples, then the right one's, of hands that are
   /// present; of two hands of one side the more confident one. Velocities are finite differences from the
@@ -42,7 +42,7 @@ class KinematicHands {
   void append(const TrackedHand& hand, std::chrono::nanoseconds stamp);
 
   double spacing_;
-  bool covered_;
+  SkinKind kind_;
   std::array<std::shared_ptr<const SkinTemplate>, 2> templates_;  // by side, kept over a loss
   std::array<std::optional<Tracked>, 2> tracked_;                 // by side, while the hand is present
   Skin skin_;

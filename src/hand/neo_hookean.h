@@ -67,7 +67,6 @@ class NeoHookean {
     // With B the inverse of the rest edges, xx yy zz xy xz yz: B B^T, 1/m^2, and its inverse, m^2.
     std::array<Lane, 6> metric, edges;
     Lane determinant;                 // 1/m^3, of B
-    Lane force_h, force_s;            // N m
     Lane compliance_h, compliance_s;  // 1/(N m)
   };
   struct Gradients;

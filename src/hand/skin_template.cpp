@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <queue>
@@ -22,6 +23,7 @@ using Eigen::Vector3d;
 // at a distance of sqrt(4 * 0.547 / pi) = 0.835 spacings. On the hand's curved skin and our finite cover it
 // is 0.795.
 constexpr double poisson_distance = 0.795;
+constexpr double pad_spacing = 0.4;  // spacings, of samples on the pads of soft fingers
 constexpr int candidates_a_sample = 32;
 constexpr double blended_length = 0.8;  // of the joint's radius, on either side of a knuckle
 
@@ -29,10 +31,14 @@ struct SurfacePoint {
   int bone;
   double u;
   Vector3d position, normal;
+  double spacing;  // m, of samples here
+
+  double area() const { return spacing * spacing / candidates_a_sample; }  // m^2, that the point stands for
+  double sampleDistance() const { return poisson_distance * spacing; }     // m, least
 };
 
-// An even (Fibonacci) cover of a tapered capsule: `density` points a m^2 on the cone and on both caps.
-void coverCapsule(const Capsule& capsule, int bone, double density, std::vector<SurfacePoint>& points) {
+// An even (Fibonacci) cover of a tapered capsule for samples of a spacing, on the cone and on both caps.
+void coverCapsule(const Capsule& capsule, int bone, double spacing, std::vector<SurfacePoint>& points) {
   const double k = std::clamp(capsule.taper(), -1.0, 1.0);
   const double cosine = std::sqrt(1.0 - k * k);
   const double r0 = capsule.radius_from;
@@ -46,9 +52,11 @@ void coverCapsule(const Capsule& capsule, int bone, double density, std::vector<
     const double ring = std::sqrt(std::max(0.0, 1.0 - axial * axial));
     const Vector3d normal =
         axial * axis + ring * (std::cos(i * golden_angle) * side + std::sin(i * golden_angle) * up);
-    points.push_back({bone, u, capsule.centre(u) + capsule.radius(u) * normal, normal});
+    points.push_back({bone, u, capsule.centre(u) + capsule.radius(u) * normal, normal, spacing});
   };
-  const auto count = [&](double area) { return static_cast<int>(std::lround(area * density)); };
+  const auto count = [&](double area) {
+    return static_cast<int>(std::lround(area * candidates_a_sample / (spacing * spacing)));
+  };
 
   const int first_cap = count(2.0 * M_PI * r0 * r0 * (1.0 + k));
   for (int i = 0; i < first_cap; ++i) add(i, 0.0, -1.0 + (1.0 + k) * (i + 0.5) / first_cap);
@@ -81,14 +89,35 @@ bool buried(const SurfacePoint& point, const std::vector<Capsule>& capsules) {
   return false;
 }
 
-// Points of the hand's surface, `density` a m^2.
-std::vector<SurfacePoint> coverHand(const TrackedHand& hand, double density) {
+bool isLastPhalanx(const Bone& bone) {
+  return std::any_of(fingers.begin(), fingers.end(),
+                     [&](const FingerJoints& finger) { return bone.to == finger.tip(); });
+}
+
+// Palmar side and tip of a last phalanx.
+bool onPad(const SurfacePoint& point, const TrackedHand& hand) {
+  const Bone& bone = bones[point.bone];
+  const Vector3d along = (hand.joints[bone.to].position - hand.joints[bone.from].position).normalized();
+  const Vector3d palmar = hand.joints[bone.from].orientation * -Vector3d::UnitY();
+  return point.normal.dot(along + palmar) > 0.0;
+}
+
+// Points of the hand's surface.
+std::vector<SurfacePoint> coverHand(const TrackedHand& hand, double spacing, SkinKind kind) {
   std::vector<Capsule> capsules;
   capsules.reserve(bones.size());
   for (const Bone& bone : bones) capsules.push_back(boneCapsule(bone, hand));
   std::vector<SurfacePoint> points;
-  for (std::size_t bone = 0; bone < bones.size(); ++bone)
-    coverCapsule(capsules[bone], static_cast<int>(bone), density, points);
+  for (int bone = 0; bone < static_cast<int>(bones.size()); ++bone) {
+    const bool padded = kind == SkinKind::soft && isLastPhalanx(bones[bone]);
+    std::vector<SurfacePoint> coarse, fine;
+    coverCapsule(capsules[bone], bone, spacing, coarse);
+    if (padded) coverCapsule(capsules[bone], bone, pad_spacing * spacing, fine);
+    std::copy_if(coarse.begin(), coarse.end(), std::back_inserter(points),
+                 [&](const SurfacePoint& point) { return !padded || !onPad(point, hand); });
+    std::copy_if(fine.begin(), fine.end(), std::back_inserter(points),
+                 [&](const SurfacePoint& point) { return onPad(point, hand); });
+  }
   points.erase(std::remove_if(points.begin(), points.end(),
                               [&](const SurfacePoint& point) { return buried(point, capsules); }),
                points.end());
@@ -98,21 +127,21 @@ std::vector<SurfacePoint> coverHand(const TrackedHand& hand, double density) {
 // Dart throwing over the cover in a fixed random order, beside samples that are there; points that face away
 // from each other (two fingers side by side) do not compete. Returns indices in the order of the cover, that
 // is bone by bone.
-std::vector<int> chooseSamples(const std::vector<SurfacePoint>& cover, double distance,
+std::vector<int> chooseSamples(const std::vector<SurfacePoint>& cover, double widest,
                                const std::vector<SurfacePoint>& present) {
   std::vector<int> order(cover.size());
   std::iota(order.begin(), order.end(), 0);
   std::mt19937 random(20);  // with its own shuffle, for std::shuffle differs between libraries
   for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
-  PointGrid grid(distance), taken(distance);
+  PointGrid grid(widest), taken(widest);
   for (std::size_t i = 0; i < present.size(); ++i) taken.insert(static_cast<int>(i), present[i].position);
   std::vector<int> chosen;
   for (const int candidate : order) {
     const SurfacePoint& point = cover[candidate];
     bool free = true;
-    grid.visit(point.position, distance,
+    grid.visit(point.position, point.sampleDistance(),
                [&](int other, double) { free = free && cover[other].normal.dot(point.normal) <= 0.0; });
-    taken.visit(point.position, distance,
+    taken.visit(point.position, point.sampleDistance(),
                 [&](int other, double) { free = free && present[other].normal.dot(point.normal) <= 0.0; });
     if (!free) continue;
     grid.insert(candidate, point.position);
@@ -124,9 +153,8 @@ std::vector<int> chooseSamples(const std::vector<SurfacePoint>& cover, double di
 
 // Of the chosen samples; what is closer to one that was present before is no one's.
 std::vector<double> voronoiAreas(const std::vector<SurfacePoint>& cover, const std::vector<int>& chosen,
-                                 double distance, double point_area,
-                                 const std::vector<SurfacePoint>& present) {
-  PointGrid grid(distance), taken(distance);
+                                 double widest, const std::vector<SurfacePoint>& present) {
+  PointGrid grid(widest), taken(widest);
   for (std::size_t i = 0; i < chosen.size(); ++i) grid.insert(static_cast<int>(i), cover[chosen[i]].position);
   for (std::size_t i = 0; i < present.size(); ++i) taken.insert(static_cast<int>(i), present[i].position);
   std::vector<double> areas(chosen.size(), 0.0);
@@ -134,15 +162,15 @@ std::vector<double> voronoiAreas(const std::vector<SurfacePoint>& cover, const s
     int closest = -1;
     double closest_distance = std::numeric_limits<double>::infinity();
     // The set is maximal, so a sample that faces the same way is within the distance.
-    grid.visit(point.position, distance, [&](int sample, double d) {
+    grid.visit(point.position, point.sampleDistance(), [&](int sample, double d) {
       if (cover[chosen[sample]].normal.dot(point.normal) <= 0.0 && chosen[sample] != &point - cover.data())
         return;
       if (d < closest_distance) closest = sample, closest_distance = d;
     });
-    taken.visit(point.position, distance, [&](int sample, double d) {
+    taken.visit(point.position, point.sampleDistance(), [&](int sample, double d) {
       if (d < closest_distance && present[sample].normal.dot(point.normal) > 0.0) closest = -1;
     });
-    if (closest >= 0) areas[closest] += point_area;
+    if (closest >= 0) areas[closest] += point.area();
   }
   return areas;
 }
@@ -232,7 +260,8 @@ SurfacePoint moved(const SurfacePoint& point, const TrackedHand& from, const Tra
   const Vector3d normal = boneRotation(bone, rest_direction[point.bone], to) *
                           boneRotation(bone, rest_direction[point.bone], from).transpose() * point.normal;
   const Capsule capsule = boneCapsule(bone, to);
-  return {point.bone, point.u, capsule.centre(point.u) + capsule.radius(point.u) * normal, normal};
+  return {point.bone, point.u, capsule.centre(point.u) + capsule.radius(point.u) * normal, normal,
+          point.spacing};
 }
 
 HandPose restPose(Side side, double scale) {
@@ -264,13 +293,12 @@ std::vector<TrackedHand> thumbPoses(double scale) {
 // Adds samples of what the thumb covers at rest and bares elsewhere. `samples` are those of the skin at rest.
 void addCovered(const TrackedHand& rest, double spacing, const std::vector<SurfacePoint>& samples,
                 SkinTemplate& skin) {
-  const double point_area = spacing * spacing / candidates_a_sample;
   const double distance = poisson_distance * spacing;
   std::vector<Capsule> at_rest;
   for (const Bone& bone : bones) at_rest.push_back(boneCapsule(bone, rest));
   std::vector<SurfacePoint> all = samples;  // at rest
   for (const TrackedHand& hand : thumbPoses(skin.scale)) {
-    std::vector<SurfacePoint> bare = coverHand(hand, 1.0 / point_area), present;
+    std::vector<SurfacePoint> bare = coverHand(hand, spacing, SkinKind::kinematic), present;
     bare.erase(std::remove_if(bare.begin(), bare.end(),
                               [&](const SurfacePoint& point) {
                                 return !buried(moved(point, hand, rest, skin.rest_direction), at_rest);
@@ -278,7 +306,7 @@ void addCovered(const TrackedHand& rest, double spacing, const std::vector<Surfa
                bare.end());
     for (const SurfacePoint& point : all) present.push_back(moved(point, rest, hand, skin.rest_direction));
     const std::vector<int> chosen = chooseSamples(bare, distance, present);
-    const std::vector<double> areas = voronoiAreas(bare, chosen, distance, point_area, present);
+    const std::vector<double> areas = voronoiAreas(bare, chosen, distance, present);
     for (std::size_t i = 0; i < chosen.size(); ++i) {
       const SurfacePoint& point = bare[chosen[i]];
       const auto closest =
@@ -317,19 +345,18 @@ SkinTemplate mirroredTemplate(SkinTemplate skin) {
   return skin;
 }
 
-SkinTemplate makeSkinTemplate(Side side, double scale, double spacing, bool covered) {
+SkinTemplate makeSkinTemplate(Side side, double scale, double spacing, SkinKind kind) {
   if (!(spacing >= 1e-3 && spacing <= 20e-3))
     throw std::invalid_argument("skin sample spacing " + std::to_string(spacing) +
                                 " m, expected 0.001 to 0.02 m");
   const TrackedHand hand = restHand(Side::right, scale);
-  const double point_area = spacing * spacing / candidates_a_sample;
-  const std::vector<SurfacePoint> cover = coverHand(hand, 1.0 / point_area);
+  const std::vector<SurfacePoint> cover = coverHand(hand, spacing, kind);
   const double distance = poisson_distance * spacing;
   const std::vector<int> chosen = chooseSamples(cover, distance, {});
   std::vector<SurfacePoint> points;
   points.reserve(chosen.size());
   for (const int i : chosen) points.push_back(cover[i]);
-  const std::vector<double> areas = voronoiAreas(cover, chosen, distance, point_area, {});
+  const std::vector<double> areas = voronoiAreas(cover, chosen, distance, {});
   const std::vector<double> pad_distances = padDistances(points, hand, spacing);
 
   SkinTemplate skin;
@@ -341,7 +368,7 @@ SkinTemplate makeSkinTemplate(Side side, double scale, double spacing, bool cove
   for (std::size_t i = 0; i < points.size(); ++i)
     skin.samples.push_back(boundSample(points[i], hand, skin.rest_direction, areas[i], pad_distances[i]));
   skin.bare_at_rest = skin.samples.size();
-  if (covered) addCovered(hand, spacing, points, skin);
+  if (kind == SkinKind::kinematic) addCovered(hand, spacing, points, skin);
   return side == Side::left ? mirroredTemplate(std::move(skin)) : skin;
 }
 

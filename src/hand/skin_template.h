@@ -24,6 +24,11 @@ struct BoundSample {
   float pad_distance;                   // m
 };
 
+enum class SkinKind {
+  kinematic,  // of bare bones: also what the thumb covers at rest
+  soft        // of flesh, whole between thumb and palm, whose finger pads flatten: they have finer samples
+};
+
 /// Samples of one hand's skin in bone coordinates.
 struct SkinTemplate {
   Side side = Side::right;
@@ -47,9 +52,10 @@ TrackedHand restHand(Side side, double scale);
 /// skin closer than 0.8 spacings, none missing where one would fit), in the mean one sample a spacing
 /// squared. A sample's area is the part of the skin that is closest to it. The same for what the thumb covers
 /// and bares at the ends of its range, beside the samples that are there. A left hand is the mirror image of
-/// a right one. \param spacing m, 1 to 20 mm \param covered whether to sample what the thumb covers at rest
+/// a right one. The finger pads of a soft hand, palmar side and tip of the last phalanges, have samples 0.4
+/// spacings apart, so that the area on which they touch is told in small steps. \param spacing m, 1 to 20 mm
 /// \throws std::invalid_argument
-SkinTemplate makeSkinTemplate(Side side, double scale, double spacing, bool covered = true);
+SkinTemplate makeSkinTemplate(Side side, double scale, double spacing, SkinKind kind = SkinKind::kinematic);
 
 /// The same skin on the hand of the other side.
 SkinTemplate mirroredTemplate(SkinTemplate skin);

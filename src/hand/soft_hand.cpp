@@ -69,21 +69,19 @@ SoftHand::SoftHand(std::shared_ptr<const SoftHandTemplate> anatomy, const Skin& 
       loads_(skin_.points()) {
   const std::size_t count = anatomy_->mesh.nodes.size();
   nodes_.assign(count + unused_flesh_nodes, FleshNode::Zero());
-  std::array<int, body_count> of_body{};
   std::array<double, body_count> square{};
   for (std::size_t n = 0; n < count; ++n) {
     const NodeBinding& binding = anatomy_->bindings[n];
     nodes_[n].head<3>() = anatomy_->mesh.nodes[n].cast<float>();
     if (!binding.rigid) continue;
     rigid_.push_back(static_cast<int>(n));
-    ++of_body[binding.body];
+    ++rigid_nodes_[binding.body];
     square[binding.body] += (anatomy_->mesh.nodes[n] - centre_[binding.body]).squaredNorm();
   }
   // So light that all nodes together turn and move no harder than the body: collecting them then only damps.
-  for (const int n : rigid_) {
-    const int b = anatomy_->bindings[n].body;
+  for (int b = 0; b < body_count; ++b) {
     const double g = bodies_.gyration(b);
-    rigid_share_.push_back(std::min(1.0 / of_body[b], g * g / square[b]));
+    node_share_[b] = std::min(1.0 / rigid_nodes_[b], g * g / square[b]);
   }
   in_body_.resize(rigid_.size());
   resize(skin_scale);
@@ -95,9 +93,12 @@ void SoftHand::resize(double scale) {
   const std::vector<double> stiffness = flesh_.stiffness();
   for (std::size_t n = 0; n < stiffness.size(); ++n)
     if (stiffness[n] > 0.0) nodes_[n][3] = static_cast<float>(1.0 / (parameters_.relaxation * stiffness[n]));
+  flesh_stiffness_.fill(0.0);
   for (std::size_t i = 0; i < rigid_.size(); ++i) {
-    const int n = rigid_[i];
-    in_body_[i] = scale * (anatomy_->mesh.nodes[n] - centre_[anatomy_->bindings[n].body]);
+    const int n = rigid_[i], b = anatomy_->bindings[n].body;
+    in_body_[i] = scale * (anatomy_->mesh.nodes[n] - centre_[b]);
+    // So that a node of bone gives way in the mean as one of flesh does.
+    flesh_stiffness_[b] += parameters_.relaxation * stiffness[n] / (node_share_[b] * rigid_nodes_[b]);
   }
 }
 
@@ -150,12 +151,16 @@ bool SoftHand::sane() const {
 
 void SoftHand::step(const BodyPoses& target, const BodyPoses& before, double h) {
   const BodyPoses start = bodies_.poses();
-  bodies_.predict(target, before, h);
+  const std::array<bool, body_count> loaded = loads_.pressed();
+  std::array<double, body_count> pressed{};
+  for (int b = 0; b < body_count; ++b)
+    if (loaded[b]) pressed[b] = flesh_stiffness_[b];
+  bodies_.predict(target, before, h, pressed);
   carryFlesh(start);
   carryBones();
   for (std::size_t i = 0; i < rigid_.size(); ++i) {
     const int b = anatomy_->bindings[rigid_[i]].body;
-    nodes_[rigid_[i]][3] = static_cast<float>(h * h / (bodies_.mass(b) * rigid_share_[i]));
+    nodes_[rigid_[i]][3] = static_cast<float>(h * h / (bodies_.mass(b) * node_share_[b]));
   }
   loads_.apply(nodes_);
   flesh_.project(nodes_, inverted_, squeezed_);
@@ -223,7 +228,7 @@ void SoftHand::collect(double h) {
     const int b = anatomy_->bindings[rigid_[i]].body;
     FleshNode& node = nodes_[rigid_[i]];
     const Vector3d at = bodies_.poses()[b].position + bodies_.poses()[b].rotation * in_body_[i];
-    each[i] = bodies_.mass(b) * rigid_share_[i] * (node.head<3>().cast<double>() - at);
+    each[i] = bodies_.mass(b) * node_share_[b] * (node.head<3>().cast<double>() - at);
     node << at.cast<float>(), 0.0F;
   }
   if (!loads_.empty() && !squeezed_.empty()) {
@@ -303,7 +308,7 @@ const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,
         anatomy = std::make_shared<SoftHandTemplate>(
             makeSoftHandTemplate(hand.side, parameters_.finger_cell, parameters_.palm_cell));
       const double scale = std::clamp(personScale(hand), 0.4, 2.0);
-      KinematicHands sampler(spacing_, false);  // flesh has no folds that the thumb could cover
+      KinematicHands sampler(spacing_, SkinKind::soft);
       const Skin& skin = sampler.update({restHand(hand.side, scale)}, stamp);
       present.emplace(
           Present{SoftHand(anatomy, skin, scale, parameters_), palm_position, stamp, number_, {}});

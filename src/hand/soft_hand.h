@@ -87,9 +87,11 @@ class SoftHand {
   NeoHookean flesh_;
   HandBodies bodies_;
   std::vector<FleshNode> nodes_;
-  std::vector<int> rigid_;                // nodes of bone
-  std::vector<double> rigid_share_;       // of the body's mass in each of its nodes
-  std::vector<Eigen::Vector3d> in_body_;  // m, of each node of bone
+  std::vector<int> rigid_;                          // nodes of bone
+  std::array<int, body_count> rigid_nodes_{};       // of each body
+  std::array<double, body_count> node_share_;       // of a body's mass in each of its nodes
+  std::array<double, body_count> flesh_stiffness_;  // N/m, with which pressed flesh carries the body
+  std::vector<Eigen::Vector3d> in_body_;            // m, of each node of bone
   BodyPoses target_;
   std::vector<int> inverted_;              // nodes of tetrahedra that were inside out in the last step
   std::vector<int> squeezed_;              // tetrahedra, in the last step

@@ -47,9 +47,9 @@ std::vector<Core> cores(const TrackedHand& hand) {
     Capsule capsule = boneCapsule(bones[bone], hand);
     const double length = capsule.length();
     const Vector3d axis = (capsule.to - capsule.from) / length;
-    const bool ends = bones[bone].to == fingers[0].tip() || bones[bone].to == fingers[1].tip() ||
-                      bones[bone].to == fingers[2].tip() || bones[bone].to == fingers[3].tip() ||
-                      bones[bone].to == fingers[4].tip();
+    const bool ends = std::any_of(fingers.begin(), fingers.end(), [bone](const FingerJoints& finger) {
+      return bones[bone].to == finger.tip();
+    });
     const double before = body == palm_body ? 0.0 : joint_share * capsule.radius_from;
     const double after = ends || bone >= chain_bone_count ? 0.0
                          : body == palm_body              ? capsule.radius_to
@@ -99,15 +99,10 @@ void append(SoftHandTemplate& hand, const FleshMesh& part, const std::vector<Cor
     renamed[n] = static_cast<int>(hand.mesh.nodes.size());
     hand.mesh.nodes.push_back(part.nodes[n]);
     hand.bindings.push_back(bindings[n]);
-    hand.volume.push_back(0.0);
   }
   for (std::array<int, 4> t : part.tetrahedra) {
     if (insideBone(t)) continue;
-    const double quarter = 0.25 * volume(part, t);
-    for (int& n : t) {
-      n = renamed[n];
-      hand.volume[n] += quarter;
-    }
+    for (int& n : t) n = renamed[n];
     hand.mesh.tetrahedra.push_back(t);
   }
   for (std::array<int, 3> t : part.triangles) {

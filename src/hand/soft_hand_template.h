@@ -22,7 +22,6 @@ struct SoftHandTemplate {
   TrackedHand rest;
   FleshMesh mesh;                                    // without the tetrahedra inside of bones
   std::vector<NodeBinding> bindings;                 // of the nodes
-  std::vector<double> volume;                        // m^3, of each node, a quarter of its tetrahedra
   std::array<int, 1 + finger_count + 1> part_begin;  // triangles [i, i + 1): palm, then the fingers
 };
 

@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 #include <random>
+#include <utility>
 
 #include "hand/anatomy.h"
 #include "hand/flesh_mesh.h"
@@ -97,17 +98,19 @@ TEST(SoftHand, FingerStopsAtAStiffFloor) {
   EXPECT_GT(press.soft().bodies()[index_tip_bone].position.y() - target[index_tip_bone].position.y(), 1e-3);
 }
 
-// The haptic loop at rest: force spectrum above 20 Hz under 5 % of the mean, over floors from soft to stiff.
+// The haptic loop at rest: force spectrum above 20 Hz under 5 % of the mean, over floors from soft to stiff;
+// also 20 mm deep, where a finger gets up to 8 N and its pad is flat.
 TEST(SoftHand, LoopIsQuietOnSoftAndStiffFloors) {
   for (const bool pointing : {true, false})
-    for (const double stiffness : {30.0, 300.0, 1000.0}) {
+    for (const auto& [stiffness, depth] :
+         {std::pair{30.0, 0.01}, {300.0, 0.01}, {1000.0, 0.01}, {1000.0, 0.015}, {1000.0, 0.02}}) {
       Press press(stiffness, pointing);
-      press.approach(-0.01);
-      for (int k = 0; k < 90; ++k) press.frame(-0.01);
+      press.approach(-depth);
+      for (int k = 0; k < 90; ++k) press.frame(-depth);
       constexpr int count = 120;
       std::vector<double> force;
       for (int k = 0; k < count; ++k) {
-        press.frame(-0.01);
+        press.frame(-depth);
         force.push_back(press.force);
       }
       double mean = 0.0, power = 0.0;
@@ -122,7 +125,8 @@ TEST(SoftHand, LoopIsQuietOnSoftAndStiffFloors) {
         power += 2.0 * (re * re + im * im) / (static_cast<double>(count) * count);
       }
       ASSERT_GT(mean, 0.1);
-      EXPECT_LT(std::sqrt(power), 0.05 * mean) << stiffness << (pointing ? " finger" : " palm");
+      EXPECT_LT(std::sqrt(power), 0.05 * mean)
+          << stiffness << ' ' << depth << (pointing ? " finger" : " palm");
     }
 }
 
@@ -198,10 +202,10 @@ TEST(SoftHand, FleshPressedOnAFloorIsNotInsideOut) {
       }
 }
 
-// A hand over a block of hard wax whose top is at y = 0.
+// A hand over a block of hard wax whose top is at y = 0; `aside` moves it, m.
 class WaxPress {
  public:
-  explicit WaxPress(bool pointing) : hands(spacing), pointing_(pointing) {
+  explicit WaxPress(bool pointing, double aside = 0.0) : hands(spacing), pointing_(pointing) {
     constexpr double clay_spacing = 0.005;
     clay::Material wax;
     wax.density = 1000.0;
@@ -215,7 +219,7 @@ class WaxPress {
     const auto lowest = std::min_element(
         above.joints.begin(), above.joints.end(),
         [](const auto& a, const auto& b) { return a.position.y() - a.radius < b.position.y() - b.radius; });
-    const Vector3d foot(lowest->position.x(), -8 * clay_spacing, lowest->position.z());
+    const Vector3d foot(lowest->position.x() + aside, -8 * clay_spacing, lowest->position.z());
     const int length = pointing ? 10 : 20, width = pointing ? 10 : 8;
     clay_.emplace(config_, std::vector<clay::Material>{wax},
                   clay::block(length, width, 8, clay_spacing, foot, y_up));
@@ -322,18 +326,23 @@ TEST(SoftHand, IsHeldByHardWaxAndLeaves) {
   }
 }
 
-// Deviation of the force in two trees whose clays differ in the last bits: a flat hand 30 mm deep 0.02 and
-// 0.02 %, 40 mm 0.03 and 6 %, 60 mm 5 and 1 %; a finger 15 mm deep 0.1 %, 20 mm 11 % of 7 N, 30 mm 43 % of
-// 13 N, with samples of the fingertip that jump.
-TEST(SoftHand, DISABLED_ComesToRestDeepInHardWax) {
-  for (const bool pointing : {true, false}) {
-    for (const double depth : {0.02, 0.03, 0.04, 0.06}) {
-      WaxPress press(pointing);
-      const Held held = heldInWax(press, depth);
-      EXPECT_LT(held.deviation, 0.02 * held.mean) << depth;
-      EXPECT_LT(held.fastest, 2e-3) << depth;
-    }
-  }
+void expectRestInWax(bool pointing, double depth, double aside) {
+  WaxPress press(pointing, aside);
+  const Held held = heldInWax(press, depth);
+  EXPECT_LT(held.deviation, 0.02 * held.mean) << depth << ' ' << aside;
+  EXPECT_LT(held.fastest, 2e-3) << depth << ' ' << aside;
+}
+
+TEST(SoftHand, FlatHandComesToRestDeepInHardWax) {
+  for (const double aside : {0.0, 1e-6, 1e-4, 3e-4})
+    for (const double depth : {0.02, 0.03, 0.04}) expectRestInWax(false, depth, aside);
+}
+
+// Mostly within 0.3 % of the force, by chance of the last bits 5 to 28 % (4 of 20 runs, twice 15 mm deep,
+// once 30 and 60 mm); samples of the fingertip then jump.
+TEST(SoftHand, DISABLED_FingerComesToRestDeepInHardWax) {
+  for (const double aside : {0.0, 1e-6, 1e-4, 3e-4})
+    for (const double depth : {0.015, 0.02, 0.03, 0.04, 0.06}) expectRestInWax(true, depth, aside);
 }
 
 // A tracker finds the hand 20 mm inside of hard wax. The clay gives it hundreds of newtons in one frame; the

@@ -35,13 +35,13 @@ inline TrackedHand palmDown(double height, bool pointing = false, double bend = 
   return hand;
 }
 
-/// A soft right hand over a floor at y = 0 that gives each sample `stiffness` N/m, answered a frame late as
-/// the clay does.
+/// A soft right hand over a floor at y = 0 that gives each 25 mm^2 of skin `stiffness` N/m, answered a frame
+/// late as the clay does.
 class Press {
  public:
   explicit Press(double stiffness, bool pointing, double friction = 0.0, double skin_spacing = spacing,
                  const SoftHandParameters& flesh = {})
-      : hands(skin_spacing, flesh), stiffness_(stiffness), friction_(friction), pointing_(pointing) {}
+      : hands(skin_spacing, flesh), stiffness_(stiffness / 25e-6), friction_(friction), pointing_(pointing) {}
 
   /// One frame; `height` of the tracked hand's lowest point over the floor, m.
   void frame(double height) {
@@ -52,7 +52,7 @@ class Press {
     for (std::size_t i = 0; i < skin.size(); ++i) {
       const double d = -skin.position[i].y();
       if (d <= 0.0) continue;
-      const auto f = static_cast<float>(stiffness_ * d);
+      const auto f = static_cast<float>(stiffness_ * skin.area[i] * d);
       const Eigen::Vector3f along(skin.velocity[i].x(), 0.0F, skin.velocity[i].z());
       forces.push_back(
           {static_cast<std::uint32_t>(i),
@@ -76,7 +76,7 @@ class Press {
   double force = 0.0, area = 0.0, depth = 0.0;  // N, m^2, m
 
  private:
-  double stiffness_, friction_;
+  double stiffness_, friction_;  // Pa/m, 1
   bool pointing_;
 };
 
@@ -96,7 +96,7 @@ inline void expectKinematicAtRest(double skin_spacing, const SoftHandParameters&
   for (const Side side : {Side::left, Side::right}) {
     const TrackedHand rest = restHand(side, 1.03);
     SoftHands soft(skin_spacing, flesh);
-    KinematicHands kinematic(skin_spacing, false);
+    KinematicHands kinematic(skin_spacing, SkinKind::soft);
     soft.update({rest}, stampOf(0));
     const Skin& a = soft.update({rest}, stampOf(1));
     const Skin& b = kinematic.update({rest}, stampOf(1));
