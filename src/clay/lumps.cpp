@@ -83,7 +83,9 @@ std::vector<Eigen::Vector3f> Lumps::falls(const VectorField& free, const VectorF
   struct Lump {
     Eigen::Matrix3d blocked = Eigen::Matrix3d::Zero();
     Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d force = Eigen::Vector3d::Zero();
+    Eigen::Vector3d force = Eigen::Vector3d::Zero(), rubbing = force;  // N, rubbing: of contacts that slide
+    Eigen::Vector3d slip = Eigen::Vector3d::Zero();                    // m, sum over these
+    int slides = 0;
   };
   std::vector<Lump> lumps(near_.lumps());
   // Internal forces cancel within a lump, so inertia and friction are all there is.
@@ -100,7 +102,10 @@ std::vector<Eigen::Vector3f> Lumps::falls(const VectorField& free, const VectorF
     Lump& lump = lumps[near_.lump(c.particle)];
     const Eigen::Vector3d normal = c.normal.cast<double>();
     lump.blocked += normal * normal.transpose();
-    lump.force += contacts.frictionOn(c, u).cast<double>();
+    const Eigen::Vector3d friction = contacts.frictionOn(c, u).cast<double>();
+    (c.state == Contact::State::slide ? lump.rubbing : lump.force) += friction;
+    if (c.state == Contact::State::slide)
+      lump.slip += (u.at(c.particle) - c.drift).cast<double>(), ++lump.slides;
     if (c.state == Contact::State::stick) {
       lump.inertia += c.stiffness * (Eigen::Matrix3d::Identity() - normal * normal.transpose());
     }
@@ -109,12 +114,20 @@ std::vector<Eigen::Vector3f> Lumps::falls(const VectorField& free, const VectorF
   for (std::size_t l = 0; l < lumps.size(); ++l) {
     const Lump& lump = lumps[l];
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> blocked(lump.blocked);
+    Eigen::Vector3d move = Eigen::Vector3d::Zero(), back = move;  // back: by what rubs
     for (int k = 0; k < 3; ++k) {
       if (blocked.eigenvalues()[k] > 1e-4 * lump.blocked.trace()) continue;
       const Eigen::Vector3d direction = blocked.eigenvectors().col(k);
-      const double step = lump.force.dot(direction) / direction.dot(lump.inertia * direction);
-      moves[l] += (step * direction).cast<float>();
+      const double inertia = direction.dot(lump.inertia * direction);
+      move += lump.force.dot(direction) / inertia * direction;
+      back += lump.rubbing.dot(direction) / inertia * direction;
     }
+    // Friction of the last step foretells that of this one, but ends with the slip.
+    if (lump.slides > 0) {
+      const double most = (move + lump.slip / lump.slides).norm(), length = back.norm();
+      if (length > most) back *= most / length;
+    }
+    moves[l] = (move + back).cast<float>();
   }
   return moves;
 }

@@ -176,13 +176,16 @@ TEST(ShakenOnThePalm, AFistInOneFrameLeavesNoneInside) {
   EXPECT_LE(deep, 3);
 }
 
-/// The soft hand's flesh is where it is, not where the tracked hand is: by its triangles.
-TEST_P(OnThePalm, ASoftFistInOneFrameLeavesNoneInside) {
+/// The soft hand's flesh is where it is, not where the tracked hand is: by its triangles. Fingers that press
+/// on each other through clay may snap over a particle; it is out again within the 0.2 s that an inversion
+/// may last.
+TEST_P(OnThePalm, ASoftFistInOneFrameKeepsNoneInside) {
   const hand::SoftHandParameters parameters;
   hand::SoftHands soft(spacing, parameters);
   const hand::SoftHandTemplate anatomy =
       hand::makeSoftHandTemplate(std::get<0>(GetParam()), parameters.finger_cell, parameters.palm_cell);
-  int within = 0;
+  const int most = static_cast<int>(std::lround(0.2 / frame));
+  std::vector<int> within(clay.particles().size(), 0);  // frames on end
   for (int k = 0; k < 60; ++k) {
     const auto stamp = std::chrono::nanoseconds(std::llround(1e9 * (clay.time() + frame)));
     const hand::Skin& skin = soft.update({bent(k < 20 ? 0.0 : 85 * degree)}, stamp);
@@ -191,15 +194,15 @@ TEST_P(OnThePalm, ASoftFistInOneFrameLeavesNoneInside) {
     for (const GhostForce& f : clay.ghostForces()) forces.push_back({f.ghost, f.force});
     soft.react(stamp, forces);
     touched = touched || !forces.empty();
-    within = 0;
-    for (std::size_t i = 0; i < clay.particles().size(); ++i)
-      within += insideFlesh(*soft.hand(std::get<0>(GetParam())), anatomy,
-                            clay.particles().position.at(i).cast<double>())
-                    ? 1
-                    : 0;
+    if (k < 20) continue;
+    for (std::size_t i = 0; i < clay.particles().size(); ++i) {
+      const bool inside = insideFlesh(*soft.hand(std::get<0>(GetParam())), anatomy,
+                                      clay.particles().position.at(i).cast<double>());
+      within[i] = inside ? within[i] + 1 : 0;
+      EXPECT_LT(within[i], most) << "particle " << i << " frame " << k;
+    }
   }
   EXPECT_TRUE(touched);
-  EXPECT_EQ(within, 0);
   const hand::SoftHand& hand = *soft.hand(std::get<0>(GetParam()));
   for (const hand::Joint joint : {hand::index_intermediate, hand::middle_metacarpal})
     EXPECT_TRUE(insideFlesh(hand, anatomy, hand.joints()[joint]));
