@@ -196,9 +196,9 @@ TEST_P(OnThePalm, ASoftFistInOneFrameKeepsNoneInside) {
     touched = touched || !forces.empty();
     if (k < 20) continue;
     for (std::size_t i = 0; i < clay.particles().size(); ++i) {
-      const bool inside = insideFlesh(*soft.hand(std::get<0>(GetParam())), anatomy,
-                                      clay.particles().position.at(i).cast<double>());
-      within[i] = inside ? within[i] + 1 : 0;
+      const bool engulfed = insideFlesh(*soft.hand(std::get<0>(GetParam())), anatomy,
+                                        clay.particles().position.at(i).cast<double>());
+      within[i] = engulfed ? within[i] + 1 : 0;
       EXPECT_LT(within[i], most) << "particle " << i << " frame " << k;
     }
   }
