@@ -24,6 +24,7 @@ constexpr auto open_patience = 1000ms;   // for the guard of a driver that has j
 constexpr std::size_t most_points = 16;  // of a board, at a time: 16 transducers each
 constexpr unsigned patterns = 64;        // of channels that are on, to choose from
 constexpr double near_focus = 0.0019;    // m, in which a focus has its peak
+constexpr int fewest = 4;                // channels that make a focus; three or two make fringes, one a wave
 
 ultrasound::ArrayLayout layoutOf(std::size_t boards, const Eigen::Isometry3d& second) {
   std::string csv = "channel,column,row\n";
@@ -127,7 +128,11 @@ ultrasound::Drive SonicSurface::solve(const std::vector<ultrasound::FocalPoint>&
   for (unsigned pattern = 0; pattern < patterns; ++pattern) {
     ultrasound::Drive drive = sonic_surface::emitted(whole.drive, firmware_, pattern);
     const auto on = std::count(drive.amplitude.begin(), drive.amplitude.end(), 1.0f);
-    if (on == 0 || on == static_cast<std::ptrdiff_t>(layout_.size())) return drive;
+    if (on < fewest) {
+      std::fill(drive.amplitude.begin(), drive.amplitude.end(), 0.0f);
+      return drive;
+    }
+    if (on == static_cast<std::ptrdiff_t>(layout_.size())) return drive;
     solveAnew(sounding, target, drive);
     const std::size_t peaks = ultrasound::peaksWithin(near_focus, layout_, acoustics_, drive, sounding);
     if (pattern > 0 && peaks <= most) continue;

@@ -24,7 +24,7 @@ namespace tactile_clay::device {
 /// The boards know no amplitude: a weaker emission switches channels off, evenly over the board. The fewer
 /// are on, the stronger are the side lobes, in which a weak focal point can be lost; which one it is differs
 /// with the channels, so of some patterns of them the first is taken in which all foci are peaks, or the
-/// one with the most.
+/// one with the most. Emissions so weak that fewer than four channels were on are silent: they have no focus.
 ///
 /// Silent when told so, at the end, when no emission renews the last one for `hold`, and, by a guard process,
 /// when this process dies or hangs. Silence is two frames with all channels off. A port that goes away is

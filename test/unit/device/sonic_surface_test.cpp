@@ -4,8 +4,10 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <random>
 #include <set>
 #include <sstream>
 
@@ -232,6 +234,37 @@ TEST_F(SonicSurfaceOnATerminal, TakesChannelsWithWhichEveryFocusIsAPeak) {
       EXPECT_LT((ultrasound::peakNear(point.position, amplitude) - point.position).norm(), 0.002)
           << "set " << k << ", focus at " << point.position.transpose();
   }
+}
+
+/// Two channels make fringes and one a wave: what sounds has its peak at the focal point, however weak it is.
+TEST_F(SonicSurfaceOnATerminal, WhatIsTooWeakForAFocusIsSilent) {
+  SonicSurface device;
+  device.open(options);
+  const ultrasound::ArrayLayout layout = device.capabilities().layout;
+  std::mt19937 random(1);
+  const auto between = [&](double a, double b) {
+    return std::uniform_real_distribution<double>(a, b)(random);
+  };
+  int sounding = 0;
+  constexpr int tries = 200;
+  for (int k = 0; k < tries; ++k) {
+    std::vector<ultrasound::FocalPoint> points(1);
+    points[0].position = {between(-0.06, 0.06), between(-0.06, 0.06), between(0.12, 0.3)};
+    points[0].intensity = between(0.002, 0.04);  // none to 10 of 256 channels
+    const ultrasound::Drive drive = device.drive(points).value();
+    const auto on = std::count(drive.amplitude.begin(), drive.amplitude.end(), 1.0f);
+    if (on == 0) {
+      EXPECT_LT(points[0].intensity, 4.0 / 256);
+      continue;
+    }
+    ++sounding;
+    const auto amplitude = [&](const Eigen::Vector3d& at) {
+      return std::abs(ultrasound::pressureAt(layout, ultrasound::Acoustics(), drive, at));
+    };
+    EXPECT_LT((ultrasound::peakNear(points[0].position, amplitude) - points[0].position).norm(), 0.002)
+        << on << " channels, focus at " << points[0].position.transpose();
+  }
+  EXPECT_GT(sounding, tries / 2);
 }
 
 TEST_F(SonicSurfaceOnATerminal, DoesNotPlayWhatTheWireIsTooSlowFor) {
