@@ -24,9 +24,7 @@ TACTILE_CLAY_INLINE Rules rulesOf(const BondRule* rules, const std::uint32_t* in
 TACTILE_CLAY_INLINE void storeBonds(Bond* to, const std::uint32_t* slots, const Lane& rest_length,
                                     unsigned mask) {
   const LaneOrder& order = selections.order[mask];
-  LaneOrder index;
-  std::memcpy(&index, slots, sizeof index);
-  index = select(index, order) >> 2;  // over the size of a slot
+  const LaneOrder index = select(load(slots), order) >> 2;  // over the size of a slot
   const Lane lengths = select(rest_length, order);
   Lane names;
   std::memcpy(&names, &index, sizeof names);

@@ -109,6 +109,14 @@ TACTILE_CLAY_INLINE L select(const L& a, const LaneOrder& order) {
   return __builtin_shuffle(a, order);
 #endif
 }
+TACTILE_CLAY_INLINE LaneOrder load(const std::uint32_t* from) {
+  LaneOrder lane;
+  std::memcpy(&lane, from, sizeof lane);
+  return lane;
+}
+TACTILE_CLAY_INLINE void store(std::uint32_t* to, const LaneOrder& lane) {
+  std::memcpy(to, &lane, sizeof lane);
+}
 /// Bit k of the result tells whether a comparison holds in lane k.
 TACTILE_CLAY_INLINE unsigned bits(const LaneOrder& holds) {
 #if defined(__SSE2__)

@@ -158,23 +158,20 @@ bool Lumps::meet(const VectorField& u, Contacts& contacts, std::vector<Eigen::Ve
   return met;
 }
 
-std::vector<Lumps::Unblocked> Lumps::unblockedMotions(const VectorField& u, const VectorField& lack,
-                                                      const Contacts& contacts, float dt) {
-  using Vector6 = LumpSums<6>::Sum;  // translation, rotation
-  constexpr double none = 1e-6, tiny = 1e-9;
+/// Of each lump, a basis of the rigid motions (translation, rotation times its size) that no contact blocks.
+std::vector<Eigen::MatrixXd> Lumps::unblocked(const Contacts& contacts) const {
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  constexpr double none = 1e-6;
   std::vector<Matrix6> blocked(bodies_.size(), Matrix6::Zero());
-  std::vector<bool> near_contact(bodies_.size(), false);
   const auto block = [&](const Contact& c, const Eigen::Vector3d& direction) {
     const std::uint32_t l = near_.lump(c.particle);
     const Body& body = bodies_[l];
     const Eigen::Vector3d arm = particles_.position.at(c.particle).cast<double>() - body.centre;
-    Vector6 motion;
+    LumpSums<6>::Sum motion;
     motion << direction, arm.cross(direction) / size(body);
     blocked[l] += motion * motion.transpose();
   };
   for (const Contact& c : contacts.contacts()) {
-    near_contact[near_.lump(c.particle)] = true;
     if (c.state == Contact::State::open) continue;
     if (c.state == Contact::State::slide && !(c.damping > 0.0f)) {
       block(c, c.normal.cast<double>());
@@ -183,18 +180,26 @@ std::vector<Lumps::Unblocked> Lumps::unblockedMotions(const VectorField& u, cons
     for (int a = 0; a < 3; ++a) block(c, Eigen::Vector3d::Unit(a));
   }
   std::vector<Eigen::MatrixXd> bases(bodies_.size(), Eigen::MatrixXd::Identity(6, 6));
-  bool any = false;
   for (std::size_t l = 0; l < bodies_.size(); ++l) {
-    if (blocked[l].trace() > 0.0) {
-      const Eigen::SelfAdjointEigenSolver<Matrix6> modes(blocked[l]);
-      int count = 0;
-      while (count < 6 && modes.eigenvalues()[count] < none * blocked[l].trace()) ++count;
-      bases[l] = modes.eigenvectors().leftCols(count);
-    }
-    any = any || bases[l].cols() > 0;
+    if (!(blocked[l].trace() > 0.0)) continue;
+    const Eigen::SelfAdjointEigenSolver<Matrix6> modes(blocked[l]);
+    int count = 0;
+    while (count < 6 && modes.eigenvalues()[count] < none * blocked[l].trace()) ++count;
+    bases[l] = modes.eigenvectors().leftCols(count);
   }
+  return bases;
+}
+
+std::vector<Lumps::Unblocked> Lumps::unblockedMotions(const VectorField& u, const VectorField& lack,
+                                                      const Contacts& contacts, float dt) {
+  using Vector6 = LumpSums<6>::Sum;  // translation, rotation
+  constexpr double tiny = 1e-9;
+  const std::vector<Eigen::MatrixXd> bases = unblocked(contacts);
   std::vector<Unblocked> motions(bodies_.size());
-  if (!any) return motions;
+  if (std::none_of(bases.begin(), bases.end(), [](const auto& basis) { return basis.cols() > 0; }))
+    return motions;
+  std::vector<bool> near_contact(bodies_.size(), false);
+  for (const Contact& c : contacts.contacts()) near_contact[near_.lump(c.particle)] = true;
   const auto& momenta = two_momenta_.of(near_, particles_.size(), [&](std::size_t i) {
     LumpSums<12>::Sum two;
     two << momentum(i, u), momentum(i, lack);
@@ -206,7 +211,7 @@ std::vector<Lumps::Unblocked> Lumps::unblockedMotions(const VectorField& u, cons
     const Body& body = bodies_[l];
     // In units in which rotations are lengths, so that eigenvalues can be compared.
     const double length = size(body);
-    Matrix6 mass = Matrix6::Zero();
+    Eigen::Matrix<double, 6, 6> mass = Eigen::Matrix<double, 6, 6>::Zero();
     mass.topLeftCorner<3, 3>().diagonal().setConstant(body.mass);
     mass.bottomRightCorner<3, 3>() = body.inertia / (length * length);
     mass.diagonal().array() += tiny * body.mass;

@@ -61,6 +61,7 @@ class Lumps {
     Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  // kg m^2, about the centre
   };
   double size(const Body& body) const;
+  std::vector<Eigen::MatrixXd> unblocked(const Contacts& contacts) const;
   LumpSums<6>::Sum momentum(std::size_t i, const VectorField& velocity) const;
 
   const Neighbourhood& near_;

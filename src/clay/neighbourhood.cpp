@@ -92,6 +92,7 @@ struct Runs {
   std::uint32_t from[count], to[count];
 };
 
+/// Neighbourhood::cellAlong along x of eight places.
 TACTILE_CLAY_INLINE LaneOrder cellsAlong(const Lane& x, const Grid& grid) {
   const Lane c = (x - grid.origin[0]) * grid.per_metre[0];
   return __builtin_convertvector(least(greatest(c, Lane{}), all(static_cast<float>(grid.size[0] - 1))),
@@ -142,10 +143,7 @@ std::size_t appendNear(const Neighbourhood::Places& all_of, const Runs& runs, st
       mask &= 0xffu >> (lane_width - std::min<std::uint32_t>(to - k, lane_width));
       mask &= ~(static_cast<unsigned>(self - k < lane_width) << ((self - k) & 31u));
       const LaneOrder& order = selections.order[mask];
-      LaneOrder slots;
-      std::memcpy(&slots, all_of.slot + k, sizeof slots);
-      slots = select(slots, order);
-      std::memcpy(list.slot + size, &slots, sizeof slots);
+      store(list.slot + size, select(load(all_of.slot + k), order));
       store(list.x + size, select(dx, order));
       store(list.y + size, select(dy, order));
       store(list.z + size, select(dz, order));

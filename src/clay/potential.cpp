@@ -68,7 +68,7 @@ TACTILE_CLAY_INLINE void pressInto(const Pairs pairs, const float* pressure, std
       add(forces, times(own + of_others, loadVector(pairs.x, pairs.y, pairs.z, p)));
     }
     if constexpr (find) squeezed[i] = bits(most > 0.0f) != 0;
-    storeSlot(f + 4 * i, slot(f + 4 * i) + sums(forces));
+    storeSlot(f + slot_size * i, slot(f + slot_size * i) + sums(forces));
   }
 }
 TACTILE_CLAY_MULTIVERSION
@@ -128,9 +128,9 @@ void measureSurroundings(const Setup s, std::size_t first, std::size_t last) {
       const Lane r = load(s.pairs.distance + p), square = r * r;
       density += s.kernel.value(r);
       dashpots += dashpotWeight(per_square, square) * square * square;
+      if (!s.dense) continue;
       const Lane compression =
-          s.dense ? greatest(-s.kernel.slope(r) * per_lattice_sum / greatest(r, shortest), least_compression)
-                  : all(1.0f);
+          greatest(-s.kernel.slope(r) * per_lattice_sum / greatest(r, shortest), least_compression);
       const LaneVector g = times(compression, loadVector(s.pairs.x, s.pairs.y, s.pairs.z, p));
       store(s.x + p, g.x), store(s.y + p, g.y), store(s.z + p, g.z), store(s.spring + p, compression);
     }
@@ -147,7 +147,7 @@ TACTILE_CLAY_INLINE void linearise(const Setup s, std::size_t first, std::size_t
   const float per_square = 1.0f / (kernel.h * kernel.h);
   const Lane shortest = all(1e-8f * kernel.h * kernel.h);
   for (std::size_t i = first; i < last; ++i) {
-    const LaneVector guess = allOf(s.guess + 4 * i);
+    const LaneVector guess = allOf(s.guess + slot_size * i);
     const Lane own = all(s.amend[i]);
     const float* dashpots = s.dashpot + s.material[i] * s.materials;
     const BondRule* rules = s.bonds != nullptr ? s.bonds->rules(s.material[i]) : nullptr;
@@ -160,14 +160,16 @@ TACTILE_CLAY_INLINE void linearise(const Setup s, std::size_t first, std::size_t
       const LaneVector x = loadVector(s.pairs.x, s.pairs.y, s.pairs.z, p);
       const LaneVector d = difference(gather(s.guess, s.pairs.slot + p), guess);
       const Lane r = load(s.pairs.distance + p), square = r * r;
-      const Lane compression = load(s.spring + p);
+      const Lane compression = s.dense ? load(s.spring + p) : all(1.0f);
       const Lane inverse = 1.0f / (greatest(square, shortest) * compression);  // one division for two
       const Lane inverse_square = inverse * compression;
       const Lane along = dot(x, d);
       const LaneVector e = difference(x, d);
       const Lane length = root(dot(e, e));
-      guessed += kernel.value(length);
-      lag += compression * along;
+      if (s.dense) {
+        guessed += kernel.value(length);
+        lag += compression * along;
+      }
       if (s.sprung) {
         if (!alike) {
           for (int k = 0; k < lane_width; ++k) {
@@ -197,7 +199,7 @@ TACTILE_CLAY_INLINE void linearise(const Setup s, std::size_t first, std::size_t
         add(forces, times(push, x));
       }
     }
-    storeSlot(s.force + 4 * i, sums(forces));
+    storeSlot(s.force + slot_size * i, sums(forces));
     s.excess[i] = (sum(guessed) + kernel.sigma) / s.lattice_sum - 1.0f - sum(lag);
   }
 }
@@ -252,7 +254,9 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
   particles_ = &particles;
   sprung_ = sprung_ || bonds != nullptr;
   const std::size_t n = particles.size();
-  for (auto* numbers : {&x_, &y_, &z_, &spring_}) numbers->resize(near.pairs());
+  if (dense_)
+    for (auto* numbers : {&x_, &y_, &z_}) numbers->resize(near.pairs());
+  if (dense_ || sprung_) spring_.resize(near.pairs());
   dashpot_of_step_.clear();
   for (const float dashpot : dashpot_) dashpot_of_step_.push_back(dashpot / dt);
   force_.resize(n), squeezed_.resize(n);
@@ -289,6 +293,9 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
 }
 
 PairArrays Potential::pairs() const {
+  if (!dense_)
+    return {near_->begins(), near_->paddeds(), near_->slots(), near_->x(),
+            near_->y(),      near_->z(),       spring_.data()};
   return {near_->begins(), near_->paddeds(), near_->slots(), x_.data(), y_.data(), z_.data(), spring_.data()};
 }
 

@@ -14,7 +14,7 @@ namespace tactile_clay::clay {
 /// Pairs of a step as the vector loops see them. With du = u_j - u_i of a pair, and g along x_i - x_j:
 struct PairArrays {
   const std::uint32_t *begin, *end, *slot;  // end: of whole lanes; slot of j
-  const float *x, *y, *z;                   // g, 1/m; C_i grows by g . du
+  const float *x, *y, *z;                   // g, 1/m; C_i grows by g . du; without density, the offset, m
   const float* spring;                      // J; the force on i is spring (g . du) g
 };
 
@@ -82,7 +82,7 @@ class Potential {
   const Neighbourhood* near_ = nullptr;
   const Particles* particles_ = nullptr;
 
-  std::vector<float> x_, y_, z_, spring_;  // see PairArrays
+  std::vector<float> x_, y_, z_, spring_;  // see PairArrays; what a scene does not use is empty
   std::vector<float> amend_;     // of the dashpots of each particle for those that a surface takes away
   VectorField force_;            // N, of each particle at u = 0, without density
   std::vector<float> excess_;    // C_i at u = 0

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clay/lane_matrix.h"
 #include "clay/lanes.h"
 #include "clay/lattice.h"
 #include "clay/threads.h"
@@ -19,7 +20,6 @@ constexpr float bond_relaxation = 1.3f;  // over the greater number of bonds of 
 // m^2, added to squared distances so that none is zero; lost in rounding beyond 10 um
 constexpr float tiny = 1e-18f;
 
-using Symmetric = Projection::Symmetric;
 using Viscosity = Projection::Viscosity;
 using BondEnds = Projection::BondEnds;
 
@@ -46,67 +46,6 @@ TACTILE_CLAY_INLINE void storeGradient(float* gradient, std::uint32_t p, const L
   float* at = gradient + 3 * std::size_t{p};
   store(at, g.x), store(at + lane_width, g.y), store(at + 2 * lane_width, g.z);
 }
-
-/// 3 x 3 matrices of eight particles.
-struct Columns {
-  LaneVector x, y, z;
-};
-TACTILE_CLAY_INLINE Columns columnsOf(const Symmetric& s) {
-  return {{s.xx, s.xy, s.zx}, {s.xy, s.yy, s.yz}, {s.zx, s.yz, s.zz}};
-}
-TACTILE_CLAY_INLINE LaneVector times(const Columns& a, const LaneVector& v) {
-  return {a.x.x * v.x + a.y.x * v.y + a.z.x * v.z, a.x.y * v.x + a.y.y * v.y + a.z.y * v.z,
-          a.x.z * v.x + a.y.z * v.y + a.z.z * v.z};
-}
-TACTILE_CLAY_INLINE Columns times(const Columns& a, const Columns& b) {
-  return {times(a, b.x), times(a, b.y), times(a, b.z)};
-}
-TACTILE_CLAY_INLINE Lane dot(const Columns& a, const Columns& b) {
-  return dot(a.x, b.x) + dot(a.y, b.y) + dot(a.z, b.z);
-}
-TACTILE_CLAY_INLINE Symmetric upperOf(const Columns& a) {
-  return {a.x.x, a.y.y, a.z.z, a.z.y, a.z.x, a.y.x};
-}
-/// a where it holds, else zero.
-TACTILE_CLAY_INLINE Symmetric where(const LaneOrder& holds, const Symmetric& a) {
-  return {holds ? a.xx : Lane{}, holds ? a.yy : Lane{}, holds ? a.zz : Lane{},
-          holds ? a.yz : Lane{}, holds ? a.zx : Lane{}, holds ? a.xy : Lane{}};
-}
-TACTILE_CLAY_INLINE Symmetric times(const Lane& a, const Symmetric& s) {
-  return {a * s.xx, a * s.yy, a * s.zz, a * s.yz, a * s.zx, a * s.xy};
-}
-TACTILE_CLAY_INLINE Symmetric sum(const Symmetric& a, const Symmetric& b) {
-  return {a.xx + b.xx, a.yy + b.yy, a.zz + b.zz, a.yz + b.yz, a.zx + b.zx, a.xy + b.xy};
-}
-TACTILE_CLAY_INLINE void addOuter(Symmetric& to, const LaneVector& a, const LaneVector& b) {
-  to.xx += a.x * b.x, to.yy += a.y * b.y, to.zz += a.z * b.z;
-  to.yz += a.y * b.z, to.zx += a.z * b.x, to.xy += a.x * b.y;
-}
-
-/// Sums over the pairs of each of eight particles: lanes of pairs go in, lanes of particles come out. T is
-/// made of lanes alone.
-template <typename T>
-struct Totals {
-  static constexpr int size = sizeof(T) / sizeof(Lane);
-  Lane of[size][lane_width];
-
-  explicit TACTILE_CLAY_INLINE Totals(std::size_t particles) {
-    if (particles < lane_width) std::memset(of, 0, sizeof of);
-  }
-
-  TACTILE_CLAY_INLINE void set(int k, const T& total) {
-    Lane lanes[size];
-    std::memcpy(lanes, &total, sizeof total);
-    for (int c = 0; c < size; ++c) of[c][k] = lanes[c];
-  }
-  TACTILE_CLAY_INLINE T get() const {
-    Lane lanes[size];
-    for (int c = 0; c < size; ++c) lanes[c] = sums(of[c]);
-    T result;
-    std::memcpy(&result, lanes, sizeof result);
-    return result;
-  }
-};
 
 /// rho / rho_0
 TACTILE_CLAY_MULTIVERSION
@@ -310,10 +249,7 @@ void listBonds(const Pairs pairs, const float* pair_rest_length, const float* re
       const std::uint32_t* slot = pairs.slot + p;
       const Lane share = least(all(relaxation[i]), gatherNumbers(relaxation, slot)) * inverse_mass[i] /
                          (inverse_mass[i] + gatherNumbers(inverse_mass, slot));
-      LaneOrder slots;
-      std::memcpy(&slots, slot, sizeof slots);
-      slots = select(slots, order);
-      std::memcpy(ends.slot + b, &slots, sizeof slots);
+      store(ends.slot + b, select(load(slot), order));
       store(ends.x + b, select(load(pairs.x + p), order));
       store(ends.y + b, select(load(pairs.y + p), order));
       store(ends.z + b, select(load(pairs.z + p), order));

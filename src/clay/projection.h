@@ -6,7 +6,7 @@
 #include "clay/bonds.h"
 #include "clay/contacts.h"
 #include "clay/kernel.h"
-#include "clay/lanes.h"
+#include "clay/lane_matrix.h"
 #include "clay/material.h"
 #include "clay/neighbourhood.h"
 #include "clay/particles.h"
@@ -34,9 +34,6 @@ namespace tactile_clay::clay {
 /// What the paper lacks is not here either: adhesion, and a compliance of bonds and density.
 class Projection {
  public:
-  struct Symmetric {  // tensors of eight particles
-    Lane xx, yy, zz, yz, zx, xy;
-  };
   struct alignas(sizeof(Lane)) Viscosity {  // of eight particles
     Symmetric inverse, weight;              // of the gradients
     Symmetric multiplier;                   // kg m^2
