@@ -495,6 +495,13 @@ bool Contacts::update(const Particles& particles, const VectorField& u, const Ve
     const Filter& filter = filters_[f];
     // What the contacts must add for the particle to move as prescribed.
     Vector needed = filter.free * residual.at(filter.particle) - residual.at(filter.particle);
+    // The same without the friction on the particle. Where two obstacles slide on it, each would press harder
+    // for the other's friction, and rub harder for that, without end.
+    Vector loaded = needed;
+    if (filter.last > filter.first + 1) {
+      for (std::uint32_t k = filter.first; k < filter.last; ++k) loaded += frictionOn(contacts_[k], u);
+      loaded -= filter.free * loaded;
+    }
     for (std::uint32_t k = filter.first; k < filter.last; ++k) {
       Contact& c = contacts_[k];
       c.force.setZero();
@@ -504,6 +511,8 @@ bool Contacts::update(const Particles& particles, const VectorField& u, const Ve
       }
       const float pressing = needed.dot(c.normal);
       needed -= pressing * c.normal;
+      const float load = loaded.dot(c.normal);
+      loaded -= load * c.normal;
       // the force that acted in this round, a pull too; the new state acts in the next
       const Vector trial = pull(c, u.at(c.particle));
       const Vector rubbing = frictionOn(c, u), slip = tangential(u.at(c.particle) - c.drift, c.normal);
@@ -519,7 +528,8 @@ bool Contacts::update(const Particles& particles, const VectorField& u, const Ve
         changed = true;
         continue;
       }
-      const float limit = friction(c, particles) * (pressing + adhesion(c, particles)), size = trial.norm();
+      const float holding = std::min(pressing, load) + adhesion(c, particles);
+      const float limit = friction(c, particles) * std::max(holding, 0.0f), size = trial.norm();
       // A particle that friction would turn around comes to rest first.
       const bool turned = c.state == Contact::State::slide && trial.dot(c.friction) < 0.0f;
       const bool slides = size > limit && !turned;
