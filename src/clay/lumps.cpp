@@ -9,6 +9,8 @@
 namespace tactile_clay::clay {
 namespace {
 
+using Matrix6 = Eigen::Matrix<double, 6, 6>;  // translation, rotation
+
 constexpr double dents = 0.25;  // spacings; moves of less than that through an obstacle dent nothing
 
 Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
@@ -160,7 +162,6 @@ bool Lumps::meet(const VectorField& u, Contacts& contacts, std::vector<Eigen::Ve
 
 /// Of each lump, a basis of the rigid motions (translation, rotation times its size) that no contact blocks.
 std::vector<Eigen::MatrixXd> Lumps::unblocked(const Contacts& contacts) const {
-  using Matrix6 = Eigen::Matrix<double, 6, 6>;
   constexpr double none = 1e-6;
   std::vector<Matrix6> blocked(bodies_.size(), Matrix6::Zero());
   const auto block = [&](const Contact& c, const Eigen::Vector3d& direction) {
@@ -211,7 +212,7 @@ std::vector<Lumps::Unblocked> Lumps::unblockedMotions(const VectorField& u, cons
     const Body& body = bodies_[l];
     // In units in which rotations are lengths, so that eigenvalues can be compared.
     const double length = size(body);
-    Eigen::Matrix<double, 6, 6> mass = Eigen::Matrix<double, 6, 6>::Zero();
+    Matrix6 mass = Matrix6::Zero();
     mass.topLeftCorner<3, 3>().diagonal().setConstant(body.mass);
     mass.bottomRightCorner<3, 3>() = body.inertia / (length * length);
     mass.diagonal().array() += tiny * body.mass;

@@ -24,6 +24,15 @@ ultrasound::Drive uniform(std::size_t size, float phase, float amplitude) {
   return {std::vector<float>(size, phase), std::vector<float>(size, amplitude)};
 }
 
+/// m, from a focus to the peak of the field near it.
+double distanceOfPeak(const ultrasound::ArrayLayout& layout, const ultrasound::Drive& drive,
+                      const Eigen::Vector3d& focus) {
+  const auto amplitude = [&](const Eigen::Vector3d& at) {
+    return std::abs(ultrasound::pressureAt(layout, ultrasound::Acoustics(), drive, at));
+  };
+  return (ultrasound::peakNear(focus, amplitude) - focus).norm();
+}
+
 std::size_t countOff(const std::vector<std::uint8_t>& frame) {
   return static_cast<std::size_t>(std::count(frame.begin(), frame.end(), 32));
 }
@@ -227,11 +236,8 @@ TEST_F(SonicSurfaceOnATerminal, TakesChannelsWithWhichEveryFocusIsAPeak) {
       points.back().intensity = focus.intensity;
     }
     const ultrasound::Drive drive = device.drive(points).value();
-    const auto amplitude = [&](const Eigen::Vector3d& at) {
-      return std::abs(ultrasound::pressureAt(layout, ultrasound::Acoustics(), drive, at));
-    };
     for (const auto& point : points)
-      EXPECT_LT((ultrasound::peakNear(point.position, amplitude) - point.position).norm(), 0.002)
+      EXPECT_LT(distanceOfPeak(layout, drive, point.position), 0.002)
           << "set " << k << ", focus at " << point.position.transpose();
   }
 }
@@ -258,10 +264,7 @@ TEST_F(SonicSurfaceOnATerminal, WhatIsTooWeakForAFocusIsSilent) {
       continue;
     }
     ++sounding;
-    const auto amplitude = [&](const Eigen::Vector3d& at) {
-      return std::abs(ultrasound::pressureAt(layout, ultrasound::Acoustics(), drive, at));
-    };
-    EXPECT_LT((ultrasound::peakNear(points[0].position, amplitude) - points[0].position).norm(), 0.002)
+    EXPECT_LT(distanceOfPeak(layout, drive, points[0].position), 0.002)
         << on << " channels, focus at " << points[0].position.transpose();
   }
   EXPECT_GT(sounding, tries / 2);
