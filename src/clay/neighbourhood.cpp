@@ -17,8 +17,9 @@ constexpr float hair = 1e-4f;
 
 void Neighbourhood::build(const VectorField& position) {
   layOutGrid(position);
-  sortIntoCells(position);
-  tbb::parallel_invoke([&] { listPairs(position.size()); }, [&] { labelLumps(); });
+  countCells(position);
+  tbb::parallel_invoke([&] { sortIntoCells(position); }, [&] { labelBlocks(); });
+  listPairs(position.size());
 }
 
 void Neighbourhood::layOutGrid(const VectorField& position) {
@@ -42,7 +43,7 @@ void Neighbourhood::layOutGrid(const VectorField& position) {
   }
 }
 
-void Neighbourhood::sortIntoCells(const VectorField& position) {
+void Neighbourhood::countCells(const VectorField& position) {
   const std::size_t n = position.size();
   const std::size_t cells = static_cast<std::size_t>(size_[0]) * size_[1] * size_[2];
   cell_of_.resize(n);
@@ -56,6 +57,10 @@ void Neighbourhood::sortIntoCells(const VectorField& position) {
   });
   for (const std::uint32_t cell : cell_of_) ++cell_begin_[cell + 1];
   for (std::size_t c = 0; c < cells; ++c) cell_begin_[c + 1] += cell_begin_[c];
+}
+
+void Neighbourhood::sortIntoCells(const VectorField& position) {
+  const std::size_t n = position.size();
   cursor_.assign(cell_begin_.begin(), cell_begin_.end() - 1);
   place_.resize(n);
   // whole lanes can be read at the end
@@ -165,6 +170,7 @@ void measureDistances(const Lists& list, std::size_t size) {
 }  // namespace
 
 /// Lists the neighbours of particles [first, last), or as many as there is room for, and how much is needed.
+/// Tells their lumps.
 void Neighbourhood::findIn(Chunk& chunk, std::size_t first, std::size_t last) {
   const Lists lists{slot_.data() + chunk.begin, x_.data() + chunk.begin, y_.data() + chunk.begin,
                     z_.data() + chunk.begin, distance_.data() + chunk.begin};
@@ -180,6 +186,7 @@ void Neighbourhood::findIn(Chunk& chunk, std::size_t first, std::size_t last) {
     const std::size_t before = size;
     needed = std::max(needed, size + reached + 2 * lane_width);
     if (needed <= chunk.room) size = appendNear(places(), runs, self, h_, lists, size);
+    lump_of_[i] = lump_of_block_[cell_of_[i] / cells_a_block];
     begin_[i] = chunk.begin + static_cast<std::uint32_t>(before);
     count_[i] = static_cast<std::uint32_t>(size - before);
     for (; (size - before) % lane_width != 0; ++size) {
@@ -195,7 +202,7 @@ void Neighbourhood::findIn(Chunk& chunk, std::size_t first, std::size_t last) {
 void Neighbourhood::listPairs(std::size_t n) {
   constexpr std::size_t chunk_size = 256, usual_neighbours = 48;
   chunks_.resize((n + chunk_size - 1) / chunk_size);
-  begin_.resize(n), padded_.resize(n), count_.resize(n);
+  for (auto* numbers : {&begin_, &padded_, &count_, &lump_of_}) numbers->resize(n);
   for (;;) {
     parallelFor(chunks_.size(), 1, [&](std::size_t c) {
       findIn(chunks_[c], c * chunk_size, std::min(n, (c + 1) * chunk_size));
@@ -217,7 +224,7 @@ void Neighbourhood::listPairs(std::size_t n) {
   }
 }
 
-void Neighbourhood::labelLumps() {
+void Neighbourhood::labelBlocks() {
   constexpr std::uint32_t none = 0xffffffffu;
   const std::array<int, 3> size{size_[0] / cells_a_block, size_[1], size_[2]};  // blocks
   const auto occupied = [&](std::size_t block) {
@@ -247,8 +254,6 @@ void Neighbourhood::labelLumps() {
       }
     }
   }
-  lump_of_.resize(cell_of_.size());
-  for (std::size_t i = 0; i < cell_of_.size(); ++i) lump_of_[i] = lump_of_block_[cell_of_[i] / cells_a_block];
 }
 
 }  // namespace tactile_clay::clay

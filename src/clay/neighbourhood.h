@@ -67,13 +67,14 @@ class Neighbourhood {
     return (static_cast<std::size_t>(cz) * size_[1] + cy) * size_[0] + cx;
   }
   void layOutGrid(const VectorField& position);
+  void countCells(const VectorField& position);
   void sortIntoCells(const VectorField& position);
   void listPairs(std::size_t n);
   struct Chunk {  // a run of particles, whose lists stand one after the other
     std::uint32_t begin = 0, room = 0, needed = 0;  // in the pair arrays
   };
   void findIn(Chunk& chunk, std::size_t first, std::size_t last);
-  void labelLumps();
+  void labelBlocks();
 
   // Blocks are cubes with an edge of at least h. Along x they are cut into cells, in whose order particles
   // are sorted: candidates of a particle are then runs of little more than its chord through each row of

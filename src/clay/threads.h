@@ -1,40 +1,81 @@
 #pragma once
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
+#include <cstdint>
 
 namespace tactile_clay::clay {
 
+/// Consecutive pieces of work that belong to one thread. It takes them from the front, others from the back.
+class Share {
+ public:
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  void give(std::uint32_t begin, std::uint32_t end) {
+    left_ = static_cast<std::uint64_t>(end) << 32u | begin;
+  }
+  std::uint32_t takeFirst() {
+    return take([](std::uint32_t& begin, std::uint32_t&) { return begin++; });
+  }
+  std::uint32_t takeLast() {
+    return take([](std::uint32_t&, std::uint32_t& end) { return --end; });
+  }
+
+ private:
+  template <typename F>
+  std::uint32_t take(const F& f) {
+    std::uint64_t left = left_;
+    for (;;) {
+      std::uint32_t begin = static_cast<std::uint32_t>(left), end = static_cast<std::uint32_t>(left >> 32u);
+      if (begin >= end) return none;
+      const std::uint32_t taken = f(begin, end);
+      if (left_.compare_exchange_weak(left, static_cast<std::uint64_t>(end) << 32u | begin)) return taken;
+    }
+  }
+  alignas(64) std::atomic<std::uint64_t> left_;
+};
+
 /// Runs f(first, last) for ranges of at most `grain` that make up [0, n). Every f must be independent of all
 /// others: results then do not depend on the number of threads.
+///
+/// A thread has the same part of [0, n) in every call, so that what it wrote is in its own cache when it
+/// comes to read it. TBB's partitioners deal parts out anew; where two cores do not share a cache, fetching
+/// the other one's lines takes longer than the work.
 template <typename F>
 void parallelRanges(std::size_t n, std::size_t grain, const F& f) {
-  const std::size_t ranges = (n + grain - 1) / grain;
+  constexpr std::uint32_t most_threads = 64;
+  const auto ranges = static_cast<std::uint32_t>((n + grain - 1) / grain);
+  const auto run = [&](std::uint32_t k) { f(k * grain, std::min(n, (k + 1) * grain)); };
+  const std::uint32_t threads =
+      std::min({ranges, most_threads, static_cast<std::uint32_t>(tbb::this_task_arena::max_concurrency())});
+  if (threads < 2) {
+    for (std::uint32_t k = 0; k < ranges; ++k) run(k);
+    return;
+  }
+  Share shares[most_threads];
+  for (std::uint32_t t = 0; t < threads; ++t)
+    shares[t].give(ranges * t / threads, ranges * (t + 1) / threads);
   tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, ranges, 1),
-      [&](const tbb::blocked_range<std::size_t>& range) {
-        for (std::size_t k = range.begin(); k != range.end(); ++k) f(k * grain, std::min(n, (k + 1) * grain));
+      0u, threads, 1u,
+      [&](std::uint32_t) {
+        const auto own = static_cast<std::uint32_t>(tbb::this_task_arena::current_thread_index());
+        for (std::uint32_t k; (k = shares[own % threads].takeFirst()) != Share::none;) run(k);
+        for (std::uint32_t t = 1; t < threads; ++t)
+          for (std::uint32_t k; (k = shares[(own + t) % threads].takeLast()) != Share::none;) run(k);
       },
       tbb::simple_partitioner());
 }
 
-/// Runs f(i) for i in [0, n). Every f(i) must be independent of all others: results then do not depend on the
-/// number of threads.
+/// Runs f(i) for i in [0, n), by ranges of at most `grain`, as `parallelRanges`.
 template <typename F>
 void parallelFor(std::size_t n, std::size_t grain, const F& f) {
-  if (n <= grain) {
-    for (std::size_t i = 0; i < n; ++i) f(i);
-    return;
-  }
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, n, grain),
-      [&f](const tbb::blocked_range<std::size_t>& range) {
-        for (std::size_t i = range.begin(); i != range.end(); ++i) f(i);
-      },
-      tbb::simple_partitioner());
+  parallelRanges(n, grain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) f(i);
+  });
 }
 
 }  // namespace tactile_clay::clay
