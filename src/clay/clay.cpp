@@ -3,20 +3,17 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
 
 #include "clay/bonds.h"
-#include "clay/boundary_density.h"
 #include "clay/contacts.h"
 #include "clay/kernel.h"
-#include "clay/lump_sums.h"
-#include "clay/lumps.h"
+#include "clay/minimiser.h"
 #include "clay/neighbourhood.h"
-#include "clay/potential.h"
 #include "clay/projection.h"
+#include "clay/range_sums.h"
 #include "clay/sleep.h"
 #include "clay/threads.h"
 
@@ -76,55 +73,26 @@ Method methodNamed(const std::string& name) {
   throw std::invalid_argument("solver '" + name + "', expected minimise or paper");
 }
 
-struct Clay::Solver {
-  static constexpr std::size_t range_size = 256;
+struct Clay::State {
   enum StageIndex { neighbours, contact_search, bonds, setup, iterations, finish };
 
-  Solver(const ClayConfig& config_in, std::vector<Material> materials_in,
-         const std::vector<InitialParticle>& initial);
+  State(const ClayConfig& config_in, std::vector<Material> materials_in,
+        const std::vector<InitialParticle>& initial);
 
   double& ms(StageIndex stage) { return statistics.stages[stage].ms; }
   bool sleeps() const { return config.sleeping && config.budget.method != Method::paper; }
   double timeStep() const { return config.frame / config.budget.substeps; }
 
-  /// Runs f(range, first, last) over the particles.
+  /// Runs f(first, last) over the particles.
   template <typename F>
   void ranges(const F& f) {
-    parallelRanges(particles.size(), range_size,
-                   [&](std::size_t first, std::size_t last) { f(first / range_size, first, last); });
-  }
-  /// Two sums, and a maximum, over particles.
-  struct Sums {
-    double first = 0.0, second = 0.0;
-    float largest = 0.0f;
-    void add(const Sums& other) {
-      first += other.first, second += other.second;
-      largest = std::max(largest, other.largest);
-    }
-  };
-  /// Sums of f(first, last) over fixed ranges, added in order: the same bits for any number of threads.
-  template <typename F>
-  Sums sumOver(const F& f) {
-    partial.assign((particles.size() + range_size - 1) / range_size, Sums());
-    ranges([&](std::size_t range, std::size_t first, std::size_t last) { partial[range] = f(first, last); });
-    Sums total;
-    for (const Sums& s : partial) total.add(s);
-    return total;
+    parallelRanges(particles.size(), RangeSums::range_size, f);
   }
 
   void takeGhosts(const Ghosts& ghosts);
   const std::vector<Solid>& withWalls(const std::vector<Solid>& solids, double farthest);
   void step(const Ghosts& ghosts, const std::vector<Solid>& solids, double from, float dt);
   void updateBonds();
-  void project(float dt);
-  void minimise(float dt);
-  bool descend(int count, float dt);
-  Sums residual();
-  Sums multiply(const VectorField& x, VectorField& a_x);
-  Sums precondition(std::size_t first, std::size_t last);
-  void translate(float dt);
-  void ownDirection(float dt);
-  void balanceForces();
   void publishAwake();
   Sculpture sculpture() const;
   void restore(const Sculpture& sculpture);
@@ -140,19 +108,13 @@ struct Clay::Solver {
   Particles particles;               // those awake; everything below is of them
   VectorField free;                  // m, displacements of the step without internal and contact forces
   VectorField u;                     // m, displacements of the step
-  VectorField d, a_d;                // direction of the displacements themselves, its product
-  VectorField r, z, p, q;            // residual, preconditioned residual, direction, its product
-  std::vector<float> inertia;        // N/m, mass over the square of the time step
-  std::vector<Sums> partial;
+  RangeSums range_sums;
   Kernel kernel;
   Neighbourhood near;
-  Lumps lumps;
-  LumpSums<3> unsolved_forces;
-  Potential potential;
+  Minimiser minimiser;
   Projection projection;
   Bonds bond_constraint;
   Contacts contact_constraint;
-  BoundaryDensity boundary;
   Sleep sleep;
   // Of those that sleep, with indices into `everyone`: bonds, from begin[i] to begin[i + 1], and contacts,
   // which press the solids with what they last did.
@@ -176,19 +138,17 @@ struct Clay::Solver {
   Statistics statistics;
 };
 
-Clay::Solver::Solver(const ClayConfig& config_in, std::vector<Material> materials_in,
-                     const std::vector<InitialParticle>& initial)
+Clay::State::State(const ClayConfig& config_in, std::vector<Material> materials_in,
+                   const std::vector<InitialParticle>& initial)
     : config(config_in),
       materials(std::move(materials_in)),
       arena(config.threads > 0 ? config.threads : tbb::task_arena::automatic),
       kernel(static_cast<float>(2.0 * config.spacing)),
       near(kernel.h),
-      lumps(near, particles, config.spacing),
-      potential(kernel, static_cast<float>(config.spacing), materials),
+      minimiser(near, particles, kernel, config.spacing, materials),
       projection(kernel, static_cast<float>(config.spacing), materials),
       bond_constraint(static_cast<float>(config.spacing), materials),
       contact_constraint(static_cast<float>(config.spacing), materials),
-      boundary(kernel, static_cast<float>(config.spacing), materials),
       sleep(static_cast<float>(config.spacing)) {
   const std::size_t n = initial.size();
   everyone.position.resize(n), everyone.velocity.resize(n);
@@ -240,7 +200,7 @@ Clay::Solver::Solver(const ClayConfig& config_in, std::vector<Material> material
 /// A ghost that is not finite, or has no unit normal, is put out of reach; one faster than any hand has
 /// jumped, and has no velocity. Norms are compared because a NaN fails every comparison, while maxCoeff may
 /// drop it.
-void Clay::Solver::takeGhosts(const Ghosts& ghosts) {
+void Clay::State::takeGhosts(const Ghosts& ghosts) {
   constexpr float fastest = 50.0f;  // m/s
   const float far = static_cast<float>(100.0 * config.world);
   target = ghosts;
@@ -257,16 +217,16 @@ void Clay::Solver::takeGhosts(const Ghosts& ghosts) {
 
 /// The walls of the world are solids like others, where any particle may come near.
 /// \param farthest coordinate that a particle has or heads for, m
-const std::vector<Solid>& Clay::Solver::withWalls(const std::vector<Solid>& solids, double farthest) {
+const std::vector<Solid>& Clay::State::withWalls(const std::vector<Solid>& solids, double farthest) {
   if (!(farthest > config.world - 2.0 * config.spacing)) return solids;
   walled = solids;
   walled.insert(walled.end(), walls.begin(), walls.end());
   return walled;
 }
 
-void Clay::Solver::step(const Ghosts& ghosts, const std::vector<Solid>& of_scene, double from, float dt) {
+void Clay::State::step(const Ghosts& ghosts, const std::vector<Solid>& of_scene, double from, float dt) {
   const Eigen::Vector3f gravity = config.gravity.cast<float>();
-  const Sums ways = sumOver([&](std::size_t first, std::size_t last) {
+  const Sums ways = range_sums.of(particles.size(), [&](std::size_t first, std::size_t last) {
     Sums sums;
     for (std::size_t i = first; i < last; ++i) {
       const Eigen::Vector3f x = particles.position.at(i),
@@ -294,21 +254,30 @@ void Clay::Solver::step(const Ghosts& ghosts, const std::vector<Solid>& of_scene
     const Stopwatch watch(ms(bonds));
     updateBonds();
   }
-  if (config.budget.method == Method::paper)
-    project(dt);
-  else
-    minimise(dt);
+  const Bonds* const of_particles = bonded ? &bond_constraint : nullptr;
+  if (config.budget.method == Method::paper) {
+    const Stopwatch watch(ms(iterations));
+    projection.solve(near, particles, of_particles, free, config.budget.iterations, dt, contact_constraint,
+                     u);
+  } else {
+    {
+      const Stopwatch watch(ms(setup));
+      minimiser.begin(of_particles, free, contact_constraint, dt);
+    }
+    const Stopwatch watch(ms(iterations));
+    iterations_done += minimiser.solve(gravity, ghosts, config.budget.iterations, config.tolerance, u);
+  }
   endStep(dt);
 }
 
 /// Whether bonds form or break is decided by how far a pair has parted in a frame, not by the velocities of a
 /// step: these carry the noise of the solver, and a threshold that is looked at more often is crossed more
 /// often. A bond breaks as soon as its frame is sure to be too fast; what forms does so at the end of one.
-void Clay::Solver::updateBonds() {
+void Clay::State::updateBonds() {
   const float per_frame = static_cast<float>(1.0 / config.frame);
   const bool ends = window_steps >= config.budget.substeps;
-  VectorField& mean_velocity = z;  // which is free until the iterations
-  ranges([&](std::size_t, std::size_t first, std::size_t last) {
+  VectorField& mean_velocity = u;  // which is free until the step is solved
+  ranges([&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       mean_velocity[i] = per_frame * (particles.position[i] - window_start[i]);
       if (ends) window_start[i] = particles.position[i];
@@ -318,192 +287,10 @@ void Clay::Solver::updateBonds() {
   window_steps = ends ? 1 : window_steps + 1;
 }
 
-/// The paper's scheme.
-void Clay::Solver::project(float dt) {
-  const Stopwatch watch(ms(iterations));
-  projection.solve(near, particles, bonded ? &bond_constraint : nullptr, free, config.budget.iterations, dt,
-                   contact_constraint, u);
-}
-
-/// r = forces - M (u - free) / dt^2, z = r / M where contacts leave it free. \return as `precondition`
-Clay::Solver::Sums Clay::Solver::residual() {
-  std::atomic<bool> pressing{false};
-  ranges([&](std::size_t, std::size_t first, std::size_t last) {
-    if (potential.startForce(u, r, first, last)) pressing = true;
-  });
-  potential.setPressing(pressing);
-  return sumOver([&](std::size_t first, std::size_t last) {
-    potential.finishForce(r, first, last);
-    contact_constraint.addFriction(u, first, last, r);
-    for (std::size_t i = first; i < last; ++i) r[i] -= inertia[i] * (u[i] - free[i]);
-    return precondition(first, last);
-  });
-}
-
-/// a_x = A x = M x / dt^2 - (linear part of the forces). \return x . A x, and x . r
-Clay::Solver::Sums Clay::Solver::multiply(const VectorField& x, VectorField& a_x) {
-  ranges(
-      [&](std::size_t, std::size_t first, std::size_t last) { potential.startChange(x, a_x, first, last); });
-  return sumOver([&](std::size_t first, std::size_t last) {
-    potential.finishChange(a_x, first, last);
-    contact_constraint.addFrictionChange(x, first, last, a_x);
-    for (std::size_t i = first; i < last; ++i) a_x[i] = inertia[i] * x[i] - a_x[i];
-    return Sums{dot(x, a_x, first, last), dot(x, r, first, last)};
-  });
-}
-
-/// z = r / M in free directions. \return r . z, A d . z, and the largest |z|^2
-Clay::Solver::Sums Clay::Solver::precondition(std::size_t first, std::size_t last) {
-  for (std::size_t i = first; i < last; ++i) z[i] = particles.inverse_mass[i] * r[i];
-  contact_constraint.filter(first, last, z);
-  float largest = 0.0f;
-  for (std::size_t i = first; i < last; ++i) largest = std::max(largest, z[i].squaredNorm());
-  return {dot(r, z, first, last), dot(a_d, z, first, last), largest};
-}
-
-/// Moves each lump as a whole, but through nothing: what it meets stops it there, and it goes on in the
-/// directions that are left, of which there are three.
-void Clay::Solver::translate(float dt) {
-  bool met = true;
-  for (int k = 0; k < 3 && met; ++k) {
-    contact_constraint.prescribe(u);
-    std::vector<Eigen::Vector3f> falls = lumps.falls(free, u, contact_constraint, dt);
-    met = lumps.meet(u, contact_constraint, falls);
-    ranges([&](std::size_t, std::size_t first, std::size_t last) {
-      for (std::size_t i = first; i < last; ++i) u.add(i, falls[near.lump(i)]);
-    });
-  }
-  contact_constraint.prescribe(u);
-}
-
-/// Displacements as a direction: d = u in the directions that contacts leave free, without the rigid motions
-/// of lumps that no contact blocks. These are given what they lack, so that no residual is left along them.
-void Clay::Solver::ownDirection(float dt) {
-  const std::vector<Lumps::Unblocked> motions = lumps.unblockedMotions(u, z, contact_constraint, dt);
-  ranges([&](std::size_t, std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      const Lumps::Unblocked& motion = motions[near.lump(i)];
-      const Eigen::Vector3d arm = particles.position.at(i).cast<double>() - lumps.centreAt(i);
-      const Eigen::Vector3f lacking = motion.lacking.at(arm).cast<float>();
-      d.set(i, u.at(i) - motion.done.at(arm).cast<float>());
-      u.add(i, lacking);
-      r.add(i, -inertia[i] * lacking);
-    }
-    contact_constraint.filter(first, last, d);
-  });
-}
-
-/// Conjugate gradients on the potential, preconditioned by the masses, in the directions that contacts leave
-/// free. The first direction is that of the displacements themselves, and all others are conjugate to it
-/// (deflation, Saad et al. 2000): the residual stays orthogonal to the displacements, and so, the energies
-/// being convex, a step gains no energy however few directions are tried; see doc/method.md.
-/// \return whether the residual is under the tolerance
-bool Clay::Solver::descend(int count, float dt) {
-  const float enough = static_cast<float>(config.tolerance * config.tolerance);
-  Sums products = residual();  // r . z, A d . z
-  if (products.largest <= enough) return true;
-  ++iterations_done;
-  ownDirection(dt);
-  const Sums own = multiply(d, a_d);  // d . A d, d . r
-  const bool moves = own.first > 0.0;
-  const float own_step = moves ? static_cast<float>(own.second / own.first) : 0.0f;
-  products = sumOver([&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      u[i] += own_step * d[i];
-      r[i] -= own_step * a_d[i];
-    }
-    return precondition(first, last);
-  });
-  double last_rz = 0.0;
-  for (int k = 1; k < count && products.largest > enough; ++k) {
-    ++iterations_done;
-    const double rz = products.first;
-    const float b = k > 1 ? static_cast<float>(rz / last_rz) : 0.0f;
-    const float o = moves ? static_cast<float>(products.second / own.first) : 0.0f;
-    ranges([&](std::size_t, std::size_t first, std::size_t last) {
-      for (std::size_t i = first; i < last; ++i) {
-        p[i] = k > 1 ? Eigen::Vector4f(z[i] + b * p[i]) : z[i];
-        if (moves) p[i] -= o * d[i];
-      }
-    });
-    const Sums along = multiply(p, q);  // p . A p, p . r
-    // A is M / dt^2 at least, and so no step longer than dt^2 but by rounding, with nothing left to solve.
-    if (!(along.first > 0.0 && along.second <= 1.01 * dt * dt * along.first)) break;
-    const float alpha = static_cast<float>(along.second / along.first);
-    products = sumOver([&](std::size_t first, std::size_t last) {
-      for (std::size_t i = first; i < last; ++i) {
-        u[i] += alpha * p[i];
-        r[i] -= alpha * q[i];
-      }
-      return precondition(first, last);
-    });
-    last_rz = rz;
-  }
-  return products.largest <= enough;
-}
-
-void Clay::Solver::minimise(float dt) {
-  {
-    const Stopwatch watch(ms(setup));
-    potential.begin(near, particles, bonded ? &bond_constraint : nullptr, free, dt);
-    for (const BoundaryDensity::Share& share :
-         boundary.update(particles, potential.densityRatio(), contact_constraint.contacts()))
-      potential.addDensity(share.particle, share.ratio);
-    lumps.measure();
-  }
-  const Stopwatch watch(ms(iterations));
-  // Start from the last velocity: what rests starts at rest, however few iterations follow. What falls or
-  // slides is set going by `translate`.
-  const Eigen::Vector3f fall = dt * dt * config.gravity.cast<float>();
-  const std::vector<Eigen::Matrix3f> bend = lumps.bends(dt);
-  ranges([&](std::size_t, std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      const std::uint32_t lump = near.lump(i);
-      const Eigen::Vector3f arm = particles.position.at(i) - lumps.centreAt(i).cast<float>();
-      u.set(i, free.at(i) - fall + bend[lump] * arm);
-      inertia[i] = 1.0f / (particles.inverse_mass[i] * dt * dt);
-    }
-  });
-  // Contacts and compression are looked at anew every few iterations.
-  constexpr int iterations_a_round = 4;
-  for (int left = config.budget.iterations; left > 0; left -= iterations_a_round) {
-    translate(dt);
-    // Friction as it was in the last step foretells the slip, in the first of several rounds.
-    if (left < config.budget.iterations || left <= iterations_a_round)
-      contact_constraint.dampSlides(particles, u, dt);
-    const bool solved = descend(std::min(left, iterations_a_round), dt);
-    const bool changed = contact_constraint.update(particles, u, r);
-    const bool strayed = contact_constraint.detectStrays(particles, moved, u, dt);
-    if (solved && !changed && !strayed) break;
-  }
-  balanceForces();
-  contact_constraint.expel(particles, u, dt);
-  // Out of one side of the skin may be into another.
-  for (int k = 0; k < 8 && contact_constraint.detectStrays(particles, moved, u, dt); ++k)
-    contact_constraint.expel(particles, u, dt);
-  contact_constraint.finish(particles, dt);
-}
-
-/// What few iterations leave unsolved stands in z, as forces that nobody exerts. Contacts then report more,
-/// or less, than the momentum that the clay gained. The difference is made up by the contacts of the lump,
-/// each by its share, so that the sum of Eq. 6 is the rate of momentum for any budget.
-void Clay::Solver::balanceForces() {
-  const auto& unsolved = unsolved_forces.of(near, particles.size(), [&](std::size_t i) -> Eigen::Vector3d {
-    return z.at(i).cast<double>() / particles.inverse_mass[i];
-  });
-  std::vector<double> force(near.lumps(), 0.0);
-  std::vector<Contact>& contacts = contact_constraint.contacts();
-  for (const Contact& c : contacts) force[near.lump(c.particle)] += c.force.norm();
-  for (Contact& c : contacts) {
-    const std::uint32_t lump = near.lump(c.particle);
-    if (force[lump] > 0.0) c.force -= (c.force.norm() / force[lump] * unsolved[lump]).cast<float>();
-  }
-}
-
-void Clay::Solver::endStep(float dt) {
+void Clay::State::endStep(float dt) {
   const Stopwatch watch(ms(finish));
   const float world = static_cast<float>(config.world);
-  ranges([&](std::size_t, std::size_t first, std::size_t last) {
+  ranges([&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       // A displacement that is not finite, or larger than the world, is a lost particle: it stops where it
       // is.
@@ -517,7 +304,7 @@ void Clay::Solver::endStep(float dt) {
   });
 }
 
-void Clay::Solver::publishAwake() {
+void Clay::State::publishAwake() {
   for (std::size_t k = 0; k < awake.size(); ++k) {
     everyone.position[awake[k]] = particles.position[k];
     everyone.velocity[awake[k]] = particles.velocity[k];
@@ -525,7 +312,7 @@ void Clay::Solver::publishAwake() {
   }
 }
 
-Sculpture Clay::Solver::sculpture() const {
+Sculpture Clay::State::sculpture() const {
   Sculpture s{time,
               carry,
               statistics.step,
@@ -563,7 +350,7 @@ Sculpture Clay::Solver::sculpture() const {
 }
 
 /// Takes over a sculpture, and parts what is awake from what sleeps.
-void Clay::Solver::restore(const Sculpture& s) {
+void Clay::State::restore(const Sculpture& s) {
   constexpr std::uint32_t nobody = 0xffffffffu;
   time = s.time, carry = s.carry;
   statistics.step = s.step;
@@ -575,10 +362,8 @@ void Clay::Solver::restore(const Sculpture& s) {
   const std::size_t n = everyone.size();
   std::vector<std::uint32_t> index(n, nobody);  // in `awake`
   particles = {};
-  for (VectorField* field :
-       {&particles.position, &particles.velocity, &window_start, &free, &u, &r, &z, &p, &q, &d, &a_d})
+  for (VectorField* field : {&particles.position, &particles.velocity, &window_start, &free, &u})
     field->resize(awake.size());
-  inertia.resize(awake.size());
   for (std::uint32_t k = 0; k < awake.size(); ++k) {
     const std::uint32_t i = awake[k];
     index[i] = k;
@@ -619,14 +404,14 @@ void Clay::Solver::restore(const Sculpture& s) {
 }
 
 /// After clay woke or fell asleep.
-void Clay::Solver::regroup() {
+void Clay::State::regroup() {
   publishAwake();
   for (std::size_t i = 0; i < everyone.size(); ++i)
     if (sleep.state().lump[i] != 0) everyone.velocity[i].setZero();
   restore(sculpture());
 }
 
-void Clay::Solver::collectForces(int steps) {
+void Clay::State::collectForces(int steps) {
   for (const Contact& c : sleeping_contacts)
     if (c.solid < solid_forces.size()) solid_forces[c.solid] -= c.force.cast<double>() / steps;
   for (const Contact& c : contact_constraint.contacts()) {
@@ -649,13 +434,13 @@ Clay::Clay(const ClayConfig& config, std::vector<Material> materials,
   validate(config);
   if (materials.empty()) throw std::invalid_argument("clay: no material given, expected at least one");
   for (const Material& m : materials) validate(m);
-  solver_ = std::make_unique<Solver>(config, std::move(materials), particles);
+  state_ = std::make_unique<State>(config, std::move(materials), particles);
 }
 
 Clay::~Clay() = default;
 
 void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, double duration) {
-  Solver& s = *solver_;
+  State& s = *state_;
   for (Stage& stage : s.statistics.stages) stage.ms = 0.0;
   s.iterations_done = 0;
   const double dt = s.timeStep();
@@ -687,7 +472,7 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, doubl
       s.collectForces(steps);
     }
     s.particles.density_ratio =
-        s.config.budget.method == Method::paper ? s.projection.densityRatio() : s.potential.densityRatio();
+        s.config.budget.method == Method::paper ? s.projection.densityRatio() : s.minimiser.densityRatio();
     s.publishAwake();
   });
   s.time += steps * dt;
@@ -714,11 +499,11 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, doubl
 }
 
 Sculpture Clay::sculpture() const {
-  return solver_->sculpture();
+  return state_->sculpture();
 }
 
 void Clay::restore(const Sculpture& sculpture) {
-  Solver& s = *solver_;
+  State& s = *state_;
   if (sculpture.material.size() != s.everyone.size()) {
     throw std::invalid_argument("the sculpture has " + std::to_string(sculpture.material.size()) +
                                 " particles, expected " + std::to_string(s.everyone.size()));
@@ -731,25 +516,25 @@ void Clay::restore(const Sculpture& sculpture) {
 }
 
 const ClayConfig& Clay::config() const {
-  return solver_->config;
+  return state_->config;
 }
 const std::vector<Material>& Clay::materials() const {
-  return solver_->materials;
+  return state_->materials;
 }
 const Particles& Clay::particles() const {
-  return solver_->everyone;
+  return state_->everyone;
 }
 double Clay::time() const {
-  return solver_->time;
+  return state_->time;
 }
 const std::vector<GhostForce>& Clay::ghostForces() const {
-  return solver_->ghost_forces;
+  return state_->ghost_forces;
 }
 const std::vector<Eigen::Vector3d>& Clay::solidForces() const {
-  return solver_->solid_forces;
+  return state_->solid_forces;
 }
 const Statistics& Clay::statistics() const {
-  return solver_->statistics;
+  return state_->statistics;
 }
 
 }  // namespace tactile_clay::clay

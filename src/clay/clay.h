@@ -17,7 +17,7 @@ void validate(const Material& material);
 
 /// How a time step is solved.
 enum class Method {
-  minimise,  // the incremental potential, by conjugate gradients (class Potential)
+  minimise,  // the incremental potential, by conjugate gradients (class Minimiser)
   paper      // the paper's projection of one constraint type after the other (class Projection)
 };
 
@@ -101,8 +101,8 @@ class Clay {
   const Statistics& statistics() const;
 
  private:
-  struct Solver;
-  std::unique_ptr<Solver> solver_;
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace tactile_clay::clay

@@ -1,0 +1,198 @@
+#include "clay/minimiser.h"
+
+#include <algorithm>
+#include <atomic>
+
+namespace tactile_clay::clay {
+
+Minimiser::Minimiser(const Neighbourhood& near, const Particles& particles, const Kernel& kernel,
+                     double spacing, const std::vector<Material>& materials)
+    : near_(near),
+      particles_(particles),
+      lumps_(near, particles, spacing),
+      potential_(kernel, static_cast<float>(spacing), materials),
+      boundary_(kernel, static_cast<float>(spacing), materials) {}
+
+void Minimiser::begin(const Bonds* bonds, const VectorField& free, Contacts& contacts, float dt) {
+  free_ = &free, contacts_ = &contacts, dt_ = dt;
+  const std::size_t n = particles_.size();
+  for (VectorField* field : {&r_, &z_, &p_, &q_, &d_, &a_d_}) field->resize(n);
+  inertia_.resize(n);
+  potential_.begin(near_, particles_, bonds, free, dt);
+  for (const BoundaryDensity::Share& share :
+       boundary_.update(particles_, potential_.densityRatio(), contacts.contacts()))
+    potential_.addDensity(share.particle, share.ratio);
+  lumps_.measure();
+}
+
+int Minimiser::solve(const Eigen::Vector3f& gravity, const Ghosts& ghosts, int iterations, double tolerance,
+                     VectorField& u) {
+  iterations_done_ = 0;
+  start(gravity, u);
+  // Contacts and compression are looked at anew every few iterations.
+  constexpr int iterations_a_round = 4;
+  for (int left = iterations; left > 0; left -= iterations_a_round) {
+    translate(u);
+    // Friction as it was in the last step foretells the slip, in the first of several rounds.
+    if (left < iterations || left <= iterations_a_round) contacts_->dampSlides(particles_, u, dt_);
+    const bool solved = descend(std::min(left, iterations_a_round), tolerance, u);
+    const bool changed = contacts_->update(particles_, u, r_);
+    const bool strayed = contacts_->detectStrays(particles_, ghosts, u, dt_);
+    if (solved && !changed && !strayed) break;
+  }
+  balanceForces();
+  contacts_->expel(particles_, u, dt_);
+  // Out of one side of the skin may be into another.
+  for (int k = 0; k < 8 && contacts_->detectStrays(particles_, ghosts, u, dt_); ++k)
+    contacts_->expel(particles_, u, dt_);
+  contacts_->finish(particles_, dt_);
+  return iterations_done_;
+}
+
+/// Starts from the last velocity: what rests starts at rest, however few iterations follow. What falls or
+/// slides is set going by `translate`.
+void Minimiser::start(const Eigen::Vector3f& gravity, VectorField& u) {
+  const Eigen::Vector3f fall = dt_ * dt_ * gravity;
+  const std::vector<Eigen::Matrix3f> bend = lumps_.bends(dt_);
+  ranges([&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const Eigen::Vector3f arm = particles_.position.at(i) - lumps_.centreAt(i).cast<float>();
+      u.set(i, free_->at(i) - fall + bend[near_.lump(i)] * arm);
+      inertia_[i] = 1.0f / (particles_.inverse_mass[i] * dt_ * dt_);
+    }
+  });
+}
+
+/// Moves each lump as a whole, but through nothing: what it meets stops it there, and it goes on in the
+/// directions that are left, of which there are three.
+void Minimiser::translate(VectorField& u) {
+  bool met = true;
+  for (int k = 0; k < 3 && met; ++k) {
+    contacts_->prescribe(u);
+    std::vector<Eigen::Vector3f> falls = lumps_.falls(*free_, u, *contacts_, dt_);
+    met = lumps_.meet(u, *contacts_, falls);
+    ranges([&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) u.add(i, falls[near_.lump(i)]);
+    });
+  }
+  contacts_->prescribe(u);
+}
+
+/// Conjugate gradients on the potential, preconditioned by the masses, in the directions that contacts leave
+/// free. The first direction is that of the displacements themselves, and all others are conjugate to it
+/// (deflation, Saad et al. 2000): the residual stays orthogonal to the displacements, and so, the energies
+/// being convex, a step gains no energy however few directions are tried; see doc/method.md.
+/// \return whether the residual is under the tolerance
+bool Minimiser::descend(int count, double tolerance, VectorField& u) {
+  const float enough = static_cast<float>(tolerance * tolerance);
+  Sums products = residual(u);  // r . z, A d . z
+  if (products.largest <= enough) return true;
+  ++iterations_done_;
+  ownDirection(u);
+  const Sums own = multiply(d_, a_d_);  // d . A d, d . r
+  const bool moves = own.first > 0.0;
+  const float own_step = moves ? static_cast<float>(own.second / own.first) : 0.0f;
+  products = sumOver([&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      u[i] += own_step * d_[i];
+      r_[i] -= own_step * a_d_[i];
+    }
+    return precondition(first, last);
+  });
+  double last_rz = 0.0;
+  for (int k = 1; k < count && products.largest > enough; ++k) {
+    ++iterations_done_;
+    const double rz = products.first;
+    const float b = k > 1 ? static_cast<float>(rz / last_rz) : 0.0f;
+    const float o = moves ? static_cast<float>(products.second / own.first) : 0.0f;
+    ranges([&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) {
+        p_[i] = k > 1 ? Eigen::Vector4f(z_[i] + b * p_[i]) : z_[i];
+        if (moves) p_[i] -= o * d_[i];
+      }
+    });
+    const Sums along = multiply(p_, q_);  // p . A p, p . r
+    // A is M / dt^2 at least, and so no step longer than dt^2 but by rounding, with nothing left to solve.
+    if (!(along.first > 0.0 && along.second <= 1.01 * dt_ * dt_ * along.first)) break;
+    const float alpha = static_cast<float>(along.second / along.first);
+    products = sumOver([&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) {
+        u[i] += alpha * p_[i];
+        r_[i] -= alpha * q_[i];
+      }
+      return precondition(first, last);
+    });
+    last_rz = rz;
+  }
+  return products.largest <= enough;
+}
+
+/// r = forces - M (u - free) / dt^2, z = r / M where contacts leave it free. \return as `precondition`
+Sums Minimiser::residual(const VectorField& u) {
+  std::atomic<bool> pressing{false};
+  ranges([&](std::size_t first, std::size_t last) {
+    if (potential_.startForce(u, r_, first, last)) pressing = true;
+  });
+  potential_.setPressing(pressing);
+  return sumOver([&](std::size_t first, std::size_t last) {
+    potential_.finishForce(r_, first, last);
+    contacts_->addFriction(u, first, last, r_);
+    for (std::size_t i = first; i < last; ++i) r_[i] -= inertia_[i] * (u[i] - (*free_)[i]);
+    return precondition(first, last);
+  });
+}
+
+/// z = r / M in free directions. \return r . z, A d . z, and the largest |z|^2
+Sums Minimiser::precondition(std::size_t first, std::size_t last) {
+  for (std::size_t i = first; i < last; ++i) z_[i] = particles_.inverse_mass[i] * r_[i];
+  contacts_->filter(first, last, z_);
+  float largest = 0.0f;
+  for (std::size_t i = first; i < last; ++i) largest = std::max(largest, z_[i].squaredNorm());
+  return {dot(r_, z_, first, last), dot(a_d_, z_, first, last), largest};
+}
+
+/// a_x = A x = M x / dt^2 - (linear part of the forces). \return x . A x, and x . r
+Sums Minimiser::multiply(const VectorField& x, VectorField& a_x) {
+  ranges([&](std::size_t first, std::size_t last) { potential_.startChange(x, a_x, first, last); });
+  return sumOver([&](std::size_t first, std::size_t last) {
+    potential_.finishChange(a_x, first, last);
+    contacts_->addFrictionChange(x, first, last, a_x);
+    for (std::size_t i = first; i < last; ++i) a_x[i] = inertia_[i] * x[i] - a_x[i];
+    return Sums{dot(x, a_x, first, last), dot(x, r_, first, last)};
+  });
+}
+
+/// Displacements as a direction: d = u in the directions that contacts leave free, without the rigid motions
+/// of lumps that no contact blocks. These are given what they lack, so that no residual is left along them.
+void Minimiser::ownDirection(VectorField& u) {
+  const std::vector<Lumps::Unblocked> motions = lumps_.unblockedMotions(u, z_, *contacts_, dt_);
+  ranges([&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const Lumps::Unblocked& motion = motions[near_.lump(i)];
+      const Eigen::Vector3d arm = particles_.position.at(i).cast<double>() - lumps_.centreAt(i);
+      const Eigen::Vector3f lacking = motion.lacking.at(arm).cast<float>();
+      d_.set(i, u.at(i) - motion.done.at(arm).cast<float>());
+      u.add(i, lacking);
+      r_.add(i, -inertia_[i] * lacking);
+    }
+    contacts_->filter(first, last, d_);
+  });
+}
+
+/// What few iterations leave unsolved stands in z, as forces that nobody exerts. Contacts then report more,
+/// or less, than the momentum that the clay gained. The difference is made up by the contacts of the lump,
+/// each by its share, so that the sum of Eq. 6 is the rate of momentum for any budget.
+void Minimiser::balanceForces() {
+  const auto& unsolved = unsolved_forces_.of(near_, particles_.size(), [&](std::size_t i) -> Eigen::Vector3d {
+    return z_.at(i).cast<double>() / particles_.inverse_mass[i];
+  });
+  std::vector<double> force(near_.lumps(), 0.0);
+  std::vector<Contact>& contacts = contacts_->contacts();
+  for (const Contact& c : contacts) force[near_.lump(c.particle)] += c.force.norm();
+  for (Contact& c : contacts) {
+    const std::uint32_t lump = near_.lump(c.particle);
+    if (force[lump] > 0.0) c.force -= (c.force.norm() / force[lump] * unsolved[lump]).cast<float>();
+  }
+}
+
+}  // namespace tactile_clay::clay

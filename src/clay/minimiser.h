@@ -1,0 +1,83 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "clay/bonds.h"
+#include "clay/boundary_density.h"
+#include "clay/contacts.h"
+#include "clay/ghosts.h"
+#include "clay/kernel.h"
+#include "clay/lump_sums.h"
+#include "clay/lumps.h"
+#include "clay/material.h"
+#include "clay/neighbourhood.h"
+#include "clay/particles.h"
+#include "clay/potential.h"
+#include "clay/range_sums.h"
+#include "clay/vector_field.h"
+
+namespace tactile_clay::clay {
+
+/// Our scheme: a time step minimises the incremental potential M/(2 dt^2) |u - free|^2 + energies of the
+/// constraints (class Potential) over the displacements u, subject to contact (class Contacts), by conjugate
+/// gradients; see doc/method.md.
+class Minimiser {
+ public:
+  /// The neighbourhood and the particles must outlive it. \param spacing m
+  Minimiser(const Neighbourhood& near, const Particles& particles, const Kernel& kernel, double spacing,
+            const std::vector<Material>& materials);
+
+  /// Sets up a step. \param bonds null: there are none; \param free displacements, m, that the particles
+  /// would make without internal and contact forces; \param contacts as detected. All must stay until it is
+  /// solved.
+  void begin(const Bonds* bonds, const VectorField& free, Contacts& contacts, float dt);
+
+  /// Solves it, as well as the budget allows. Contacts get their states, anchors and forces.
+  /// \param gravity m/s^2 \param ghosts those that the contacts were detected with
+  /// \param iterations at most \param tolerance m/s^2; done where no particle lacks more acceleration
+  /// \param u displacements of the step, m \return iterations done
+  int solve(const Eigen::Vector3f& gravity, const Ghosts& ghosts, int iterations, double tolerance,
+            VectorField& u);
+
+  /// rho / rho_0 at the start of the step.
+  const std::vector<float>& densityRatio() const { return potential_.densityRatio(); }
+
+ private:
+  /// Runs f(first, last) over the particles.
+  template <typename F>
+  void ranges(const F& f) const {
+    parallelRanges(particles_.size(), RangeSums::range_size, f);
+  }
+  template <typename F>
+  Sums sumOver(const F& f) {
+    return sums_.of(particles_.size(), f);
+  }
+  void start(const Eigen::Vector3f& gravity, VectorField& u);
+  void translate(VectorField& u);
+  bool descend(int count, double tolerance, VectorField& u);
+  Sums residual(const VectorField& u);
+  Sums precondition(std::size_t first, std::size_t last);
+  Sums multiply(const VectorField& x, VectorField& a_x);
+  void ownDirection(VectorField& u);
+  void balanceForces();
+
+  const Neighbourhood& near_;
+  const Particles& particles_;
+  Lumps lumps_;
+  Potential potential_;
+  BoundaryDensity boundary_;
+  RangeSums sums_;
+  LumpSums<3> unsolved_forces_;
+
+  // Of the step.
+  const VectorField* free_ = nullptr;
+  Contacts* contacts_ = nullptr;
+  float dt_ = 0.0f;             // s
+  std::vector<float> inertia_;  // N/m, mass over the square of the time step
+  VectorField r_, z_, p_, q_;   // residual, preconditioned residual, direction, its product
+  VectorField d_, a_d_;         // direction of the displacements themselves, its product
+  int iterations_done_ = 0;
+};
+
+}  // namespace tactile_clay::clay
