@@ -2,37 +2,28 @@
 // particle spacing, headless and in lockstep, and tells the error of each against a converged reference.
 //
 //   speed_accuracy --help
-#include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "clay/clay.h"
-#include "clay/kernel.h"
-#include "clay/lattice.h"
-#include "hand/choreography.h"
-#include "hand/hand_check.h"
-#include "hand/kinematic_hand.h"
-#include "hand/leap_recording.h"
 #include "scene/scene.h"
 #include "scene/solids.h"
-#include "scene/yaml_reader.h"
-#include "tools/quantile.h"
+#include "tools/accuracy_report.h"
+#include "tools/hand_samples.h"
+#include "tools/outcome.h"
 
 namespace {
 
 using namespace tactile_clay;
-using tools::quantile;
+using namespace tactile_clay::tools;
 
 constexpr const char* usage = R"(usage: speed_accuracy [--OPTION VALUE]...
 
@@ -63,24 +54,13 @@ Columns of the table; errors are differences from the reference of the same spac
   volume          within the surface where the smoothed clay is half as dense, end over start - 1
 )";
 
-constexpr double frame = 1.0 / 60.0;  // s
-
-struct Setting {
-  clay::Budget budget;
-  std::string name() const {
-    const char* solver = budget.method == clay::Method::paper ? "paper" : "minimise";
-    return std::string(solver) + ":" + std::to_string(budget.substeps) + "x" +
-           std::to_string(budget.iterations);
-  }
-};
-
 struct Options {
-  std::string scene = "incline", hands = "none", csv, share;
+  std::string scene, hands, csv, share;
   double duration = 0.0;  // s; 0: the hand's
-  int threads = 2;
-  std::vector<double> spacings{0.0};
-  std::vector<Setting> settings;
-  Setting reference;
+  int threads = 0;
+  std::vector<double> spacings;  // m; 0: the scene's
+  std::vector<clay::Budget> settings;
+  clay::Budget reference;
 };
 
 // ---- Reading options
@@ -113,14 +93,14 @@ int whole(const std::string& option, const std::string& text, int low, int high)
   return static_cast<int>(value);
 }
 
-Setting settingOf(const std::string& option, const std::string& text) {
+clay::Budget settingOf(const std::string& option, const std::string& text) {
   const std::size_t colon = text.find(':'), cross = text.find('x', colon == std::string::npos ? 0 : colon);
   if (colon == std::string::npos || cross == std::string::npos)
     fail(option + " '" + text + "': expected SOLVER:SUBSTEPSxITERATIONS, as in paper:1x5");
-  Setting setting;
-  setting.budget.method = clay::methodNamed(text.substr(0, colon));
-  setting.budget.substeps = whole(option, text.substr(colon + 1, cross - colon - 1), 1, 10000);
-  setting.budget.iterations = whole(option, text.substr(cross + 1), 1, 10000);
+  clay::Budget setting;
+  setting.method = clay::methodNamed(text.substr(0, colon));
+  setting.substeps = whole(option, text.substr(colon + 1, cross - colon - 1), 1, 10000);
+  setting.iterations = whole(option, text.substr(cross + 1), 1, 10000);
   return setting;
 }
 
@@ -163,16 +143,15 @@ Options optionsOf(int argc, char** argv) {
   o.duration = number("--duration", given["--duration"], 0.0, 3600.0);
   o.threads = whole("--threads", given["--threads"], 1, 1024);
   o.reference = settingOf("--reference", given["--reference"]);
-  o.spacings.clear();
   for (const std::string& s : split(given["--spacing"], ','))
     o.spacings.push_back(number("--spacing", s, 0.0, 0.1));
   for (const std::string& solver : split(given["--solver"], ',')) {
     for (const std::string& substeps : split(given["--substeps"], ',')) {
       for (const std::string& iterations : split(given["--iterations"], ',')) {
-        Setting setting;
-        setting.budget.method = clay::methodNamed(solver);
-        setting.budget.substeps = whole("--substeps", substeps, 1, 10000);
-        setting.budget.iterations = whole("--iterations", iterations, 1, 10000);
+        clay::Budget setting;
+        setting.method = clay::methodNamed(solver);
+        setting.substeps = whole("--substeps", substeps, 1, 10000);
+        setting.iterations = whole("--iterations", iterations, 1, 10000);
         o.settings.push_back(setting);
       }
     }
@@ -182,319 +161,55 @@ Options optionsOf(int argc, char** argv) {
   return o;
 }
 
-// ---- The hand
+// ---- Playing
 
-/// The skin at the end of a piece of time.
-struct Sample {
-  double duration;  // s
-  clay::Ghosts skin;
-  std::vector<std::uint8_t> side;  // of each ghost: 0 left, 1 right
-};
-
-Sample sampleOf(double duration, const hand::Skin& skin) {
-  return {duration, {skin.position, skin.normal, skin.velocity}, skin.side};
+std::ofstream openCsv(const std::string& path) {
+  std::ofstream csv;
+  if (path.empty()) return csv;
+  csv.open(path);
+  if (!csv) fail("--csv '" + path + "' cannot be written");
+  writeCsvHead(csv);
+  return csv;
 }
 
-/// N, on the left and on the right hand; without hands, on all solids and zero.
-using Load = Eigen::Matrix<double, 6, 1>;
+/// Plays every setting with particles of one spacing, m; 0: the scene's.
+void runAt(double wanted_spacing, const Options& options, std::ofstream& csv) {
+  const scene::Scene scene = scene::loadScene(options.scene, options.share, wanted_spacing);
+  const scene::Solids solids(scene::readText(scene.urdf), scene.motions);
+  const double spacing = scene.config.spacing;
+  const std::vector<HandSample> samples =
+      handSamples(options.hands, options.duration, spacing, options.share);
+  Played played{options.scene, options.hands, spacing, scene.particles.size()};
+  for (const HandSample& sample : samples) played.duration += sample.duration;
 
-std::vector<Sample> played(const hand::Score& score, double duration, double spacing) {
-  hand::KinematicHands hands(spacing);
-  std::vector<Sample> samples;
-  const int count = static_cast<int>(std::lround((duration > 0.0 ? duration : score.duration()) / frame));
-  for (int k = 1; k <= count; ++k) {
-    const double t = k * frame;
-    const auto stamp = std::chrono::nanoseconds(std::llround(t * 1e9));
-    samples.push_back(sampleOf(frame, hands.update(score.sample(t).hands, stamp)));
-  }
-  return samples;
+  const auto outcomeOf = [&](const clay::Budget& setting) {
+    std::fprintf(stderr, "speed_accuracy: %s %s:%dx%d at %g mm\n", options.scene.c_str(),
+                 nameOf(setting.method).c_str(), setting.substeps, setting.iterations, 1e3 * spacing);
+    return play(scene, solids, samples, setting, options.threads);
+  };
+  clay::Budget halved = options.reference;
+  halved.substeps *= 2;
+  const Outcome coarse = outcomeOf(options.reference), reference = outcomeOf(halved);
+
+  const auto tell = [&](const char* role, const clay::Budget& setting, const Outcome& outcome) {
+    const Row row{role, setting, outcome, compare(outcome, reference, spacing)};
+    printRow(row);
+    if (csv.is_open()) writeCsvRow(csv, played, row);
+    return row.errors;
+  };
+  printHead(played);
+  std::vector<Errors> errors;
+  for (const clay::Budget& setting : options.settings)
+    errors.push_back(tell("setting", setting, outcomeOf(setting)));
+  const Errors change = tell("twice the step", options.reference, coarse);
+  tell("reference", halved, reference);
+  std::printf("\n%s\n", convergence(change, errors).c_str());
+  std::fflush(stdout);
 }
-
-Eigen::Isometry3d trackerPose(const std::string& share) {
-  scene::YamlMap rig = scene::loadYaml(share + "/config/rig.yaml");
-  const auto p = rig.numbers("tracker_pose", 6, "x y z (m) roll pitch yaw (rad)");
-  return Eigen::Translation3d(p[0], p[1], p[2]) * Eigen::AngleAxisd(p[5], Eigen::Vector3d::UnitZ()) *
-         Eigen::AngleAxisd(p[4], Eigen::Vector3d::UnitY()) *
-         Eigen::AngleAxisd(p[3], Eigen::Vector3d::UnitX());
-}
-
-std::vector<Sample> recorded(const Options& options, double spacing) {
-  const Eigen::Isometry3d tracker = trackerPose(options.share);
-  hand::LeapRecording recording;
-  hand::SourceOptions source;
-  source.file = options.hands;
-  recording.open(source);
-  hand::KinematicHands hands(spacing);
-  std::vector<Sample> samples;
-  hand::TrackedFrame sample;
-  std::optional<std::chrono::nanoseconds> before;
-  double time = 0.0;
-  while (recording.read(sample, {}) == hand::HandSource::Read::frame) {
-    auto& seen = sample.hands;
-    seen.erase(
-        std::remove_if(seen.begin(), seen.end(), [](const auto& h) { return !hand::faultOf(h).empty(); }),
-        seen.end());
-    hand::keepOneHandASide(seen);
-    for (hand::TrackedHand& h : seen) {
-      for (hand::JointPose& joint : h.joints) {
-        joint.position = tracker * joint.position;
-        joint.orientation = Eigen::Quaterniond(tracker.rotation()) * joint.orientation;
-      }
-    }
-    const auto passed = before ? sample.stamp - *before : std::chrono::nanoseconds(std::llround(frame * 1e9));
-    before = sample.stamp;
-    const double duration = std::clamp(std::chrono::duration<double>(passed).count(), 0.0, 1.0);
-    time += duration;
-    if (options.duration > 0.0 && time > options.duration) break;
-    samples.push_back(sampleOf(duration, hands.update(seen, sample.stamp)));
-  }
-  return samples;
-}
-
-std::vector<Sample> samplesOf(const Options& options, double spacing) {
-  if (options.hands == "none") {
-    const double duration = options.duration > 0.0 ? options.duration : 1.2;
-    return std::vector<Sample>(static_cast<std::size_t>(std::lround(duration / frame)), {frame, {}, {}});
-  }
-  if (options.hands == "knead") return played(hand::knead(), options.duration, spacing);
-  if (options.hands == "potter") return played(hand::potter(), options.duration, spacing);
-  if (options.hands == "press") return played(hand::pressFinger(), options.duration, spacing);
-  if (!std::ifstream(options.hands))
-    fail("--hands '" + options.hands +
-         "': expected none, knead, potter, press, or a readable Leap recording");
-  return recorded(options, spacing);
-}
-
-// ---- Measuring
-
-/// What a setting made of the scene.
-struct Outcome {
-  std::vector<double> ms;               // of each frame's steps
-  clay::VectorField position;           // m, at the end
-  double height = 0.0;                  // m
-  std::vector<Load> force;              // means of 0.1 s
-  double mean_force = 0.0;              // N
-  double density = 0.0, densest = 0.0;  // error
-  double volume_change = 0.0;
-};
-
-/// m^3 where the smoothed clay, sum of W over that of the lattice, is above one half.
-double volumeOf(const clay::VectorField& x, double spacing) {
-  const clay::Kernel kernel(static_cast<float>(2.0 * spacing));
-  const float full = clay::latticeSum(kernel, static_cast<float>(spacing));
-  const float edge = static_cast<float>(0.5 * spacing);
-  std::unordered_map<std::uint64_t, float> cells;
-  const int reach = 4;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const Eigen::Vector3f at = x.at(i);
-    const Eigen::Vector3i middle = (at / edge).array().floor().cast<int>();
-    for (int a = -reach; a <= reach; ++a) {
-      for (int b = -reach; b <= reach; ++b) {
-        for (int c = -reach; c <= reach; ++c) {
-          const Eigen::Vector3i cell = middle + Eigen::Vector3i(a, b, c);
-          const Eigen::Vector3f centre = edge * (cell.cast<float>().array() + 0.5f).matrix();
-          const float value = kernel.value((centre - at).norm());
-          if (!(value > 0.0f)) continue;
-          std::uint64_t key = 0;
-          for (int k = 0; k < 3; ++k)
-            key = key << 21U | static_cast<std::uint64_t>((cell[k] + (1 << 20)) & ((1 << 21) - 1));
-          cells[key] += value;
-        }
-      }
-    }
-  }
-  const auto inside =
-      std::count_if(cells.begin(), cells.end(), [&](const auto& cell) { return cell.second >= 0.5f * full; });
-  return static_cast<double>(inside) * edge * edge * edge;
-}
-
-/// m, of the highest particle over the solids that face up to it.
-double heightOf(const clay::VectorField& x, const std::vector<clay::Solid>& solids,
-                const Eigen::Vector3d& gravity, double spacing) {
-  double highest = 0.0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    double nearest = INFINITY;
-    for (const clay::Solid& solid : solids) {
-      const clay::SurfacePoint point = surface(solid, solid.pose.inverse() * x.at(i).cast<double>());
-      if ((solid.pose.linear() * point.normal).dot(gravity) < 0.0)
-        nearest = std::min(nearest, point.distance);
-    }
-    if (std::isfinite(nearest)) highest = std::max(highest, nearest + 0.5 * spacing);
-  }
-  return highest;
-}
-
-Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::vector<Sample>& samples,
-             const Setting& setting, int threads) {
-  clay::ClayConfig config = scene.config;
-  config.budget = setting.budget;
-  config.threads = threads;
-  config.sleeping = false;  // the solver alone is compared
-  clay::Clay clay(config, scene.materials, scene.particles);
-  const double first_volume = volumeOf(clay.particles().position, config.spacing);
-  const double step = config.frame / setting.budget.substeps;
-  Outcome outcome;
-  double window = 0.0, time = 0.0;
-  Load impulse = Load::Zero();
-  const bool touched = std::any_of(samples.begin(), samples.end(),
-                                   [](const Sample& sample) { return sample.skin.size() > 0; });
-  for (const Sample& sample : samples) {
-    const double before = clay.time();
-    const auto solids_now = solids.at(before);
-    const auto start = std::chrono::steady_clock::now();
-    clay.advance(sample.skin, solids_now, sample.duration);
-    const double ms =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-    const long steps = std::lround((clay.time() - before) / step);
-    if (steps > 0)
-      outcome.ms.push_back(ms / static_cast<double>(steps) * static_cast<double>(setting.budget.substeps));
-
-    Load force = Load::Zero();
-    if (touched)
-      for (const clay::GhostForce& f : clay.ghostForces())
-        force.segment<3>(3 * sample.side[f.ghost]) += f.force.cast<double>();
-    else
-      for (const Eigen::Vector3d& f : clay.solidForces()) force.head<3>() += f;
-    outcome.mean_force += sample.duration * force.norm();
-    outcome.density += sample.duration * clay.statistics().density_error_mean;
-    outcome.densest = std::max(outcome.densest, clay.statistics().density_error_max);
-    time += sample.duration, window += sample.duration;
-    impulse += sample.duration * force;
-    if (window > 0.1 - 1e-9) {
-      outcome.force.push_back(impulse / window);
-      window = 0.0;
-      impulse.setZero();
-    }
-  }
-  if (time > 0.0) outcome.mean_force /= time, outcome.density /= time;
-  outcome.position = clay.particles().position;
-  outcome.height = heightOf(outcome.position, solids.at(clay.time()), config.gravity, config.spacing);
-  outcome.volume_change = volumeOf(outcome.position, config.spacing) / first_volume - 1.0;
-  return outcome;
-}
-
-struct Errors {
-  double displacement = 0.0;  // spacings
-  double height = 0.0;        // of the reference's
-  double force = 0.0;         // of the reference's
-  double mean_force = 0.0;    // of the reference's
-};
-
-Errors compare(const Outcome& outcome, const Outcome& reference, double spacing) {
-  Errors e;
-  for (std::size_t i = 0; i < reference.position.size(); ++i)
-    e.displacement += (outcome.position.at(i) - reference.position.at(i)).cast<double>().squaredNorm();
-  e.displacement = std::sqrt(e.displacement / static_cast<double>(reference.position.size())) / spacing;
-  e.height = outcome.height / reference.height - 1.0;
-  double difference = 0.0, size = 0.0;
-  for (std::size_t k = 0; k < reference.force.size(); ++k) {
-    difference += (outcome.force[k] - reference.force[k]).squaredNorm();
-    size += reference.force[k].squaredNorm();
-  }
-  e.force = size > 0.0 ? std::sqrt(difference / size) : NAN;
-  e.mean_force = reference.mean_force > 0.0 ? outcome.mean_force / reference.mean_force - 1.0 : NAN;
-  return e;
-}
-
-// ---- Telling
-
-class Report {
- public:
-  explicit Report(const Options& options) : options_(options) {
-    if (options.csv.empty()) return;
-    csv_.open(options.csv);
-    if (!csv_) fail("--csv '" + options.csv + "' cannot be written");
-    csv_ << "scene,hands,spacing_m,particles,role,solver,substeps,iterations,ms_frame_median,ms_frame_p99,"
-            "ms_step_median,ms_step_p99,displacement_rms_spacings,height_m,height_error,force_error,"
-            "mean_force_N,mean_force_error,density_error_mean,density_error_max,volume_change\n";
-  }
-
-  void title(double spacing, std::size_t particles, double duration) const {
-    std::printf("**Scene `%s`, hands `%s`, %.1f s, %zu particles of %.3g mm**\n\n", options_.scene.c_str(),
-                std::filesystem::path(options_.hands).filename().c_str(), duration, particles, 1e3 * spacing);
-    std::printf(
-        "| solver | substeps × iterations | ms a frame, median | p99 | displacement, spacings | "
-        "height, mm | error | force, error | density, error | volume |\n"
-        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
-  }
-
-  void row(const Setting& setting, double spacing, const char* role, const Outcome& o, const Errors& e) {
-    const clay::Budget& b = setting.budget;
-    const std::string solver = b.method == clay::Method::paper ? "paper" : "minimise";
-    const bool reference = role != std::string("setting");
-    std::printf("| %s%s | %d × %d | %.1f | %.1f | %.2f | %.1f | %+.1f %% | %.1f %% | %.2f %% | %+.1f %% |\n",
-                reference ? (std::string(role) + ", ").c_str() : "", solver.c_str(), b.substeps, b.iterations,
-                quantile(o.ms, 0.5), quantile(o.ms, 0.99), e.displacement, 1e3 * o.height, 1e2 * e.height,
-                1e2 * e.force, 1e2 * o.density, 1e2 * o.volume_change);
-    std::fflush(stdout);
-    if (!csv_.is_open()) return;
-    csv_ << options_.scene << ',' << options_.hands << ',' << spacing << ',' << o.position.size() << ','
-         << role << ',' << solver << ',' << b.substeps << ',' << b.iterations << ',' << quantile(o.ms, 0.5)
-         << ',' << quantile(o.ms, 0.99) << ',' << quantile(o.ms, 0.5) / b.substeps << ','
-         << quantile(o.ms, 0.99) / b.substeps << ',' << e.displacement << ',' << o.height << ',' << e.height
-         << ',' << e.force << ',' << o.mean_force << ',' << e.mean_force << ',' << o.density << ','
-         << o.densest << ',' << o.volume_change << std::endl;
-  }
-
-  /// Whether the reference may be called converged: halving its step changed it by less than a tenth of the
-  /// smallest error in the table.
-  static void convergence(const Errors& halved, const std::vector<Errors>& rows) {
-    const auto tell = [&](const char* what, double Errors::*error, double unit, const char* in) {
-      double smallest = INFINITY;
-      for (const Errors& e : rows) smallest = std::min(smallest, std::abs(e.*error));
-      const double change = std::abs(halved.*error);
-      if (!std::isfinite(change)) return;
-      std::printf(
-          "- %s: halving the reference's step changed it by %.3g%s; the smallest error above is %.3g%s: %s\n",
-          what, unit * change, in, unit * smallest, in,
-          change <= 0.1 * smallest ? "converged"
-                                   : "not converged to a tenth of it; errors of the size of the change "
-                                     "cannot be told from the reference's own");
-    };
-    std::printf("\n");
-    tell("displacement", &Errors::displacement, 1.0, " spacings");
-    tell("height", &Errors::height, 100.0, " %");
-    tell("force", &Errors::force, 100.0, " %");
-    std::printf("\n");
-    std::fflush(stdout);
-  }
-
- private:
-  const Options& options_;
-  std::ofstream csv_;
-};
 
 void run(const Options& options) {
-  Report report(options);
-  for (const double wanted : options.spacings) {
-    const scene::Scene scene = scene::loadScene(options.scene, options.share, wanted);
-    const scene::Solids solids(scene::readText(scene.urdf), scene.motions);
-    const double spacing = scene.config.spacing;
-    const std::vector<Sample> samples = samplesOf(options, spacing);
-    double duration = 0.0;
-    for (const Sample& sample : samples) duration += sample.duration;
-
-    const auto playNoted = [&](const Setting& setting) {
-      std::fprintf(stderr, "speed_accuracy: %s %s at %g mm\n", options.scene.c_str(), setting.name().c_str(),
-                   1e3 * spacing);
-      return play(scene, solids, samples, setting, options.threads);
-    };
-    Setting halved = options.reference;
-    halved.budget.substeps *= 2;
-    const Outcome coarse = playNoted(options.reference), reference = playNoted(halved);
-    const Errors change = compare(coarse, reference, spacing);
-
-    report.title(spacing, scene.particles.size(), duration);
-    std::vector<Errors> errors;
-    for (const Setting& setting : options.settings) {
-      const Outcome outcome = playNoted(setting);
-      errors.push_back(compare(outcome, reference, spacing));
-      report.row(setting, spacing, "setting", outcome, errors.back());
-    }
-    report.row(options.reference, spacing, "twice the step", coarse, change);
-    report.row(halved, spacing, "reference", reference, compare(reference, reference, spacing));
-    Report::convergence(change, errors);
-  }
+  std::ofstream csv = openCsv(options.csv);
+  for (const double spacing : options.spacings) runAt(spacing, options, csv);
 }
 
 }  // namespace

@@ -1,0 +1,77 @@
+#include "tools/accuracy_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <sstream>
+
+#include "tools/quantile.h"
+
+namespace tactile_clay::tools {
+
+std::string nameOf(clay::Method method) {
+  return method == clay::Method::paper ? "paper" : "minimise";
+}
+
+void printHead(const Played& played) {
+  std::printf("**Scene `%s`, hands `%s`, %.1f s, %zu particles of %.3g mm**\n\n", played.scene.c_str(),
+              std::filesystem::path(played.hands).filename().c_str(), played.duration, played.particles,
+              1e3 * played.spacing);
+  std::printf(
+      "| solver | substeps × iterations | ms a frame, median | p99 | displacement, spacings | "
+      "height, mm | error | force, error | density, error | volume |\n"
+      "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
+}
+
+void printRow(const Row& row) {
+  const Outcome& o = row.outcome;
+  const Errors& e = row.errors;
+  const std::string solver = (row.role == "setting" ? "" : row.role + ", ") + nameOf(row.budget.method);
+  std::printf("| %s | %d × %d | %.1f | %.1f | %.2f | %.1f | %+.1f %% | %.1f %% | %.2f %% | %+.1f %% |\n",
+              solver.c_str(), row.budget.substeps, row.budget.iterations, quantile(o.ms, 0.5),
+              quantile(o.ms, 0.99), e.displacement, 1e3 * o.height, 1e2 * e.height, 1e2 * e.force,
+              1e2 * o.density, 1e2 * o.volume_change);
+  std::fflush(stdout);
+}
+
+void writeCsvHead(std::ostream& csv) {
+  csv << "scene,hands,spacing_m,particles,role,solver,substeps,iterations,ms_frame_median,ms_frame_p99,"
+         "ms_step_median,ms_step_p99,displacement_rms_spacings,height_m,height_error,force_error,"
+         "mean_force_N,mean_force_error,density_error_mean,density_error_max,volume_change\n";
+}
+
+void writeCsvRow(std::ostream& csv, const Played& played, const Row& row) {
+  const clay::Budget& b = row.budget;
+  const Outcome& o = row.outcome;
+  const Errors& e = row.errors;
+  const double median = quantile(o.ms, 0.5), p99 = quantile(o.ms, 0.99);  // ms a frame
+  csv << played.scene << ',' << played.hands << ',' << played.spacing << ',' << played.particles << ','
+      << row.role << ',' << nameOf(b.method) << ',' << b.substeps << ',' << b.iterations << ',' << median
+      << ',' << p99 << ',' << median / b.substeps << ',' << p99 / b.substeps << ',' << e.displacement << ','
+      << o.height << ',' << e.height << ',' << e.force << ',' << o.mean_force << ',' << e.mean_force << ','
+      << o.density << ',' << o.densest << ',' << o.volume_change << std::endl;
+}
+
+std::string convergence(const Errors& change, const std::vector<Errors>& errors) {
+  std::ostringstream text;
+  text.precision(3);
+  const auto tell = [&](const char* what, double Errors::*error, double unit, const char* in) {
+    double smallest = INFINITY;
+    for (const Errors& e : errors) smallest = std::min(smallest, std::abs(e.*error));
+    const double changed = std::abs(change.*error);
+    if (!std::isfinite(changed)) return;
+    text << "- " << what << ": halving the reference's step changed it by " << unit * changed << in
+         << "; the smallest error above is " << unit * smallest << in << ": "
+         << (changed <= 0.1 * smallest ? "converged"
+                                       : "not converged to a tenth of it; errors of the size of the change "
+                                         "cannot be told from the reference's own")
+         << '\n';
+  };
+  tell("displacement", &Errors::displacement, 1.0, " spacings");
+  tell("height", &Errors::height, 100.0, " %");
+  tell("force", &Errors::force, 100.0, " %");
+  return text.str();
+}
+
+}  // namespace tactile_clay::tools

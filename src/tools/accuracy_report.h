@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstddef>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "clay/clay.h"
+#include "tools/outcome.h"
+
+namespace tactile_clay::tools {
+
+/// The inverse of clay::methodNamed.
+std::string nameOf(clay::Method method);
+
+/// What was played.
+struct Played {
+  std::string scene, hands;   // as given to the program
+  double spacing = 0.0;       // m
+  std::size_t particles = 0;  // of the scene
+  double duration = 0.0;      // s
+};
+
+/// A budget, what it made of what was played, and how far that is from the reference.
+struct Row {
+  std::string role;  // "setting", or which of the two references it is
+  clay::Budget budget;
+  Outcome outcome;
+  Errors errors;
+};
+
+/// Title and head of a table in markdown, to standard output.
+void printHead(const Played& played);
+/// A line of that table.
+void printRow(const Row& row);
+
+void writeCsvHead(std::ostream& csv);
+/// A line of CSV, and flushes it: the other settings may take long.
+void writeCsvRow(std::ostream& csv, const Played& played, const Row& row);
+
+/// Whether the reference may be called converged: halving its step changed it by no more than a tenth of the
+/// smallest error in the table. A line of markdown each for displacement, height, and force if there is any.
+/// \param change of the reference \param errors of the settings
+std::string convergence(const Errors& change, const std::vector<Errors>& errors);
+
+}  // namespace tactile_clay::tools

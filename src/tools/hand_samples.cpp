@@ -1,0 +1,107 @@
+#include "tools/hand_samples.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <optional>
+#include <stdexcept>
+
+#include "hand/choreography.h"
+#include "hand/hand_check.h"
+#include "hand/kinematic_hand.h"
+#include "hand/leap_recording.h"
+#include "scene/yaml_reader.h"
+
+namespace tactile_clay::tools {
+
+namespace {
+
+constexpr double frame = 1.0 / 60.0;            // s
+constexpr double duration_without_hands = 1.2;  // s
+
+std::chrono::nanoseconds nanoseconds(double seconds) {
+  return std::chrono::nanoseconds(std::llround(seconds * 1e9));
+}
+
+HandSample sampleOf(double duration, const hand::Skin& skin) {
+  return {duration, {skin.position, skin.normal, skin.velocity}, skin.side};
+}
+
+std::vector<HandSample> withoutHands(double duration) {
+  return std::vector<HandSample>(static_cast<std::size_t>(std::lround(duration / frame)), {frame, {}, {}});
+}
+
+std::vector<HandSample> played(const hand::Score& score, double duration, double spacing) {
+  hand::KinematicHands hands(spacing);
+  std::vector<HandSample> samples;
+  const int count = static_cast<int>(std::lround((duration > 0.0 ? duration : score.duration()) / frame));
+  for (int k = 1; k <= count; ++k) {
+    const double t = k * frame;
+    samples.push_back(sampleOf(frame, hands.update(score.sample(t).hands, nanoseconds(t))));
+  }
+  return samples;
+}
+
+/// Of the tracker in the world.
+Eigen::Isometry3d trackerPose(const std::string& share) {
+  scene::YamlMap rig = scene::loadYaml(share + "/config/rig.yaml");
+  const auto p = rig.numbers("tracker_pose", 6, "x y z (m) roll pitch yaw (rad)");
+  return Eigen::Translation3d(p[0], p[1], p[2]) * Eigen::AngleAxisd(p[5], Eigen::Vector3d::UnitZ()) *
+         Eigen::AngleAxisd(p[4], Eigen::Vector3d::UnitY()) *
+         Eigen::AngleAxisd(p[3], Eigen::Vector3d::UnitX());
+}
+
+/// At most one sane hand a side, in the world.
+std::vector<hand::TrackedHand> usable(std::vector<hand::TrackedHand> seen, const Eigen::Isometry3d& tracker) {
+  seen.erase(
+      std::remove_if(seen.begin(), seen.end(), [](const auto& h) { return !hand::faultOf(h).empty(); }),
+      seen.end());
+  hand::keepOneHandASide(seen);
+  for (hand::TrackedHand& h : seen) {
+    for (hand::JointPose& joint : h.joints) {
+      joint.position = tracker * joint.position;
+      joint.orientation = Eigen::Quaterniond(tracker.rotation()) * joint.orientation;
+    }
+  }
+  return seen;
+}
+
+std::vector<HandSample> recorded(const std::string& file, double duration, double spacing,
+                                 const Eigen::Isometry3d& tracker) {
+  hand::LeapRecording recording;
+  hand::SourceOptions source;
+  source.file = file;
+  recording.open(source);
+  hand::KinematicHands hands(spacing);
+  std::vector<HandSample> samples;
+  hand::TrackedFrame seen;
+  std::optional<std::chrono::nanoseconds> before;
+  double time = 0.0;
+  while (recording.read(seen, {}) == hand::HandSource::Read::frame) {
+    const auto passed = before ? seen.stamp - *before : nanoseconds(frame);
+    before = seen.stamp;
+    // Stamps may leave a long gap, which is not worth playing, or go back.
+    const double sample_duration = std::clamp(std::chrono::duration<double>(passed).count(), 0.0, 1.0);
+    time += sample_duration;
+    if (duration > 0.0 && time > duration) break;
+    samples.push_back(sampleOf(sample_duration, hands.update(usable(seen.hands, tracker), seen.stamp)));
+  }
+  return samples;
+}
+
+}  // namespace
+
+std::vector<HandSample> handSamples(const std::string& hands, double duration, double spacing,
+                                    const std::string& share) {
+  if (hands == "none") return withoutHands(duration > 0.0 ? duration : duration_without_hands);
+  if (hands == "knead") return played(hand::knead(), duration, spacing);
+  if (hands == "potter") return played(hand::potter(), duration, spacing);
+  if (hands == "press") return played(hand::pressFinger(), duration, spacing);
+  if (!std::ifstream(hands))
+    throw std::runtime_error("--hands '" + hands +
+                             "': expected none, knead, potter, press, or a readable Leap recording");
+  return recorded(hands, duration, spacing, trackerPose(share));
+}
+
+}  // namespace tactile_clay::tools

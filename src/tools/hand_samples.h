@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "clay/ghosts.h"
+
+namespace tactile_clay::tools {
+
+/// The skin of all hands at the end of a piece of time.
+struct HandSample {
+  double duration = 0.0;  // s, since the sample before
+  clay::Ghosts skin;
+  std::vector<std::uint8_t> side;  // of each ghost: 0 left, 1 right
+};
+
+/// What hands do, sample by sample: scripted ones at 60 Hz, recorded ones as often as they were seen.
+/// \param hands none, knead, potter, press, or a Leap recording
+/// \param duration s, at most that of a recording; 0: all that the hands do, 1.2 s without hands
+/// \param spacing of the clay, and so of the skin, m
+/// \param share the package's share folder, whose config/rig.yaml says where the tracker of a recording
+/// stands \throws std::runtime_error with one line: what, where, what was expected
+std::vector<HandSample> handSamples(const std::string& hands, double duration, double spacing,
+                                    const std::string& share);
+
+}  // namespace tactile_clay::tools

@@ -1,0 +1,101 @@
+#include "tools/outcome.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "tools/clay_shape.h"
+
+namespace tactile_clay::tools {
+
+namespace {
+
+Load loadOnHands(const clay::Clay& clay, const HandSample& sample) {
+  Load load = Load::Zero();
+  for (const clay::GhostForce& f : clay.ghostForces())
+    load.segment<3>(3 * sample.side[f.ghost]) += f.force.cast<double>();
+  return load;
+}
+
+Load loadOnSolids(const clay::Clay& clay) {
+  Load load = Load::Zero();
+  for (const Eigen::Vector3d& f : clay.solidForces()) load.head<3>() += f;
+  return load;
+}
+
+}  // namespace
+
+std::vector<Load> meansOf(const std::vector<TimedLoad>& loads) {
+  std::vector<Load> means;
+  Load impulse = Load::Zero();
+  double time = 0.0;
+  for (const TimedLoad& piece : loads) {
+    impulse += piece.duration * piece.load;
+    time += piece.duration;
+    if (time > 0.1 - 1e-9) {  // six frames of 1/60 s make one, however their sum is rounded
+      means.push_back(impulse / time);
+      impulse.setZero();
+      time = 0.0;
+    }
+  }
+  return means;
+}
+
+Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::vector<HandSample>& samples,
+             const clay::Budget& budget, int threads) {
+  clay::ClayConfig config = scene.config;
+  config.budget = budget;
+  config.threads = threads;
+  config.sleeping = false;  // the solver alone is compared
+  clay::Clay clay(config, scene.materials, scene.particles);
+  const double first_volume = volumeOf(clay.particles().position, config.spacing);
+  const double step = config.frame / budget.substeps;
+  const bool with_hands = std::any_of(samples.begin(), samples.end(),
+                                      [](const HandSample& sample) { return sample.skin.size() > 0; });
+  Outcome outcome;
+  std::vector<TimedLoad> loads;
+  double time = 0.0;
+  for (const HandSample& sample : samples) {
+    const double before = clay.time();
+    const auto solids_now = solids.at(before);
+    const auto start = std::chrono::steady_clock::now();
+    clay.advance(sample.skin, solids_now, sample.duration);
+    const double ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    // A recorded sample may be shorter than a step, or longer than a frame.
+    const long steps = std::lround((clay.time() - before) / step);
+    if (steps > 0)
+      outcome.ms.push_back(ms / static_cast<double>(steps) * static_cast<double>(budget.substeps));
+
+    const Load load = with_hands ? loadOnHands(clay, sample) : loadOnSolids(clay);
+    loads.push_back({sample.duration, load});
+    time += sample.duration;
+    outcome.mean_force += sample.duration * load.norm();
+    outcome.density += sample.duration * clay.statistics().density_error_mean;
+    outcome.densest = std::max(outcome.densest, clay.statistics().density_error_max);
+  }
+  if (time > 0.0) outcome.mean_force /= time, outcome.density /= time;
+  outcome.force = meansOf(loads);
+  outcome.position = clay.particles().position;
+  outcome.height = heightOf(outcome.position, solids.at(clay.time()), config.gravity, config.spacing);
+  outcome.volume_change = volumeOf(outcome.position, config.spacing) / first_volume - 1.0;
+  return outcome;
+}
+
+Errors compare(const Outcome& outcome, const Outcome& reference, double spacing) {
+  Errors e;
+  for (std::size_t i = 0; i < reference.position.size(); ++i)
+    e.displacement += (outcome.position.at(i) - reference.position.at(i)).cast<double>().squaredNorm();
+  e.displacement = std::sqrt(e.displacement / static_cast<double>(reference.position.size())) / spacing;
+  e.height = outcome.height / reference.height - 1.0;
+  double difference = 0.0, size = 0.0;
+  for (std::size_t k = 0; k < reference.force.size(); ++k) {
+    difference += (outcome.force[k] - reference.force[k]).squaredNorm();
+    size += reference.force[k].squaredNorm();
+  }
+  e.force = size > 0.0 ? std::sqrt(difference / size) : NAN;
+  e.mean_force = reference.mean_force > 0.0 ? outcome.mean_force / reference.mean_force - 1.0 : NAN;
+  return e;
+}
+
+}  // namespace tactile_clay::tools

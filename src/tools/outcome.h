@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "clay/clay.h"
+#include "scene/scene.h"
+#include "scene/solids.h"
+#include "tools/hand_samples.h"
+
+namespace tactile_clay::tools {
+
+/// Force of the clay, N, on the left and on the right hand; without hands, on all solids and zero.
+using Load = Eigen::Matrix<double, 6, 1>;
+
+struct TimedLoad {
+  double duration = 0.0;  // s
+  Load load = Load::Zero();
+};
+
+/// Means over whole samples that make 0.1 s or just more; what is left at the end is not told.
+std::vector<Load> meansOf(const std::vector<TimedLoad>& loads);
+
+/// What a budget made of a scene.
+struct Outcome {
+  std::vector<double> ms;               // of each frame's steps
+  clay::VectorField position;           // m, at the end
+  double height = 0.0;                  // m, at the end (heightOf)
+  std::vector<Load> force;              // means of 0.1 s (meansOf)
+  double mean_force = 0.0;              // N, of the norm of both hands' load
+  double density = 0.0, densest = 0.0;  // rho / rho_0 - 1 where positive: mean and greatest
+  double volume_change = 0.0;           // end over start - 1 (volumeOf)
+};
+
+/// Plays a scene with a budget.
+/// \param threads of the clay
+Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::vector<HandSample>& samples,
+             const clay::Budget& budget, int threads);
+
+/// How far an outcome is from the reference.
+struct Errors {
+  double displacement = 0.0;  // spacings, root mean square over the particles
+  double height = 0.0;        // of the reference's
+  double force = 0.0;         // of the reference's, root mean squares; nan if that is 0
+  double mean_force = 0.0;    // of the reference's; nan if that is 0
+};
+
+/// \param reference of the same particles and samples \param spacing m
+Errors compare(const Outcome& outcome, const Outcome& reference, double spacing);
+
+}  // namespace tactile_clay::tools

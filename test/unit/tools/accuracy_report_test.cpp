@@ -1,0 +1,107 @@
+#include "tools/accuracy_report.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <sstream>
+
+namespace tactile_clay::tools {
+namespace {
+
+TEST(AccuracyReport, SolversHaveTheNamesByWhichTheyAreChosen) {
+  for (const clay::Method method : {clay::Method::minimise, clay::Method::paper})
+    EXPECT_EQ(clay::methodNamed(nameOf(method)), method);
+}
+
+Errors errors(double displacement, double height, double force) {
+  Errors e;
+  e.displacement = displacement, e.height = height, e.force = force;
+  return e;
+}
+
+TEST(Convergence, IsATenthOfTheSmallestErrorOfEachKind) {
+  EXPECT_EQ(
+      convergence(errors(0.03, -0.002, 0.01), {errors(0.31, -0.05, 0.2), errors(0.4, 0.01, 0.1)}),
+      "- displacement: halving the reference's step changed it by 0.03 spacings; the smallest error above "
+      "is 0.31 spacings: converged\n"
+      "- height: halving the reference's step changed it by 0.2 %; the smallest error above is 1 %: "
+      "not converged to a tenth of it; errors of the size of the change cannot be told from the "
+      "reference's own\n"
+      "- force: halving the reference's step changed it by 1 %; the smallest error above is 10 %: "
+      "converged\n");
+}
+
+bool converged(double change, double smallest) {
+  const std::string verdict = convergence(errors(change, NAN, NAN), {errors(smallest, 0.0, 0.0)});
+  EXPECT_NE(verdict.find("converged"), std::string::npos) << verdict;
+  return verdict.find("not converged") == std::string::npos;
+}
+
+TEST(Convergence, HoldsUpToATenth) {
+  EXPECT_TRUE(converged(0.0, 0.0));
+  EXPECT_TRUE(converged(0.099, 1.0));
+  EXPECT_TRUE(converged(-0.099, 1.0));
+  EXPECT_FALSE(converged(0.101, 1.0));
+  EXPECT_FALSE(converged(-0.101, 1.0));
+  EXPECT_FALSE(converged(0.101, -1.0));
+}
+
+TEST(Convergence, SaysNothingOfAForceThatIsNotThere) {
+  const std::string verdict = convergence(errors(0.01, 0.01, NAN), {errors(0.1, 0.1, NAN)});
+  EXPECT_NE(verdict.find("- height"), std::string::npos);
+  EXPECT_EQ(verdict.find("- force"), std::string::npos);
+}
+
+std::vector<std::string> cells(const std::string& line) {
+  std::vector<std::string> found;
+  std::istringstream stream(line);
+  for (std::string cell; std::getline(stream, cell, ',');) found.push_back(cell);
+  return found;
+}
+
+TEST(AccuracyCsv, EveryColumnHoldsWhatItsNameSays) {
+  const Played played{"incline", "none", 0.005, 512, 1.2};
+  Row row{"setting", {4, 8, clay::Method::paper}, {}, {0.5, -0.125, NAN, 0.25}};
+  row.outcome.ms = {20.0, 10.0, 30.0};
+  row.outcome.height = 0.04;
+  row.outcome.mean_force = 3.0;
+  row.outcome.density = 0.01;
+  row.outcome.densest = 0.02;
+  row.outcome.volume_change = -0.03;
+  std::ostringstream head, line;
+  writeCsvHead(head);
+  writeCsvRow(line, played, row);
+  ASSERT_EQ(head.str().back(), '\n');
+  ASSERT_EQ(line.str().back(), '\n');
+  const auto names = cells(head.str().substr(0, head.str().size() - 1)),
+             values = cells(line.str().substr(0, line.str().size() - 1));
+  ASSERT_EQ(names.size(), values.size());
+  std::map<std::string, std::string> told;
+  for (std::size_t k = 0; k < names.size(); ++k) told[names[k]] = values[k];
+  const std::map<std::string, std::string> expected = {{"scene", "incline"},
+                                                       {"hands", "none"},
+                                                       {"spacing_m", "0.005"},
+                                                       {"particles", "512"},
+                                                       {"role", "setting"},
+                                                       {"solver", "paper"},
+                                                       {"substeps", "4"},
+                                                       {"iterations", "8"},
+                                                       {"ms_frame_median", "20"},
+                                                       {"ms_frame_p99", "30"},
+                                                       {"ms_step_median", "5"},
+                                                       {"ms_step_p99", "7.5"},
+                                                       {"displacement_rms_spacings", "0.5"},
+                                                       {"height_m", "0.04"},
+                                                       {"height_error", "-0.125"},
+                                                       {"force_error", "nan"},
+                                                       {"mean_force_N", "3"},
+                                                       {"mean_force_error", "0.25"},
+                                                       {"density_error_mean", "0.01"},
+                                                       {"density_error_max", "0.02"},
+                                                       {"volume_change", "-0.03"}};
+  EXPECT_EQ(told, expected);
+}
+
+}  // namespace
+}  // namespace tactile_clay::tools
