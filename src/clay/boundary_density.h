@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "clay/contacts.h"
+#include "clay/contact.h"
 #include "clay/kernel.h"
 #include "clay/material.h"
 #include "clay/particles.h"

@@ -4,19 +4,13 @@
 #include <atomic>
 #include <cmath>
 
-#include "clay/lanes.h"
 #include "clay/threads.h"
 
 namespace tactile_clay::clay {
 namespace {
 
-constexpr float reach = 1.5f;           // spacings, R: ghosts this near make the skin at a particle
-constexpr float margin = 0.5f;          // spacings, of contacts that the step may yet close
-constexpr float capture = 1.0f;         // spacings beneath the skin from which clay is still pushed out
-constexpr float recovery_speed = 0.5f;  // m/s, at which an old penetration is undone, so that none explodes
 constexpr float pre_sliding = 0.01f;  // spacings, by which a friction spring gives before its contact slides
 constexpr float least_stiffness = 20.0f, most_stiffness = 500.0f;  // its range, particle masses per step^2
-constexpr float same_side = 0.2f;                                  // cosine between normals of one side
 
 using Vector = Eigen::Vector3f;
 
@@ -24,34 +18,10 @@ Vector tangential(const Vector& v, const Vector& n) {
   return v - v.dot(n) * n;
 }
 
-struct Passed {               // ghost, in front of which particles pass
-  Vector at, motion, normal;  // m, at the start of the step and in it
-  float radius, behind;       // m
-};
-
-/// Which of the eight particles from place k on come within the radius of a ghost at some time of the step,
-/// having started in front of it. Products are summed as Eigen sums them. \param nearest gets the least
-/// squared distances in the step, m^2
-TACTILE_CLAY_MULTIVERSION
-unsigned passing(const Passed& ghost, const Neighbourhood::Places& places, std::uint32_t k,
-                 const float* guess, float* nearest) {
-  const LaneVector r{load(places.x + k) - ghost.at[0], load(places.y + k) - ghost.at[1],
-                     load(places.z + k) - ghost.at[2]};
-  const LaneVector u = gather(guess, places.slot + k);
-  const LaneVector approach{u.x - ghost.motion[0], u.y - ghost.motion[1], u.z - ghost.motion[2]};
-  const Lane square = approach.x * approach.x + (approach.y * approach.y + approach.z * approach.z);
-  const Lane along = r.x * approach.x + (r.y * approach.y + r.z * approach.z);
-  const Lane t = square > 0.0f ? least(positive(-along / square), all(1.0f)) : Lane{};
-  const LaneVector then{r.x + t * approach.x, r.y + t * approach.y, r.z + t * approach.z};
-  const Lane distance = then.x * then.x + (then.y * then.y + then.z * then.z);
-  const Lane height = r.x * ghost.normal[0] + (r.y * ghost.normal[1] + r.z * ghost.normal[2]);
-  store(nearest, distance);
-  return bits((distance < ghost.radius * ghost.radius) & (height >= -ghost.behind));
-}
-
 }  // namespace
 
-Contacts::Contacts(float spacing, const std::vector<Material>& materials) : spacing_(spacing) {
+Contacts::Contacts(float spacing, const std::vector<Material>& materials)
+    : spacing_(spacing), search_(spacing) {
   for (const Material& m : materials) {
     friction_.push_back(static_cast<float>(m.friction));
     skin_friction_.push_back(static_cast<float>(m.skin_friction));
@@ -65,11 +35,23 @@ void Contacts::detect(const Neighbourhood& near, const Particles& particles, con
                       float dt) {
   previous_.swap(contacts_);
   contacts_.clear(), shares_.clear();
-  guess_ = &guess, solids_ = solids, solids_end_ = end;
-  detectSkin(near, particles, guess, ghosts, dt);
-  detectSolids(particles, guess, solids, start, end, dt);
+  const ContactSearch::Found& found =
+      search_.findAtStart(near, particles, guess, ghosts, solids, start, end, dt);
+  for (const Contact& contact : found.contacts) add(contact, found.shares, particles, dt);
   sortContacts();
-  recall(particles, dt);
+  recall(guess);
+}
+
+/// Adds a contact that was found, open and without a past. \param shares those found with it
+void Contacts::add(const Contact& contact, const std::vector<GhostShare>& shares, const Particles& particles,
+                   float dt) {
+  const auto first = shares.begin() + contact.first_ghost;
+  contacts_.push_back(contact);
+  Contact& added = contacts_.back();
+  added.first_ghost = static_cast<std::uint32_t>(shares_.size());
+  added.anchor = added.drift;
+  added.stiffness = leastStiffness(added, particles, dt);
+  shares_.insert(shares_.end(), first, first + contact.ghost_count);
 }
 
 void Contacts::sortContacts() {
@@ -85,277 +67,45 @@ void Contacts::sortContacts() {
   }
 }
 
-void Contacts::detectSkin(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
-                          const Ghosts& ghosts, float dt) {
-  if (ghosts.size() == 0) return;
-  Eigen::Vector4f least = guess.size() > 0 ? guess[0] : Eigen::Vector4f::Zero(), most = least;
-  for (std::size_t i = 0; i < guess.size(); ++i)
-    least = least.cwiseMin(guess[i]), most = most.cwiseMax(guess[i]);
-
-  constexpr std::size_t ghosts_a_chunk = 256, runs_a_chunk = 32;
-  found_.resize((ghosts.size() + ghosts_a_chunk - 1) / ghosts_a_chunk);
-  parallelFor(found_.size(), 1, [&](std::size_t c) {
-    found_[c].candidates.clear();
-    const std::size_t first = c * ghosts_a_chunk;
-    findCandidates(near, guess, ghosts, dt, {least.head<3>(), most.head<3>()}, first,
-                   std::min(ghosts.size(), first + ghosts_a_chunk), found_[c].candidates);
-  });
-  // Sorted by particle: a run holds the candidates of one.
-  candidate_place_.assign(particles.size() + 1, 0);
-  for (const Found& found : found_)
-    for (const Candidate& c : found.candidates) ++candidate_place_[c.particle + 1];
-  runs_.clear();
-  for (std::size_t i = 0; i < particles.size(); ++i) {
-    if (candidate_place_[i + 1] > 0) runs_.push_back(candidate_place_[i]);
-    candidate_place_[i + 1] += candidate_place_[i];
-  }
-  candidates_.resize(candidate_place_.back());
-  for (const Found& found : found_)
-    for (const Candidate& c : found.candidates) candidates_[candidate_place_[c.particle]++] = c;
-
-  const std::size_t runs = runs_.size();
-  runs_.push_back(static_cast<std::uint32_t>(candidates_.size()));
-  found_.resize((runs + runs_a_chunk - 1) / runs_a_chunk);
-  parallelFor(found_.size(), 1, [&](std::size_t c) {
-    found_[c].contacts.clear(), found_[c].shares.clear();
-    for (std::size_t r = c * runs_a_chunk; r < std::min(runs, (c + 1) * runs_a_chunk); ++r)
-      touchSkin(particles, guess, ghosts, dt, runs_[r], runs_[r + 1], found_[c]);
-  });
-  for (const Found& found : found_) add(found);
+template <typename F>
+void Contacts::forFilters(std::size_t first, std::size_t last, const F& f) const {
+  auto at = std::lower_bound(filters_.begin(), filters_.end(), first,
+                             [](const Filter& a, std::size_t particle) { return a.particle < particle; });
+  for (; at != filters_.end() && at->particle < last; ++at) f(*at);
 }
 
-void Contacts::add(const Found& found) {
-  for (Contact contact : found.contacts) {
-    contact.first_ghost += static_cast<std::uint32_t>(shares_.size());
-    contacts_.push_back(contact);
-  }
-  shares_.insert(shares_.end(), found.shares.begin(), found.shares.end());
-}
-
-/// Particles that pass within the radius R of the ghosts [first, last) at some time of the step, having
-/// started in front of them.
-void Contacts::findCandidates(const Neighbourhood& near, const VectorField& guess, const Ghosts& ghosts,
-                              float dt, const Eigen::AlignedBox3f& guesses, std::size_t first,
-                              std::size_t last, std::vector<Candidate>& candidates) const {
-  const float radius = reach * spacing_;
-  const Neighbourhood::Places places = near.places();
-  for (std::size_t g = first; g < last; ++g) {
-    const Vector motion = dt * ghosts.velocity[g];
-    const Passed ghost{ghosts.position[g] - motion, motion, ghosts.normal[g], radius, capture * spacing_};
-    const Vector low = ghost.at + (motion - guesses.max()).cwiseMin(0.0f) - Vector::Constant(radius);
-    const Vector high = ghost.at + (motion - guesses.min()).cwiseMax(0.0f) + Vector::Constant(radius);
-    near.forEachRun(low, high, [&](std::uint32_t from, std::uint32_t to) {
-      for (std::uint32_t k = from; k < to; k += lane_width) {
-        float nearest[lane_width];
-        unsigned hits = passing(ghost, places, k, guess.data(), nearest);
-        if (to - k < lane_width) hits &= (1u << (to - k)) - 1u;
-        for (; hits != 0; hits &= hits - 1u) {
-          const int lane = __builtin_ctz(hits);
-          candidates.push_back(
-              {places.slot[k + lane] / slot_size, static_cast<std::uint32_t>(g), nearest[lane]});
-        }
-      }
-    });
-  }
-}
-
-/// Moves the candidates that face as the nearest does from `rest` to `side`.
-void Contacts::takeSide(const Ghosts& ghosts, std::vector<Candidate>& rest, std::vector<Candidate>& side) {
-  const Candidate closest = *std::min_element(
-      rest.begin(), rest.end(), [](const Candidate& a, const Candidate& b) { return a.nearest < b.nearest; });
-  const Vector facing = ghosts.normal[closest.ghost];
-  const auto split = std::stable_partition(rest.begin(), rest.end(), [&](const Candidate& a) {
-    return ghosts.normal[a.ghost].dot(facing) <= same_side;
-  });
-  side.assign(split, rest.end());
-  rest.erase(split, rest.end());
-}
-
-/// The tangent plane of a side of the skin near x, the mean of its candidates by weights that fall with the
-/// distance to the particle's way; these are added to `shares`.
-Contacts::SkinPlane Contacts::planeOf(const Ghosts& ghosts, const std::vector<Candidate>& side,
-                                      const Vector& x, float dt, std::vector<GhostShare>& shares) const {
-  const float radius = reach * spacing_;
-  const std::size_t first_share = shares.size();
-  float total = 0.0f;
-  SkinPlane plane;
-  for (const Candidate& a : side) {
-    const float q = a.nearest / (radius * radius);
-    const float weight = std::max((1.0f - q) * (1.0f - q), 1e-6f);
-    const Vector motion = dt * ghosts.velocity[a.ghost];
-    const Vector& n = ghosts.normal[a.ghost];
-    total += weight;
-    plane.distance += weight * n.dot(x - ghosts.position[a.ghost]);
-    plane.before += weight * n.dot(x - ghosts.position[a.ghost] + motion);
-    plane.normal += weight * n;
-    plane.drift += weight * motion;
-    shares.push_back({a.ghost, weight});
-  }
-  for (std::size_t s = first_share; s < shares.size(); ++s) shares[s].share /= total;
-  plane.normal.normalize();
-  plane.distance /= total, plane.before /= total, plane.drift /= total;
-  return plane;
-}
-
-/// Contacts of the particle of candidates [first, last): one with each side of the skin that they make.
-void Contacts::touchSkin(const Particles& particles, const VectorField& guess, const Ghosts& ghosts, float dt,
-                         std::size_t first, std::size_t last, Found& found) const {
-  const std::uint32_t i = candidates_[first].particle;
-  const Vector x = particles.position.at(i), u = guess.at(i);
-  thread_local std::vector<Candidate> side, rest;
-  rest.assign(candidates_.begin() + first, candidates_.begin() + last);
-  while (!rest.empty()) {
-    takeSide(ghosts, rest, side);
-    Contact contact;
-    contact.particle = i, contact.solid = Contact::skin;
-    contact.first_ghost = static_cast<std::uint32_t>(found.shares.size());
-    contact.ghost_count = static_cast<std::uint32_t>(side.size());
-    const SkinPlane plane = planeOf(ghosts, side, x, dt, found.shares);
-    contact.normal = plane.normal;
-    contact.drift = plane.drift;
-    const float allowance = std::max(0.5f * spacing_ - plane.before - recovery_speed * dt, 0.0f);
-    contact.gap = 0.5f * spacing_ - plane.distance - allowance;
-    if (contact.normal.dot(u) < contact.gap + margin * spacing_)
-      found.contacts.push_back(contact);
-    else
-      found.shares.resize(contact.first_ghost);
-  }
-}
-
-void Contacts::detectSolids(const Particles& particles, const VectorField& guess,
-                            const std::vector<Solid>& solids, const std::vector<Eigen::Isometry3d>& start,
-                            const std::vector<Eigen::Isometry3d>& end, float dt) {
-  constexpr std::size_t chunk_size = 256;
-  const std::size_t n = particles.size();
-  for (std::size_t s = 0; s < solids.size(); ++s) {
-    const Eigen::Isometry3d to_start = start[s].inverse(), to_end = end[s].inverse();
-    found_.resize((n + chunk_size - 1) / chunk_size);
-    parallelFor(found_.size(), 1, [&](std::size_t c) {
-      found_[c].contacts.clear();
-      for (std::size_t i = c * chunk_size; i < std::min(n, (c + 1) * chunk_size); ++i) {
-        const Vector x = particles.position.at(i);
-        const Eigen::Vector3d local = to_start * x.cast<double>();
-        const Eigen::Vector3d motion = to_end * (x + guess.at(i)).cast<double>() - local;
-        SurfacePoint touch = surface(solids[s], local);
-        // No point of a surface comes nearer than the particle moves against it.
-        const double near = (0.5 + margin) * spacing_, way = motion.norm();
-        if (touch.distance - way > near) continue;
-        // Where the particle first comes near, so that nothing is passed by however thin it is.
-        Eigen::Vector3d at = local;
-        for (double gone = 0.0; touch.distance > near && gone < way;) {
-          gone = std::min(gone + std::max(touch.distance - near, 0.01 * spacing_), way);
-          at = local + gone / way * motion;
-          touch = surface(solids[s], at);
-        }
-        if (touch.distance > near) continue;
-        const double distance = touch.distance + touch.normal.dot(local - at);  // of the start, to that side
-        Contact contact;
-        contact.particle = static_cast<std::uint32_t>(i), contact.solid = static_cast<std::uint32_t>(s);
-        contact.normal = (end[s].linear() * touch.normal).cast<float>();
-        contact.drift = (end[s] * local).cast<float>() - x;
-        const double allowance = std::max(0.5 * spacing_ - distance - recovery_speed * dt, 0.0);
-        contact.gap =
-            static_cast<float>(0.5 * spacing_ - distance - allowance) + contact.normal.dot(contact.drift);
-        if (contact.normal.dot(guess.at(i)) < contact.gap + margin * spacing_)
-          found_[c].contacts.push_back(contact);
-      }
-    });
-    for (const Found& found : found_)
-      contacts_.insert(contacts_.end(), found.contacts.begin(), found.contacts.end());
-  }
-}
-
-std::size_t Contacts::firstOf(std::uint32_t particle) const {
-  return std::lower_bound(contacts_.begin(), contacts_.end(), particle,
-                          [](const Contact& c, std::uint32_t p) { return c.particle < p; }) -
-         contacts_.begin();
-}
-
-/// Whether there is a contact of the same particle with the same solid.
-bool Contacts::isListed(const Contact& contact) const {
-  for (auto at = contacts_.begin() + firstOf(contact.particle);
-       at != contacts_.end() && at->particle == contact.particle; ++at)
-    if (at->solid == contact.solid) return true;
-  return false;
-}
-
-/// Where particle i ends in the skin: its tangent plane there, for the contact with that side.
-void Contacts::strayIntoSkin(const Particles& particles, const Ghosts& ghosts, std::uint32_t i,
-                             const VectorField& u, float dt, Found& found) {
-  const float radius = reach * spacing_;
-  const Vector x = particles.position.at(i), end = x + u.at(i);
-  thread_local std::vector<Candidate> side, rest;
-  rest.clear();
-  for (std::size_t g = 0; g < ghosts.size(); ++g) {
-    const float square = (end - ghosts.position[g]).squaredNorm();
-    const Vector before = ghosts.position[g] - dt * ghosts.velocity[g];
-    if (square < radius * radius && ghosts.normal[g].dot(x - before) >= -capture * spacing_)
-      rest.push_back({i, static_cast<std::uint32_t>(g), square});
-  }
-  while (!rest.empty()) {
-    takeSide(ghosts, rest, side);
-    const std::size_t first_share = found.shares.size();
-    const SkinPlane plane = planeOf(ghosts, side, end, dt, found.shares);
-    const float depth = 0.5f * spacing_ - plane.distance, gap = depth + plane.normal.dot(u.at(i));
-    const bool inside = depth > 0.0f && depth < (0.5f + capture) * spacing_;
-    Contact* same = nullptr;
-    for (auto at = contacts_.begin() + firstOf(i); inside && at != contacts_.end() && at->particle == i; ++at)
-      if (at->solid == Contact::skin && at->normal.dot(plane.normal) > same_side) same = &*at;
-    if (inside && same == nullptr) {
-      Contact contact;
-      contact.particle = i, contact.normal = plane.normal, contact.gap = gap;
-      contact.first_ghost = static_cast<std::uint32_t>(first_share);
-      contact.ghost_count = static_cast<std::uint32_t>(side.size());
-      contact.drift = contact.anchor = plane.drift;
-      contact.stiffness = leastStiffness(contact, particles, dt);
-      found.contacts.push_back(contact);
-      continue;
-    }
-    found.shares.resize(first_share);
-    if (!inside) continue;
-    same->normal = plane.normal, same->gap = gap;
-    same->friction = tangential(same->friction, plane.normal);
-    found.turned = true;
-  }
-}
-
-/// What is struck goes where nothing led to at the start of the step.
 bool Contacts::detectStrays(const Particles& particles, const Ghosts& ghosts, const VectorField& u,
                             float dt) {
-  constexpr std::size_t chunk_size = 256;
-  const std::size_t n = particles.size();
-  const float foreseen = margin * spacing_;
-  found_.resize((n + chunk_size - 1) / chunk_size);
-  parallelFor(found_.size(), 1, [&](std::size_t chunk) {
-    found_[chunk].contacts.clear(), found_[chunk].shares.clear();
-    found_[chunk].turned = false;
-    for (std::size_t i = chunk * chunk_size; i < std::min(n, (chunk + 1) * chunk_size); ++i) {
-      if (!((u.at(i) - guess_->at(i)).squaredNorm() > foreseen * foreseen)) continue;
-      for (std::size_t s = 0; s < solids_.size(); ++s) {
-        Contact contact;
-        contact.particle = static_cast<std::uint32_t>(i), contact.solid = static_cast<std::uint32_t>(s);
-        if (isListed(contact)) continue;
-        const Eigen::Vector3d end = (particles.position.at(i) + u.at(i)).cast<double>();
-        const SurfacePoint touch = surface(solids_[s], solids_end_[s].inverse() * end);
-        const float depth = 0.5f * spacing_ - static_cast<float>(touch.distance);
-        if (!(depth > 0.0f)) continue;
-        contact.normal = (solids_end_[s].linear() * touch.normal).cast<float>();
-        contact.gap = depth + contact.normal.dot(u.at(i));
-        contact.stiffness = leastStiffness(contact, particles, dt);
-        found_[chunk].contacts.push_back(contact);
-      }
-      strayIntoSkin(particles, ghosts, static_cast<std::uint32_t>(i), u, dt, found_[chunk]);
-    }
-  });
-  bool turned = false;
+  const ContactSearch::Found& strays = search_.findStrays(particles, ghosts, u, dt);
   const std::size_t led_to = contacts_.size();
-  for (const Found& found : found_) {
-    turned = turned || found.turned;
-    add(found);
+  bool turned = false;
+  for (const Contact& stray : strays.contacts) {
+    Contact* same = known(stray);
+    if (same == nullptr) {
+      add(stray, strays.shares, particles, dt);
+    } else if (stray.solid == Contact::skin) {
+      same->normal = stray.normal, same->gap = stray.gap;
+      same->friction = tangential(same->friction, stray.normal);
+      turned = true;
+    }
   }
   if (contacts_.size() == led_to) return turned;
   sortContacts();
   return true;
+}
+
+/// The contact of the same particle with the same solid, or the same side of the skin, as of the last sort;
+/// null: there is none.
+Contact* Contacts::known(const Contact& found) {
+  Contact* same = nullptr;
+  forFilters(found.particle, found.particle + 1, [&](const Filter& f) {
+    for (std::uint32_t k = f.first; k < f.last; ++k) {
+      Contact& c = contacts_[k];
+      if (c.solid != found.solid) continue;
+      if (c.solid != Contact::skin || c.normal.dot(found.normal) > Contact::same_side) same = &c;
+    }
+  });
+  return same;
 }
 
 float Contacts::friction(const Contact& c, const Particles& particles) const {
@@ -374,15 +124,13 @@ float Contacts::leastStiffness(const Contact& c, const Particles& particles, flo
   return least_stiffness / (particles.inverse_mass[c.particle] * dt * dt);
 }
 
-void Contacts::recall(const Particles& particles, float dt) {
+void Contacts::recall(const VectorField& guess) {
   auto from = previous_.cbegin();
   for (Contact& c : contacts_) {
-    c.anchor = c.drift;
-    c.stiffness = leastStiffness(c, particles, dt);
     while (from != previous_.cend() && from->particle < c.particle) ++from;
     for (auto old = from; old != previous_.cend() && old->particle == c.particle; ++old) {
       if (old->state == Contact::State::open || old->solid != c.solid ||
-          old->normal.dot(c.normal) <= same_side)
+          old->normal.dot(c.normal) <= Contact::same_side)
         continue;
       c.state = old->state;
       c.stiffness = old->stiffness;
@@ -390,7 +138,7 @@ void Contacts::recall(const Particles& particles, float dt) {
       c.anchor = old->anchor + c.drift;
       c.friction = tangential(old->friction, c.normal);
       // What no longer opposes the motion would push.
-      if (c.state == Contact::State::slide && !(c.friction.dot(guess_->at(c.particle) - c.drift) < 0.0f))
+      if (c.state == Contact::State::slide && !(c.friction.dot(guess.at(c.particle) - c.drift) < 0.0f))
         c.state = Contact::State::stick;
       break;
     }
@@ -424,13 +172,6 @@ void Contacts::prescribe(VectorField& u) {
     const std::uint32_t i = filters_[f].particle;
     u.set(i, prescribed(filters_[f], u.at(i)));
   });
-}
-
-template <typename F>
-void Contacts::forFilters(std::size_t first, std::size_t last, const F& f) const {
-  auto at = std::lower_bound(filters_.begin(), filters_.end(), first,
-                             [](const Filter& a, std::size_t particle) { return a.particle < particle; });
-  for (; at != filters_.end() && at->particle < last; ++at) f(*at);
 }
 
 void Contacts::filter(std::size_t first, std::size_t last, VectorField& field) const {

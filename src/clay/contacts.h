@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "clay/contact.h"
+#include "clay/contact_search.h"
 #include "clay/ghosts.h"
 #include "clay/material.h"
 #include "clay/neighbourhood.h"
@@ -12,43 +14,7 @@
 
 namespace tactile_clay::clay {
 
-/// Contact of a particle with one side of an obstacle during a step: n . u >= gap (impenetrability), and
-/// friction.
-struct Contact {
-  enum class State : std::uint8_t { open, slide, stick };
-  static constexpr std::uint32_t skin = 0xffffffffu;
-
-  std::uint32_t particle = 0;
-  std::uint32_t solid = skin;  // index of the solid, or `skin`
-  State state = State::open;
-  float gap = 0.0f;                                  // m, least displacement along the normal
-  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit, out of the obstacle
-  Eigen::Vector3f drift =
-      Eigen::Vector3f::Zero();  // m, displacement of the obstacle at the contact in this step
-  Eigen::Vector3f anchor = Eigen::Vector3f::Zero();  // m, from the particle before the step; after it, from
-                                                     // the particle then
-  float stiffness = 0.0f;                            // N/m, of the friction spring
-  float damping = 0.0f;  // N/m, of the friction of a slide; 0: it is `friction`, whatever the slip
-  float paid = 0.0f;     // J, at the end of the step: what the friction spring may store
-  float density = 0.0f;  // of rho_0, see BoundaryDensity
-  Eigen::Vector3f friction = Eigen::Vector3f::Zero();  // N, tangential force on the particle while it slides
-  Eigen::Vector3f force = Eigen::Vector3f::Zero();     // N, on the particle, this step
-  std::uint32_t first_ghost = 0, ghost_count = 0;      // of a skin contact, in Contacts::shares()
-};
-
-/// A ghost's share in a contact.
-struct GhostShare {
-  std::uint32_t ghost;
-  float share;  // the shares of a contact add up to one
-};
-
 /// Impenetrability and Coulomb friction against ghost particles and solids (paper, section III-D).
-///
-/// The skin is the weighted mean of the tangent planes of the ghosts within R of a particle (an implicit
-/// moving least squares surface), so it is smooth between ghosts; it is one-sided, as in Macklin et al. 2014
-/// ("Unified particle physics"): clay is pushed out along the ghosts' outward normals, never drawn in. Clay
-/// particles stay half a spacing off every surface. Where ghosts of opposite sides are near (two fingers),
-/// each side is a contact.
 ///
 /// Impenetrability prescribes the displacement along the normal ("filtered" directions, Baraff & Witkin
 /// 1998): the residual there is the force of the contact, the sum of Eq. 6. Friction is a sliding anchor: a
@@ -115,62 +81,27 @@ class Contacts {
     int rank = 0;               // prescribed directions
     Eigen::Matrix3f free;       // projector onto the free directions
   };
-  struct Candidate {
-    std::uint32_t particle, ghost;
-    float nearest;  // m^2, the least squared distance in the step
-  };
-  struct Found {  // by one task of a search
-    std::vector<Candidate> candidates;
-    std::vector<Contact> contacts;
-    std::vector<GhostShare> shares;
-    bool turned = false;  // whether contacts that were there have other planes now
-  };
-  void detectSkin(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
-                  const Ghosts& ghosts, float dt);
-  void findCandidates(const Neighbourhood& near, const VectorField& guess, const Ghosts& ghosts, float dt,
-                      const Eigen::AlignedBox3f& guesses, std::size_t first, std::size_t last,
-                      std::vector<Candidate>& candidates) const;
-  void touchSkin(const Particles& particles, const VectorField& guess, const Ghosts& ghosts, float dt,
-                 std::size_t first, std::size_t last, Found& found) const;
-  struct SkinPlane {
-    Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit
-    float distance = 0.0f, before = 0.0f;              // m, of x from it at the end and the start of the step
-    Eigen::Vector3f drift = Eigen::Vector3f::Zero();   // m
-  };
-  SkinPlane planeOf(const Ghosts& ghosts, const std::vector<Candidate>& side, const Eigen::Vector3f& x,
-                    float dt, std::vector<GhostShare>& shares) const;
-  static void takeSide(const Ghosts& ghosts, std::vector<Candidate>& rest, std::vector<Candidate>& side);
-  void add(const Found& found);
-  void detectSolids(const Particles& particles, const VectorField& guess, const std::vector<Solid>& solids,
-                    const std::vector<Eigen::Isometry3d>& start, const std::vector<Eigen::Isometry3d>& end,
-                    float dt);
+  void add(const Contact& contact, const std::vector<GhostShare>& shares, const Particles& particles,
+           float dt);
+  void sortContacts();
+  void recall(const VectorField& guess);
+  Contact* known(const Contact& found);
   /// Calls f(filter) for the filters of particles [first, last).
   template <typename F>
   void forFilters(std::size_t first, std::size_t last, const F& f) const;
   float friction(const Contact& c, const Particles& particles) const;
   float adhesion(const Contact& c, const Particles& particles) const;
   float leastStiffness(const Contact& c, const Particles& particles, float dt) const;
-  void recall(const Particles& particles, float dt);
-  void strayIntoSkin(const Particles& particles, const Ghosts& ghosts, std::uint32_t i, const VectorField& u,
-                     float dt, Found& found);
-  void sortContacts();
-  std::size_t firstOf(std::uint32_t particle) const;  // contact
-  bool isListed(const Contact& contact) const;
   Eigen::Vector3f prescribed(Filter& filter, Eigen::Vector3f u);
   Eigen::Vector3f pull(const Contact& c, const Eigen::Vector3f& u) const;
 
   float spacing_;
   std::vector<float> friction_, skin_friction_;  // of each material
   std::vector<float> adhesion_;                  // N, of one particle of each material
-  const VectorField* guess_ = nullptr;           // of the step
-  std::vector<Solid> solids_;                    // of the step
-  std::vector<Eigen::Isometry3d> solids_end_;    // their poses at its end
+  ContactSearch search_;
   std::vector<Contact> contacts_, previous_;
   std::vector<GhostShare> shares_;
   std::vector<Filter> filters_;  // one a touched particle
-  std::vector<Found> found_;
-  std::vector<Candidate> candidates_;
-  std::vector<std::uint32_t> runs_, candidate_place_;
 };
 
 }  // namespace tactile_clay::clay

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "clay/bonds.h"
-#include "clay/contacts.h"
+#include "clay/contact.h"
 #include "clay/particles.h"
 #include "clay/sleep.h"
 

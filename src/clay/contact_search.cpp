@@ -1,0 +1,315 @@
+#include "clay/contact_search.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "clay/lanes.h"
+#include "clay/threads.h"
+
+namespace tactile_clay::clay {
+namespace {
+
+constexpr float reach = 1.5f;           // spacings, R: ghosts this near make the skin at a particle
+constexpr float margin = 0.5f;          // spacings, of contacts that the step may yet close
+constexpr float capture = 1.0f;         // spacings beneath the skin from which clay is still pushed out
+constexpr float recovery_speed = 0.5f;  // m/s, at which an old penetration is undone, so that none explodes
+
+constexpr std::size_t ghosts_a_chunk = 256, runs_a_chunk = 32, particles_a_chunk = 256;
+
+using Vector = Eigen::Vector3f;
+
+struct Passed {               // ghost, in front of which particles pass
+  Vector at, motion, normal;  // m, at the start of the step and in it
+  float radius, behind;       // m
+};
+
+/// Which of the eight particles from place k on come within the radius of a ghost at some time of the step,
+/// having started in front of it. Products are summed as Eigen sums them. \param nearest gets the least
+/// squared distances in the step, m^2
+TACTILE_CLAY_MULTIVERSION
+unsigned passing(const Passed& ghost, const Neighbourhood::Places& places, std::uint32_t k,
+                 const float* guess, float* nearest) {
+  const LaneVector r{load(places.x + k) - ghost.at[0], load(places.y + k) - ghost.at[1],
+                     load(places.z + k) - ghost.at[2]};
+  const LaneVector u = gather(guess, places.slot + k);
+  const LaneVector approach{u.x - ghost.motion[0], u.y - ghost.motion[1], u.z - ghost.motion[2]};
+  const Lane square = approach.x * approach.x + (approach.y * approach.y + approach.z * approach.z);
+  const Lane along = r.x * approach.x + (r.y * approach.y + r.z * approach.z);
+  const Lane t = square > 0.0f ? least(positive(-along / square), all(1.0f)) : Lane{};
+  const LaneVector then{r.x + t * approach.x, r.y + t * approach.y, r.z + t * approach.z};
+  const Lane distance = then.x * then.x + (then.y * then.y + then.z * then.z);
+  const Lane height = r.x * ghost.normal[0] + (r.y * ghost.normal[1] + r.z * ghost.normal[2]);
+  store(nearest, distance);
+  return bits((distance < ghost.radius * ghost.radius) & (height >= -ghost.behind));
+}
+
+Eigen::AlignedBox3f boxOf(const VectorField& field) {
+  Eigen::Vector4f least = field.size() > 0 ? field[0] : Eigen::Vector4f::Zero(), most = least;
+  for (std::size_t i = 0; i < field.size(); ++i)
+    least = least.cwiseMin(field[i]), most = most.cwiseMax(field[i]);
+  return {least.head<3>(), most.head<3>()};
+}
+
+/// The tangent plane of a solid where a point first comes near on its way, so that nothing is passed by
+/// however thin it is. All is in the solid's frame. \param stride m, the least to go before looking anew
+/// \return the plane's normal, and the distance from it of the point at the start
+std::optional<SurfacePoint> firstMet(const Solid& solid, const Eigen::Vector3d& point,
+                                     const Eigen::Vector3d& motion, double near, double stride) {
+  SurfacePoint touch = surface(solid, point);
+  // No point of a surface comes nearer than the particle moves against it.
+  const double way = motion.norm();
+  if (touch.distance - way > near) return std::nullopt;
+  Eigen::Vector3d at = point;
+  for (double gone = 0.0; touch.distance > near && gone < way;) {
+    gone = std::min(gone + std::max(touch.distance - near, stride), way);
+    at = point + gone / way * motion;
+    touch = surface(solid, at);
+  }
+  if (touch.distance > near) return std::nullopt;
+  return SurfacePoint{touch.distance + touch.normal.dot(point - at), touch.normal};
+}
+
+void append(const ContactSearch::Found& more, ContactSearch::Found& found) {
+  for (Contact contact : more.contacts) {
+    contact.first_ghost += static_cast<std::uint32_t>(found.shares.size());
+    found.contacts.push_back(contact);
+  }
+  found.shares.insert(found.shares.end(), more.shares.begin(), more.shares.end());
+}
+
+void clear(ContactSearch::Found& found) {
+  found.contacts.clear(), found.shares.clear();
+}
+
+}  // namespace
+
+const ContactSearch::Found& ContactSearch::findAtStart(const Neighbourhood& near, const Particles& particles,
+                                                       const VectorField& guess, const Ghosts& ghosts,
+                                                       const std::vector<Solid>& solids,
+                                                       const std::vector<Eigen::Isometry3d>& start,
+                                                       const std::vector<Eigen::Isometry3d>& end, float dt) {
+  guess_ = &guess;
+  solids_.clear();
+  for (std::size_t s = 0; s < solids.size(); ++s)
+    solids_.push_back({solids[s], end[s], start[s].inverse(), end[s].inverse()});
+  clear(found_);
+  const Step step{particles, guess, ghosts, dt};
+  findSkin(near, step);
+  for (std::size_t s = 0; s < solids_.size(); ++s)
+    findEach(particles.size(), particles_a_chunk,
+             [&](std::size_t i, Found& found) { touchSolid(step, i, s, found); });
+  return found_;
+}
+
+/// What is struck goes where nothing led to at the start of the step.
+const ContactSearch::Found& ContactSearch::findStrays(const Particles& particles, const Ghosts& ghosts,
+                                                      const VectorField& u, float dt) {
+  clear(found_);
+  const Step step{particles, u, ghosts, dt};
+  const float foreseen = margin * spacing_;
+  findEach(particles.size(), particles_a_chunk, [&](std::size_t i, Found& found) {
+    if (!((u.at(i) - guess_->at(i)).squaredNorm() > foreseen * foreseen)) return;
+    for (std::size_t s = 0; s < solids_.size(); ++s) strayIntoSolid(step, i, s, found);
+    strayIntoSkin(step, i, found);
+  });
+  return found_;
+}
+
+/// Calls find(k, found) for k in [0, n) and adds what they find in this order.
+template <typename F>
+void ContactSearch::findEach(std::size_t n, std::size_t chunk_size, const F& find) {
+  chunks_.resize((n + chunk_size - 1) / chunk_size);
+  parallelRanges(n, chunk_size, [&](std::size_t first, std::size_t last) {
+    Found& found = chunks_[first / chunk_size];
+    clear(found);
+    for (std::size_t k = first; k < last; ++k) find(k, found);
+  });
+  for (const Found& found : chunks_) append(found, found_);
+}
+
+void ContactSearch::findSkin(const Neighbourhood& near, const Step& step) {
+  if (step.ghosts.size() == 0) return;
+  findCandidates(near, step);
+  sortCandidates(step.particles.size());
+  findEach(runs_.size() - 1, runs_a_chunk,
+           [&](std::size_t r, Found& found) { touchSkin(step, runs_[r], runs_[r + 1], found); });
+}
+
+void ContactSearch::findCandidates(const Neighbourhood& near, const Step& step) {
+  const std::size_t ghosts = step.ghosts.size();
+  const Eigen::AlignedBox3f ways = boxOf(step.u);
+  passing_.resize((ghosts + ghosts_a_chunk - 1) / ghosts_a_chunk);
+  parallelRanges(ghosts, ghosts_a_chunk, [&](std::size_t first, std::size_t last) {
+    std::vector<Candidate>& candidates = passing_[first / ghosts_a_chunk];
+    candidates.clear();
+    for (std::size_t g = first; g < last; ++g)
+      findPassing(near, step, ways, static_cast<std::uint32_t>(g), candidates);
+  });
+}
+
+/// Particles that pass within the radius R of a ghost at some time of the step, having started in front of
+/// it. \param ways m, what holds the displacements of all particles
+void ContactSearch::findPassing(const Neighbourhood& near, const Step& step, const Eigen::AlignedBox3f& ways,
+                                std::uint32_t g, std::vector<Candidate>& candidates) const {
+  const float radius = reach * spacing_;
+  const Neighbourhood::Places places = near.places();
+  const Vector motion = step.dt * step.ghosts.velocity[g];
+  const Passed ghost{step.ghosts.position[g] - motion, motion, step.ghosts.normal[g], radius,
+                     capture * spacing_};
+  const Vector low = ghost.at + (motion - ways.max()).cwiseMin(0.0f) - Vector::Constant(radius);
+  const Vector high = ghost.at + (motion - ways.min()).cwiseMax(0.0f) + Vector::Constant(radius);
+  near.forEachRun(low, high, [&](std::uint32_t from, std::uint32_t to) {
+    for (std::uint32_t k = from; k < to; k += lane_width) {
+      float nearest[lane_width];
+      unsigned hits = passing(ghost, places, k, step.u.data(), nearest);
+      if (to - k < lane_width) hits &= (1u << (to - k)) - 1u;
+      for (; hits != 0; hits &= hits - 1u) {
+        const int lane = __builtin_ctz(hits);
+        candidates.push_back({places.slot[k + lane] / slot_size, g, nearest[lane]});
+      }
+    }
+  });
+}
+
+void ContactSearch::sortCandidates(std::size_t particles) {
+  candidate_place_.assign(particles + 1, 0);
+  for (const std::vector<Candidate>& chunk : passing_)
+    for (const Candidate& c : chunk) ++candidate_place_[c.particle + 1];
+  runs_.clear();
+  for (std::size_t i = 0; i < particles; ++i) {
+    if (candidate_place_[i + 1] > 0) runs_.push_back(candidate_place_[i]);
+    candidate_place_[i + 1] += candidate_place_[i];
+  }
+  candidates_.resize(candidate_place_.back());
+  for (const std::vector<Candidate>& chunk : passing_)
+    for (const Candidate& c : chunk) candidates_[candidate_place_[c.particle]++] = c;
+  runs_.push_back(static_cast<std::uint32_t>(candidates_.size()));
+}
+
+/// Contacts of the particle of candidates [first, last).
+void ContactSearch::touchSkin(const Step& step, std::size_t first, std::size_t last, Found& found) const {
+  thread_local std::vector<Candidate> rest;
+  rest.assign(candidates_.begin() + first, candidates_.begin() + last);
+  const std::uint32_t i = rest.front().particle;
+  const Vector u = step.u.at(i);
+  touchSides(step, step.particles.position.at(i), rest, found, [&](const SkinPlane& plane, Contact& contact) {
+    const float allowance = std::max(0.5f * spacing_ - plane.before - recovery_speed * step.dt, 0.0f);
+    contact.gap = 0.5f * spacing_ - plane.distance - allowance;
+    return contact.normal.dot(u) < contact.gap + margin * spacing_;
+  });
+}
+
+/// Where particle i ends in the skin: its tangent planes there.
+void ContactSearch::strayIntoSkin(const Step& step, std::size_t i, Found& found) const {
+  const float radius = reach * spacing_;
+  const Ghosts& ghosts = step.ghosts;
+  const Vector x = step.particles.position.at(i), u = step.u.at(i), end = x + u;
+  thread_local std::vector<Candidate> rest;
+  rest.clear();
+  for (std::size_t g = 0; g < ghosts.size(); ++g) {
+    const float square = (end - ghosts.position[g]).squaredNorm();
+    const Vector before = ghosts.position[g] - step.dt * ghosts.velocity[g];
+    if (square < radius * radius && ghosts.normal[g].dot(x - before) >= -capture * spacing_)
+      rest.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(g), square});
+  }
+  touchSides(step, end, rest, found, [&](const SkinPlane& plane, Contact& contact) {
+    const float depth = 0.5f * spacing_ - plane.distance;
+    contact.gap = depth + contact.normal.dot(u);
+    return depth > 0.0f && depth < (0.5f + capture) * spacing_;
+  });
+}
+
+/// Contacts of a particle with each side of the skin that its candidates make near x.
+/// \param rest is used up \param touches sets the gap to a side and tells whether it is a contact
+template <typename F>
+void ContactSearch::touchSides(const Step& step, const Vector& x, std::vector<Candidate>& rest, Found& found,
+                               const F& touches) const {
+  thread_local std::vector<Candidate> side;
+  while (!rest.empty()) {
+    takeSide(step.ghosts, rest, side);
+    Contact contact;
+    contact.particle = side.front().particle, contact.solid = Contact::skin;
+    contact.first_ghost = static_cast<std::uint32_t>(found.shares.size());
+    contact.ghost_count = static_cast<std::uint32_t>(side.size());
+    const SkinPlane plane = planeOf(step, side, x, found.shares);
+    contact.normal = plane.normal, contact.drift = plane.drift;
+    if (touches(plane, contact))
+      found.contacts.push_back(contact);
+    else
+      found.shares.resize(contact.first_ghost);
+  }
+}
+
+/// Moves the candidates that face as the nearest does from `rest` to `side`.
+void ContactSearch::takeSide(const Ghosts& ghosts, std::vector<Candidate>& rest,
+                             std::vector<Candidate>& side) {
+  const Candidate closest = *std::min_element(
+      rest.begin(), rest.end(), [](const Candidate& a, const Candidate& b) { return a.nearest < b.nearest; });
+  const Vector facing = ghosts.normal[closest.ghost];
+  const auto split = std::stable_partition(rest.begin(), rest.end(), [&](const Candidate& a) {
+    return ghosts.normal[a.ghost].dot(facing) <= Contact::same_side;
+  });
+  side.assign(split, rest.end());
+  rest.erase(split, rest.end());
+}
+
+/// The tangent plane of a side of the skin near x, the mean of its candidates by weights that fall with the
+/// distance to the particle's way; these are added to `shares`.
+ContactSearch::SkinPlane ContactSearch::planeOf(const Step& step, const std::vector<Candidate>& side,
+                                                const Vector& x, std::vector<GhostShare>& shares) const {
+  const float radius = reach * spacing_;
+  const Ghosts& ghosts = step.ghosts;
+  const std::size_t first_share = shares.size();
+  float total = 0.0f;
+  SkinPlane plane;
+  for (const Candidate& a : side) {
+    const float q = a.nearest / (radius * radius);
+    const float weight = std::max((1.0f - q) * (1.0f - q), 1e-6f);
+    const Vector motion = step.dt * ghosts.velocity[a.ghost];
+    const Vector& n = ghosts.normal[a.ghost];
+    total += weight;
+    plane.distance += weight * n.dot(x - ghosts.position[a.ghost]);
+    plane.before += weight * n.dot(x - ghosts.position[a.ghost] + motion);
+    plane.normal += weight * n;
+    plane.drift += weight * motion;
+    shares.push_back({a.ghost, weight});
+  }
+  for (std::size_t s = first_share; s < shares.size(); ++s) shares[s].share /= total;
+  plane.normal.normalize();
+  plane.distance /= total, plane.before /= total, plane.drift /= total;
+  return plane;
+}
+
+void ContactSearch::touchSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const {
+  const MovingSolid& moving = solids_[s];
+  const Vector x = step.particles.position.at(i), u = step.u.at(i);
+  const Eigen::Vector3d local = moving.to_start * x.cast<double>();
+  const Eigen::Vector3d motion = moving.to_end * (x + u).cast<double>() - local;
+  const auto met = firstMet(moving.solid, local, motion, (0.5 + margin) * spacing_, 0.01 * spacing_);
+  if (!met) return;
+  Contact contact;
+  contact.particle = static_cast<std::uint32_t>(i), contact.solid = static_cast<std::uint32_t>(s);
+  contact.normal = (moving.end.linear() * met->normal).cast<float>();
+  contact.drift = (moving.end * local).cast<float>() - x;
+  const double allowance = std::max(0.5 * spacing_ - met->distance - recovery_speed * step.dt, 0.0);
+  contact.gap =
+      static_cast<float>(0.5 * spacing_ - met->distance - allowance) + contact.normal.dot(contact.drift);
+  if (contact.normal.dot(u) < contact.gap + margin * spacing_) found.contacts.push_back(contact);
+}
+
+/// Where particle i ends in a solid.
+void ContactSearch::strayIntoSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const {
+  const MovingSolid& moving = solids_[s];
+  const Vector u = step.u.at(i);
+  const Eigen::Vector3d end = (step.particles.position.at(i) + u).cast<double>();
+  const SurfacePoint touch = surface(moving.solid, moving.to_end * end);
+  const float depth = 0.5f * spacing_ - static_cast<float>(touch.distance);
+  if (!(depth > 0.0f)) return;
+  Contact contact;
+  contact.particle = static_cast<std::uint32_t>(i), contact.solid = static_cast<std::uint32_t>(s);
+  contact.normal = (moving.end.linear() * touch.normal).cast<float>();
+  contact.gap = depth + contact.normal.dot(u);
+  found.contacts.push_back(contact);
+}
+
+}  // namespace tactile_clay::clay

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
+
+#include "clay/contact.h"
+#include "clay/ghosts.h"
+#include "clay/neighbourhood.h"
+#include "clay/particles.h"
+#include "clay/solid.h"
+
+namespace tactile_clay::clay {
+
+/// Finds where clay may touch solids and the skin in a step (paper, section III-D).
+///
+/// The skin is the weighted mean of the tangent planes of the ghosts within R of a particle (an implicit
+/// moving least squares surface), so it is smooth between ghosts; it is one-sided, as in Macklin et al. 2014
+/// ("Unified particle physics"): clay is pushed out along the ghosts' outward normals, never drawn in. Clay
+/// particles stay half a spacing off every surface. Where ghosts of opposite sides are near (two fingers),
+/// each side is a contact.
+class ContactSearch {
+ public:
+  /// Of the contacts only the geometry is set: particle, solid, normal, gap, drift and ghosts.
+  struct Found {
+    std::vector<Contact> contacts;
+    std::vector<GhostShare> shares;
+  };
+
+  /// \param spacing m
+  explicit ContactSearch(float spacing) : spacing_(spacing) {}
+
+  /// What may touch in a step, the skin first, then one solid after the other, each in the order of the
+  /// particles. The guess must outlive the step. \param guess, ghosts, solids, start, end as in
+  /// Contacts::detect \return good until the next search
+  const Found& findAtStart(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
+                           const Ghosts& ghosts, const std::vector<Solid>& solids,
+                           const std::vector<Eigen::Isometry3d>& start,
+                           const std::vector<Eigen::Isometry3d>& end, float dt);
+
+  /// In the same step, what touches particles at the end of their way if u leads them elsewhere than the
+  /// guess, in the order of the particles. \return good until the next search
+  const Found& findStrays(const Particles& particles, const Ghosts& ghosts, const VectorField& u, float dt);
+
+ private:
+  struct Step {                  // of the clay and the skin; everything moves straight
+    const Particles& particles;  // at its start
+    const VectorField& u;        // m, their displacements
+    const Ghosts& ghosts;        // at its end
+    float dt;                    // s
+  };
+  struct MovingSolid {
+    Solid solid;
+    Eigen::Isometry3d end;               // its pose at the end of the step
+    Eigen::Isometry3d to_start, to_end;  // from world into its frame
+  };
+  struct Candidate {  // ghost that may be part of the skin at a particle
+    std::uint32_t particle, ghost;
+    float nearest;  // m^2, the least squared distance in the step
+  };
+  struct SkinPlane {
+    Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit
+    float distance = 0.0f, before = 0.0f;              // m, of x from it at the end and the start of the step
+    Eigen::Vector3f drift = Eigen::Vector3f::Zero();   // m
+  };
+
+  void findSkin(const Neighbourhood& near, const Step& step);
+  void findCandidates(const Neighbourhood& near, const Step& step);
+  void findPassing(const Neighbourhood& near, const Step& step, const Eigen::AlignedBox3f& ways,
+                   std::uint32_t ghost, std::vector<Candidate>& candidates) const;
+  void sortCandidates(std::size_t particles);
+  void touchSkin(const Step& step, std::size_t first, std::size_t last, Found& found) const;
+  void touchSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
+  void strayIntoSkin(const Step& step, std::size_t i, Found& found) const;
+  void strayIntoSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
+  template <typename F>
+  void touchSides(const Step& step, const Eigen::Vector3f& x, std::vector<Candidate>& rest, Found& found,
+                  const F& touches) const;
+  static void takeSide(const Ghosts& ghosts, std::vector<Candidate>& rest, std::vector<Candidate>& side);
+  SkinPlane planeOf(const Step& step, const std::vector<Candidate>& side, const Eigen::Vector3f& x,
+                    std::vector<GhostShare>& shares) const;
+  template <typename F>
+  void findEach(std::size_t n, std::size_t chunk_size, const F& find);
+
+  float spacing_;
+  // Of the step.
+  const VectorField* guess_ = nullptr;
+  std::vector<MovingSolid> solids_;
+  Found found_;
+  // Kept for their memory.
+  std::vector<Found> chunks_;
+  std::vector<std::vector<Candidate>> passing_;  // by chunks of the ghosts
+  std::vector<Candidate> candidates_;            // sorted by particle: a run holds those of one
+  std::vector<std::uint32_t> runs_;              // where each begins, and the end of the last
+  std::vector<std::uint32_t> candidate_place_;   // of each particle, for sorting
+};
+
+}  // namespace tactile_clay::clay
