@@ -1,6 +1,7 @@
 #include "clay/contact_search.h"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 
 #include "clay/lanes.h"
@@ -24,8 +25,8 @@ struct Passed {               // ghost, in front of which particles pass
 };
 
 /// Which of the eight particles from place k on come within the radius of a ghost at some time of the step,
-/// having started in front of it. Products are summed as Eigen sums them. \param nearest gets the least
-/// squared distances in the step, m^2
+/// having started in front of it or not far behind. Products are summed as Eigen sums them. \param nearest
+/// gets the least squared distances in the step, m^2
 TACTILE_CLAY_MULTIVERSION
 unsigned passing(const Passed& ghost, const Neighbourhood::Places& places, std::uint32_t k,
                  const float* guess, float* nearest) {
@@ -69,6 +70,15 @@ std::optional<SurfacePoint> firstMet(const Solid& solid, const Eigen::Vector3d& 
   return SurfacePoint{touch.distance + touch.normal.dot(point - at), touch.normal};
 }
 
+/// Whether the skin held a particle. \param contacts by particle
+bool isHeld(const std::vector<Contact>& contacts, std::uint32_t particle) {
+  const auto from = std::lower_bound(contacts.begin(), contacts.end(), particle,
+                                     [](const Contact& c, std::uint32_t p) { return c.particle < p; });
+  for (auto c = from; c != contacts.end() && c->particle == particle; ++c)
+    if (c->solid == Contact::skin && c->state != Contact::State::open) return true;
+  return false;
+}
+
 void append(const ContactSearch::Found& more, ContactSearch::Found& found) {
   for (Contact contact : more.contacts) {
     contact.first_ghost += static_cast<std::uint32_t>(found.shares.size());
@@ -83,7 +93,8 @@ void clear(ContactSearch::Found& found) {
 
 }  // namespace
 
-const ContactSearch::Found& ContactSearch::findAtStart(const Neighbourhood& near, const Particles& particles,
+const ContactSearch::Found& ContactSearch::findAtStart(const std::vector<Contact>& before,
+                                                       const Neighbourhood& near, const Particles& particles,
                                                        const VectorField& guess, const Ghosts& ghosts,
                                                        const std::vector<Solid>& solids,
                                                        const std::vector<Eigen::Isometry3d>& start,
@@ -94,7 +105,7 @@ const ContactSearch::Found& ContactSearch::findAtStart(const Neighbourhood& near
     solids_.push_back({solids[s], end[s], start[s].inverse(), end[s].inverse()});
   clear(found_);
   const Step step{particles, guess, ghosts, dt};
-  findSkin(near, step);
+  findSkin(before, near, step);
   for (std::size_t s = 0; s < solids_.size(); ++s)
     findEach(particles.size(), particles_a_chunk,
              [&](std::size_t i, Found& found) { touchSolid(step, i, s, found); });
@@ -127,12 +138,13 @@ void ContactSearch::findEach(std::size_t n, std::size_t chunk_size, const F& fin
   for (const Found& found : chunks_) append(found, found_);
 }
 
-void ContactSearch::findSkin(const Neighbourhood& near, const Step& step) {
+void ContactSearch::findSkin(const std::vector<Contact>& before, const Neighbourhood& near,
+                             const Step& step) {
   if (step.ghosts.size() == 0) return;
   findCandidates(near, step);
   sortCandidates(step.particles.size());
   findEach(runs_.size() - 1, runs_a_chunk,
-           [&](std::size_t r, Found& found) { touchSkin(step, runs_[r], runs_[r + 1], found); });
+           [&](std::size_t r, Found& found) { touchSkin(before, step, runs_[r], runs_[r + 1], found); });
 }
 
 void ContactSearch::findCandidates(const Neighbourhood& near, const Step& step) {
@@ -148,14 +160,13 @@ void ContactSearch::findCandidates(const Neighbourhood& near, const Step& step) 
 }
 
 /// Particles that pass within the radius R of a ghost at some time of the step, having started in front of
-/// it. \param ways m, what holds the displacements of all particles
+/// it, or not deeper beneath it than that. \param ways m, what holds the displacements of all particles
 void ContactSearch::findPassing(const Neighbourhood& near, const Step& step, const Eigen::AlignedBox3f& ways,
                                 std::uint32_t g, std::vector<Candidate>& candidates) const {
   const float radius = reach * spacing_;
   const Neighbourhood::Places places = near.places();
   const Vector motion = step.dt * step.ghosts.velocity[g];
-  const Passed ghost{step.ghosts.position[g] - motion, motion, step.ghosts.normal[g], radius,
-                     capture * spacing_};
+  const Passed ghost{step.ghosts.position[g] - motion, motion, step.ghosts.normal[g], radius, radius};
   const Vector low = ghost.at + (motion - ways.max()).cwiseMin(0.0f) - Vector::Constant(radius);
   const Vector high = ghost.at + (motion - ways.min()).cwiseMax(0.0f) + Vector::Constant(radius);
   near.forEachRun(low, high, [&](std::uint32_t from, std::uint32_t to) {
@@ -186,13 +197,19 @@ void ContactSearch::sortCandidates(std::size_t particles) {
   runs_.push_back(static_cast<std::uint32_t>(candidates_.size()));
 }
 
-/// Contacts of the particle of candidates [first, last).
-void ContactSearch::touchSkin(const Step& step, std::size_t first, std::size_t last, Found& found) const {
+/// Contacts of the particle of candidates [first, last). What was deep beneath the skin all the time may as
+/// well be in front of the other side of a finger. What the skin held in the step before was pressed through
+/// it, and is pushed out from any depth.
+void ContactSearch::touchSkin(const std::vector<Contact>& before, const Step& step, std::size_t first,
+                              std::size_t last, Found& found) const {
+  const std::uint32_t i = candidates_[first].particle;
+  const Vector x = step.particles.position.at(i), u = step.u.at(i);
+  const float deepest = isHeld(before, i) ? reach * spacing_ : capture * spacing_;
   thread_local std::vector<Candidate> rest;
-  rest.assign(candidates_.begin() + first, candidates_.begin() + last);
-  const std::uint32_t i = rest.front().particle;
-  const Vector u = step.u.at(i);
-  touchSides(step, step.particles.position.at(i), rest, found, [&](const SkinPlane& plane, Contact& contact) {
+  rest.clear();
+  std::copy_if(candidates_.begin() + first, candidates_.begin() + last, std::back_inserter(rest),
+               [&](const Candidate& c) { return heightAtStart(step, x, c.ghost) >= -deepest; });
+  touchSides(step, x, rest, found, [&](const SkinPlane& plane, Contact& contact) {
     const float allowance = std::max(0.5f * spacing_ - plane.before - recovery_speed * step.dt, 0.0f);
     contact.gap = 0.5f * spacing_ - plane.distance - allowance;
     return contact.normal.dot(u) < contact.gap + margin * spacing_;
@@ -208,14 +225,13 @@ void ContactSearch::strayIntoSkin(const Step& step, std::size_t i, Found& found)
   rest.clear();
   for (std::size_t g = 0; g < ghosts.size(); ++g) {
     const float square = (end - ghosts.position[g]).squaredNorm();
-    const Vector before = ghosts.position[g] - step.dt * ghosts.velocity[g];
-    if (square < radius * radius && ghosts.normal[g].dot(x - before) >= -capture * spacing_)
+    if (square < radius * radius && heightAtStart(step, x, g) >= -capture * spacing_)
       rest.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(g), square});
   }
   touchSides(step, end, rest, found, [&](const SkinPlane& plane, Contact& contact) {
     const float depth = 0.5f * spacing_ - plane.distance;
     contact.gap = depth + contact.normal.dot(u);
-    return depth > 0.0f && depth < (0.5f + capture) * spacing_;
+    return depth > 0.0f;
   });
 }
 

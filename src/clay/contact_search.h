@@ -31,11 +31,11 @@ class ContactSearch {
   explicit ContactSearch(float spacing) : spacing_(spacing) {}
 
   /// What may touch in a step, the skin first, then one solid after the other, each in the order of the
-  /// particles. The guess must outlive the step. \param guess, ghosts, solids, start, end as in
-  /// Contacts::detect \return good until the next search
-  const Found& findAtStart(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
-                           const Ghosts& ghosts, const std::vector<Solid>& solids,
-                           const std::vector<Eigen::Isometry3d>& start,
+  /// particles. The guess must outlive the step. \param before contacts of the step before, by particle
+  /// \param guess, ghosts, solids, start, end as in Contacts::detect \return good until the next search
+  const Found& findAtStart(const std::vector<Contact>& before, const Neighbourhood& near,
+                           const Particles& particles, const VectorField& guess, const Ghosts& ghosts,
+                           const std::vector<Solid>& solids, const std::vector<Eigen::Isometry3d>& start,
                            const std::vector<Eigen::Isometry3d>& end, float dt);
 
   /// In the same step, what touches particles at the end of their way if u leads them elsewhere than the
@@ -64,15 +64,21 @@ class ContactSearch {
     Eigen::Vector3f drift = Eigen::Vector3f::Zero();   // m
   };
 
-  void findSkin(const Neighbourhood& near, const Step& step);
+  void findSkin(const std::vector<Contact>& before, const Neighbourhood& near, const Step& step);
   void findCandidates(const Neighbourhood& near, const Step& step);
   void findPassing(const Neighbourhood& near, const Step& step, const Eigen::AlignedBox3f& ways,
                    std::uint32_t ghost, std::vector<Candidate>& candidates) const;
   void sortCandidates(std::size_t particles);
-  void touchSkin(const Step& step, std::size_t first, std::size_t last, Found& found) const;
+  void touchSkin(const std::vector<Contact>& before, const Step& step, std::size_t first, std::size_t last,
+                 Found& found) const;
   void touchSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
   void strayIntoSkin(const Step& step, std::size_t i, Found& found) const;
   void strayIntoSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
+  /// m, of x over a ghost's plane at the start of the step.
+  static float heightAtStart(const Step& step, const Eigen::Vector3f& x, std::size_t ghost) {
+    const Eigen::Vector3f at = step.ghosts.position[ghost] - step.dt * step.ghosts.velocity[ghost];
+    return step.ghosts.normal[ghost].dot(x - at);
+  }
   template <typename F>
   void touchSides(const Step& step, const Eigen::Vector3f& x, std::vector<Candidate>& rest, Found& found,
                   const F& touches) const;

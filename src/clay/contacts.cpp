@@ -36,7 +36,7 @@ void Contacts::detect(const Neighbourhood& near, const Particles& particles, con
   previous_.swap(contacts_);
   contacts_.clear(), shares_.clear();
   const ContactSearch::Found& found =
-      search_.findAtStart(near, particles, guess, ghosts, solids, start, end, dt);
+      search_.findAtStart(previous_, near, particles, guess, ghosts, solids, start, end, dt);
   for (const Contact& contact : found.contacts) add(contact, found.shares, particles, dt);
   sortContacts();
   recall(guess);

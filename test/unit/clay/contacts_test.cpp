@@ -124,6 +124,30 @@ TEST(Contacts, AreOneSided) {
   EXPECT_GE(inside.particles.position[0].z(), 0.5f * spacing - 1e-6f);
 }
 
+/// As between two fingers that leave it no room. What was never held stays (AreOneSided).
+TEST(Contacts, WhatTheSkinHeldIsPushedOutFromAnyDepthWithinReach) {
+  Loose pressed({{0.0f, 0.0f, 0.5f * spacing}}, 0.0f);
+  pressed.push.set(0, particle_mass * gravity);
+  pressed.step(floorOfGhosts(), {});
+  ASSERT_NE(pressed.contacts.contacts().at(0).state, Contact::State::open);
+  pressed.particles.position.set(0, {0.0f, 0.0f, -1.2f * spacing});
+  pressed.particles.velocity.set(0, Eigen::Vector3f::Zero());
+  for (int k = 0; k < 10; ++k) pressed.step(floorOfGhosts(), {});
+  EXPECT_GE(pressed.particles.position[0].z(), 0.5f * spacing - 1e-6f);
+}
+
+/// Struck on its way, 1.3 spacings into skin that was out of its reach.
+TEST(Contacts, WhatEndsDeepInTheSkinAndBeganBeforeItIsMetThere) {
+  Loose struck({{0.0f, 0.0f, 1.1f * spacing}}, 0.0f);
+  const Ghosts skin = floorOfGhosts();
+  struck.step(skin, {});
+  ASSERT_TRUE(struck.contacts.contacts().empty());
+  struck.u.set(0, {0.0f, 0.0f, -2.4f * spacing});
+  ASSERT_TRUE(struck.contacts.detectStrays(struck.particles, skin, struck.u, dt));
+  struck.contacts.expel(struck.particles, struck.u, dt);
+  EXPECT_NEAR((struck.particles.position.at(0) + struck.u.at(0)).z(), 0.5f * spacing, 1e-6f);
+}
+
 TEST(Contacts, OppositeSkinsAreTwoContacts) {
   Ghosts fingers = ghostPlane({0, 0, -0.5 * spacing}, Eigen::Vector3d::UnitZ(), 0.01, 0.004);
   append(fingers, ghostPlane({0, 0, 0.5 * spacing}, -Eigen::Vector3d::UnitZ(), 0.01, 0.004));
