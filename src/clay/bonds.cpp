@@ -132,7 +132,7 @@ void Bonds::update(const Neighbourhood& near, const Particles& particles, const 
   before_.begin.resize(n, 0), before_.end.resize(n, 0);
   lists_.begin.resize(n), lists_.end.resize(n);
   lists_.bonds.resize(near.pairs()), rest_lengths_.resize(near.pairs());
-  parallelRanges(n, 256, [&](std::size_t first, std::size_t last) {
+  parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
     updateIn(near, particles, velocity, form, first, last);
   });
 }

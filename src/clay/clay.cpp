@@ -83,12 +83,6 @@ struct Clay::State {
   bool sleeps() const { return config.sleeping && config.budget.method != Method::paper; }
   double timeStep() const { return config.frame / config.budget.substeps; }
 
-  /// Runs f(first, last) over the particles.
-  template <typename F>
-  void ranges(const F& f) {
-    parallelRanges(particles.size(), RangeSums::range_size, f);
-  }
-
   void takeGhosts(const Ghosts& ghosts);
   const std::vector<Solid>& withWalls(const std::vector<Solid>& solids, double farthest);
   void step(const Ghosts& ghosts, const std::vector<Solid>& solids, double from, float dt);
@@ -277,7 +271,7 @@ void Clay::State::updateBonds() {
   const float per_frame = static_cast<float>(1.0 / config.frame);
   const bool ends = window_steps >= config.budget.substeps;
   VectorField& mean_velocity = u;  // which is free until the step is solved
-  ranges([&](std::size_t first, std::size_t last) {
+  parallelRanges(particles.size(), range_size, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       mean_velocity[i] = per_frame * (particles.position[i] - window_start[i]);
       if (ends) window_start[i] = particles.position[i];
@@ -290,7 +284,7 @@ void Clay::State::updateBonds() {
 void Clay::State::endStep(float dt) {
   const Stopwatch watch(ms(finish));
   const float world = static_cast<float>(config.world);
-  ranges([&](std::size_t first, std::size_t last) {
+  parallelRanges(particles.size(), range_size, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       // A displacement that is not finite, or larger than the world, is a lost particle: it stops where it
       // is.

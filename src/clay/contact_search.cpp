@@ -10,18 +10,18 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr float reach = 1.5f;           // spacings, R: ghosts this near make the skin at a particle
-constexpr float margin = 0.5f;          // spacings, of contacts that the step may yet close
-constexpr float capture = 1.0f;         // spacings beneath the skin from which clay is still pushed out
+constexpr float reach = 1.5f;    // spacings, R: ghosts this near make the skin at a particle
+constexpr float margin = 0.5f;   // spacings, of contacts that the step may yet close
+constexpr float capture = 1.0f;  // spacings beneath the skin, from where it pushes out what it did not hold
 constexpr float recovery_speed = 0.5f;  // m/s, at which an old penetration is undone, so that none explodes
 
-constexpr std::size_t ghosts_a_chunk = 256, runs_a_chunk = 32, particles_a_chunk = 256;
+constexpr std::size_t ghosts_a_chunk = 256, runs_a_chunk = 32;
 
 using Vector = Eigen::Vector3f;
 
 struct Passed {               // ghost, in front of which particles pass
   Vector at, motion, normal;  // m, at the start of the step and in it
-  float radius, behind;       // m
+  float radius;               // m
 };
 
 /// Which of the eight particles from place k on come within the radius of a ghost at some time of the step,
@@ -41,7 +41,7 @@ unsigned passing(const Passed& ghost, const Neighbourhood::Places& places, std::
   const Lane distance = then.x * then.x + (then.y * then.y + then.z * then.z);
   const Lane height = r.x * ghost.normal[0] + (r.y * ghost.normal[1] + r.z * ghost.normal[2]);
   store(nearest, distance);
-  return bits((distance < ghost.radius * ghost.radius) & (height >= -ghost.behind));
+  return bits((distance < ghost.radius * ghost.radius) & (height >= -ghost.radius));
 }
 
 Eigen::AlignedBox3f boxOf(const VectorField& field) {
@@ -107,7 +107,7 @@ const ContactSearch::Found& ContactSearch::findAtStart(const std::vector<Contact
   const Step step{particles, guess, ghosts, dt};
   findSkin(before, near, step);
   for (std::size_t s = 0; s < solids_.size(); ++s)
-    findEach(particles.size(), particles_a_chunk,
+    findEach(particles.size(), range_size,
              [&](std::size_t i, Found& found) { touchSolid(step, i, s, found); });
   return found_;
 }
@@ -118,7 +118,7 @@ const ContactSearch::Found& ContactSearch::findStrays(const Particles& particles
   clear(found_);
   const Step step{particles, u, ghosts, dt};
   const float foreseen = margin * spacing_;
-  findEach(particles.size(), particles_a_chunk, [&](std::size_t i, Found& found) {
+  findEach(particles.size(), range_size, [&](std::size_t i, Found& found) {
     if (!((u.at(i) - guess_->at(i)).squaredNorm() > foreseen * foreseen)) return;
     for (std::size_t s = 0; s < solids_.size(); ++s) strayIntoSolid(step, i, s, found);
     strayIntoSkin(step, i, found);
@@ -166,7 +166,7 @@ void ContactSearch::findPassing(const Neighbourhood& near, const Step& step, con
   const float radius = reach * spacing_;
   const Neighbourhood::Places places = near.places();
   const Vector motion = step.dt * step.ghosts.velocity[g];
-  const Passed ghost{step.ghosts.position[g] - motion, motion, step.ghosts.normal[g], radius, radius};
+  const Passed ghost{step.ghosts.position[g] - motion, motion, step.ghosts.normal[g], radius};
   const Vector low = ghost.at + (motion - ways.max()).cwiseMin(0.0f) - Vector::Constant(radius);
   const Vector high = ghost.at + (motion - ways.min()).cwiseMax(0.0f) + Vector::Constant(radius);
   near.forEachRun(low, high, [&](std::uint32_t from, std::uint32_t to) {

@@ -38,7 +38,6 @@ class LumpSums {
   }
 
  private:
-  static constexpr std::size_t range_size = 256;
   using Parts = std::vector<std::pair<std::uint32_t, Sum>>;  // of a range: runs of particles of one lump
   std::vector<Parts> ranges_;
   std::vector<Sum> totals_;

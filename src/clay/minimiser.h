@@ -47,7 +47,7 @@ class Minimiser {
   /// Runs f(first, last) over the particles.
   template <typename F>
   void ranges(const F& f) const {
-    parallelRanges(particles_.size(), RangeSums::range_size, f);
+    parallelRanges(particles_.size(), range_size, f);
   }
   template <typename F>
   Sums sumOver(const F& f) {

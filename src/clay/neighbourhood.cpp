@@ -200,19 +200,19 @@ void Neighbourhood::findIn(Chunk& chunk, std::size_t first, std::size_t last) {
 }
 
 void Neighbourhood::listPairs(std::size_t n) {
-  constexpr std::size_t chunk_size = 256, usual_neighbours = 48;
-  chunks_.resize((n + chunk_size - 1) / chunk_size);
+  constexpr std::size_t usual_neighbours = 48;
+  chunks_.resize((n + range_size - 1) / range_size);
   for (auto* numbers : {&begin_, &padded_, &count_, &lump_of_}) numbers->resize(n);
   for (;;) {
     parallelFor(chunks_.size(), 1, [&](std::size_t c) {
-      findIn(chunks_[c], c * chunk_size, std::min(n, (c + 1) * chunk_size));
+      findIn(chunks_[c], c * range_size, std::min(n, (c + 1) * range_size));
     });
     // What had no room, gets it and is listed again.
     std::uint32_t end = 0;
     bool fits = true;
     for (Chunk& chunk : chunks_) {
       if (chunk.needed > chunk.room) {
-        chunk.room = std::max(2 * chunk.needed, static_cast<std::uint32_t>(usual_neighbours * chunk_size));
+        chunk.room = std::max(2 * chunk.needed, static_cast<std::uint32_t>(usual_neighbours * range_size));
         fits = false;
       }
       chunk.begin = end;

@@ -12,8 +12,6 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr std::size_t grain = 256;
-
 // Loops get what they read by value: no store may change it then.
 using Pairs = PairArrays;
 
@@ -282,9 +280,9 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
       amend_.data(),
       force_.data(),
       excess_.data()};
-  parallelRanges(n, grain,
+  parallelRanges(n, range_size,
                  [&](std::size_t first, std::size_t last) { measureSurroundings(setup, first, last); });
-  parallelRanges(n, grain, [&](std::size_t first, std::size_t last) {
+  parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
     if (materials_ == 1)
       lineariseAlike(setup, first, last);
     else
@@ -340,17 +338,19 @@ void Potential::finishChange(VectorField& f, std::size_t first, std::size_t last
 
 void Potential::force(const VectorField& u, VectorField& f) {
   std::atomic<bool> pressing{false};
-  parallelRanges(f.size(), grain, [&](std::size_t first, std::size_t last) {
+  parallelRanges(f.size(), range_size, [&](std::size_t first, std::size_t last) {
     if (startForce(u, f, first, last)) pressing = true;
   });
   setPressing(pressing);
-  parallelRanges(f.size(), grain, [&](std::size_t first, std::size_t last) { finishForce(f, first, last); });
+  parallelRanges(f.size(), range_size,
+                 [&](std::size_t first, std::size_t last) { finishForce(f, first, last); });
 }
 
 void Potential::change(const VectorField& p, VectorField& f) {
-  parallelRanges(f.size(), grain,
+  parallelRanges(f.size(), range_size,
                  [&](std::size_t first, std::size_t last) { startChange(p, f, first, last); });
-  parallelRanges(f.size(), grain, [&](std::size_t first, std::size_t last) { finishChange(f, first, last); });
+  parallelRanges(f.size(), range_size,
+                 [&](std::size_t first, std::size_t last) { finishChange(f, first, last); });
 }
 
 }  // namespace tactile_clay::clay

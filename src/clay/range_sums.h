@@ -21,8 +21,6 @@ struct Sums {
 /// Forms sums over fixed ranges of particles and adds them in order: the same bits for any number of threads.
 class RangeSums {
  public:
-  static constexpr std::size_t range_size = 256;
-
   /// \param f f(first, last) gives the sums over particles [first, last) of [0, n)
   template <typename F>
   Sums of(std::size_t n, const F& f) {

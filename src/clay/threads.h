@@ -39,12 +39,16 @@ class Share {
   alignas(64) std::atomic<std::uint64_t> left_;
 };
 
+/// Particles of a range in loops over them. Loops that agree on it give a thread the same particles, and sums
+/// over ranges keep their order.
+constexpr std::size_t range_size = 256;
+
 /// Runs f(first, last) for ranges of at most `grain` that make up [0, n). Every f must be independent of all
 /// others: results then do not depend on the number of threads.
 ///
-/// A thread has the same part of [0, n) in every call, so that what it wrote is in its own cache when it
-/// comes to read it. TBB's partitioners deal parts out anew; where two cores do not share a cache, fetching
-/// the other one's lines takes longer than the work.
+/// A thread has the same part of [0, n) in every call with the same grain, so that what it wrote is in its
+/// own cache when it comes to read it. TBB's partitioners deal parts out anew; where two cores do not share a
+/// cache, fetching the other one's lines takes longer than the work.
 template <typename F>
 void parallelRanges(std::size_t n, std::size_t grain, const F& f) {
   constexpr std::uint32_t most_threads = 64;

@@ -52,12 +52,11 @@ Eigen::Isometry3d trackerPose(const std::string& share) {
          Eigen::AngleAxisd(p[3], Eigen::Vector3d::UnitX());
 }
 
-/// At most one sane hand a side, in the world.
+/// The sane hands, in the world.
 std::vector<hand::TrackedHand> usable(std::vector<hand::TrackedHand> seen, const Eigen::Isometry3d& tracker) {
   seen.erase(
       std::remove_if(seen.begin(), seen.end(), [](const auto& h) { return !hand::faultOf(h).empty(); }),
       seen.end());
-  hand::keepOneHandASide(seen);
   for (hand::TrackedHand& h : seen) {
     for (hand::JointPose& joint : h.joints) {
       joint.position = tracker * joint.position;

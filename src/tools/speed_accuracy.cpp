@@ -19,6 +19,7 @@
 #include "tools/accuracy_report.h"
 #include "tools/hand_samples.h"
 #include "tools/outcome.h"
+#include "tools/tool_arguments.h"
 
 namespace {
 
@@ -76,19 +77,8 @@ std::vector<std::string> split(const std::string& text, char at) {
   return parts;
 }
 
-double number(const std::string& option, const std::string& text, double low, double high) {
-  std::istringstream stream(text);
-  double value = 0.0;
-  if (!(stream >> value) || !(stream >> std::ws).eof() || !(value >= low && value <= high)) {
-    std::ostringstream line;
-    line << option << " '" << text << "': expected a number from " << low << " to " << high;
-    fail(line.str());
-  }
-  return value;
-}
-
 int whole(const std::string& option, const std::string& text, int low, int high) {
-  const double value = number(option, text, low, high);
+  const double value = numberOf(option, text, low, high);
   if (value != std::floor(value)) fail(option + " '" + text + "': expected a whole number");
   return static_cast<int>(value);
 }
@@ -140,11 +130,11 @@ Options optionsOf(int argc, char** argv) {
   Options o;
   o.scene = given["--scene"], o.hands = given["--hands"], o.csv = given["--csv"];
   o.share = given["--share"].empty() ? findShare() : given["--share"];
-  o.duration = number("--duration", given["--duration"], 0.0, 3600.0);
+  o.duration = numberOf("--duration", given["--duration"], 0.0, 3600.0);
   o.threads = whole("--threads", given["--threads"], 1, 1024);
   o.reference = settingOf("--reference", given["--reference"]);
   for (const std::string& s : split(given["--spacing"], ','))
-    o.spacings.push_back(number("--spacing", s, 0.0, 0.1));
+    o.spacings.push_back(numberOf("--spacing", s, 0.0, 0.1));
   for (const std::string& solver : split(given["--solver"], ',')) {
     for (const std::string& substeps : split(given["--substeps"], ',')) {
       for (const std::string& iterations : split(given["--iterations"], ',')) {

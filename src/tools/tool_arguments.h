@@ -8,6 +8,19 @@
 
 namespace tactile_clay::tools {
 
+/// A number out of text. \param name of what it is for \throws std::runtime_error if it is none from low to
+/// high
+inline double numberOf(const std::string& name, const std::string& text, double low, double high) {
+  std::istringstream stream(text);
+  double number = 0.0;
+  if (!(stream >> number) || !(stream >> std::ws).eof() || !(number >= low && number <= high)) {
+    std::ostringstream line;
+    line << name << " '" << text << "': expected a number from " << low << " to " << high;
+    throw std::runtime_error(line.str());
+  }
+  return number;
+}
+
 /// Arguments "key:=value" of a program, as roslaunch has them. Every key must be known.
 class Arguments {
  public:
@@ -29,14 +42,7 @@ class Arguments {
   const std::string& operator[](const std::string& key) const { return values_.at(key); }
 
   double number(const std::string& key, double low, double high) const {
-    std::istringstream stream(values_.at(key));
-    double number = 0.0;
-    if (!(stream >> number) || !(stream >> std::ws).eof() || !(number >= low && number <= high)) {
-      std::ostringstream line;
-      line << key << " '" << values_.at(key) << "': expected a number from " << low << " to " << high;
-      throw std::runtime_error(line.str());
-    }
-    return number;
+    return numberOf(key, values_.at(key), low, high);
   }
 
   bool flag(const std::string& key) const {

@@ -2,32 +2,22 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <stdexcept>
 #include <string>
 
 #include "hand/hand_check.h"
+#include "support/scratch_folder.h"
 
 namespace tactile_clay::nodes {
 namespace {
 
 namespace fs = std::filesystem;
 
-class ScoreFile : public testing::Test {
+class ScoreFile : public ScratchFolder {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "score_file_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder); }
-
   hand::TrackerScript load(const std::string& text) const {
-    const std::string file = (folder / "score.yaml").string();
-    std::ofstream(file) << text;
-    return loadScore(file, TACTILE_CLAY_SOURCE_DIR);
+    return loadScore(write("score.yaml", text), TACTILE_CLAY_SOURCE_DIR);
   }
   void expectFault(const std::string& text, const std::string& line, const std::string& words) const {
     try {
@@ -40,8 +30,6 @@ class ScoreFile : public testing::Test {
       EXPECT_EQ(fault.find('\n'), std::string::npos) << fault;
     }
   }
-
-  fs::path folder;
 };
 
 TEST_F(ScoreFile, EveryShippedScoreIsPlayable) {

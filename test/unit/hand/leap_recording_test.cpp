@@ -7,13 +7,13 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <vector>
 
 #include "hand/anatomy.h"
 #include "hand/hand_check.h"
 #include "hand/kinematic_hand.h"
+#include "support/scratch_folder.h"
 
 namespace tactile_clay::hand {
 namespace {
@@ -22,19 +22,8 @@ namespace fs = std::filesystem;
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
-class Scratch : public testing::Test {
+class LeapRecordingFile : public ScratchFolder {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "leap_recording_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder); }
-
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder / name, std::ios::binary) << text;
-    return (folder / name).string();
-  }
   std::string writeGz(const std::string& name, const std::string& text) const {
     const std::string path = (folder / name).string();
     gzFile file = gzopen(path.c_str(), "wb");
@@ -42,10 +31,7 @@ class Scratch : public testing::Test {
     gzclose(file);
     return path;
   }
-
-  fs::path folder;
 };
-using LeapRecordingFile = Scratch;
 
 SourceOptions fileOptions(const std::string& file, bool loop = false) {
   SourceOptions options;

@@ -9,12 +9,12 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <vector>
+
+#include "support/scratch_folder.h"
 
 namespace tactile_clay::hand {
 namespace {
@@ -118,19 +118,12 @@ json bareFrame(int number) {
   return frame;
 }
 
-class LeapWebsocketTest : public testing::Test {
+class LeapWebsocketTest : public ScratchFolder {
  protected:
-  void SetUp() override {
-    std::string pattern = (std::filesystem::temp_directory_path() / "leap_websocket_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   std::string frames(int count) const {
-    std::ofstream out(folder_ / "frames.ndjson");
-    for (int i = 0; i < count; ++i) out << bareFrame(i).dump() << "\n";
-    return (folder_ / "frames.ndjson").string();
+    std::string lines;
+    for (int i = 0; i < count; ++i) lines += bareFrame(i).dump() + "\n";
+    return write("frames.ndjson", lines);
   }
 
   /// Reads until the frame of this number came. \return stamps in the order of their arrival, in frames
@@ -152,8 +145,6 @@ class LeapWebsocketTest : public testing::Test {
     }
     return numbers;
   }
-
-  std::filesystem::path folder_;
 };
 
 TEST_F(LeapWebsocketTest, ReadsFramesAndGreetsAsTheServiceExpects) {

@@ -3,17 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <stdexcept>
+#include <string>
 
 #include "hand/choreography.h"
+#include "support/scratch_folder.h"
 
 namespace tactile_clay::tools {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr double frame = 1.0 / 60.0;  // s
 constexpr double spacing = 0.016;     // m
@@ -59,20 +56,18 @@ TEST(HandSamples, OfAScoreAreItsSkinAtTheEndOfEachFrame) {
   EXPECT_LT(lowest(samples.back().skin.position), lowest(samples.front().skin.position)) << "it goes down";
 }
 
-class RecordedHands : public testing::Test {
+class RecordedHands : public ScratchFolder {
  protected:
   void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "hand_samples_XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder = pattern;
-    file = (folder / "recording.ndjson").string();
-    std::ofstream text(file);
+    ScratchFolder::SetUp();
+    std::string frames;
     for (const int microseconds : {1000000, 1020000, 1050000, 6050000})
-      text << R"({"id":1,"timestamp":)" << microseconds << R"(,"hands":[],"pointables":[]})" << '\n';
+      frames += R"({"id":1,"timestamp":)" + std::to_string(microseconds) +
+                R"(,"hands":[],"pointables":[]})"
+                "\n";
+    file = write("recording.ndjson", frames);
   }
-  void TearDown() override { fs::remove_all(folder); }
 
-  fs::path folder;
   std::string file;
 };
 
