@@ -18,7 +18,7 @@ struct PairArrays {
   const float* spring;                      // J; the force on i is spring (g . du) g
 };
 
-/// Internal forces of the clay in a time step, linearised once at its start.
+/// Internal forces of the clay in a time step, linearised once.
 ///
 /// The three internal constraint families of the paper are written as energies of the displacements u of the
 /// step; a constraint with compliance and its energy are the same thing (Macklin et al. 2016, XPBD). With the
@@ -40,14 +40,14 @@ class Potential {
  public:
   Potential(const Kernel& kernel, float spacing, const std::vector<Material>& materials);
 
-  /// Sets up a step. \param guess displacements, m, near which it is linearised; \param bonds null: there are
-  /// none
-  void begin(const Neighbourhood& near, const Particles& particles, const Bonds* bonds,
-             const VectorField& guess, float dt);
+  /// Sets up a step. \param bonds null: there are none
+  void begin(const Neighbourhood& near, const Particles& particles, const Bonds* bonds, float dt);
 
-  /// Adds to the density of a particle in this step. \param ratio of rho_0
+  /// Adds to the density of a particle in this step, before it is linearised. \param ratio of rho_0
   void addDensity(std::size_t i, float ratio) { ratio_[i] += ratio, excess_[i] += ratio; }
 
+  /// Linearises it near a guess of the displacements, m, and gives the forces at the displacements u, N.
+  void linearise(const VectorField& guess, const VectorField& u, VectorField& f);
   /// Forces at the displacements u, N. Density constraints are active, here and in `change`, where u
   /// compresses.
   void force(const VectorField& u, VectorField& f);
@@ -55,8 +55,10 @@ class Potential {
   void change(const VectorField& p, VectorField& f);
 
   /// The same in two halves, for particles [first, last), so that a solver can put work of its own beside
-  /// them: the second half wants the first of all neighbours to be done. Of the ranges of `startForce`, any
-  /// may tell that a density constraint is active; the solver then says so to all.
+  /// them: the second half wants the first of all neighbours to be done. Of the ranges of the first half of a
+  /// force, any may tell that a density constraint is active; the solver then says so to all.
+  bool lineariseAndStartForce(const VectorField& guess, const VectorField& u, VectorField& f,
+                              std::size_t first, std::size_t last);
   bool startForce(const VectorField& u, VectorField& f, std::size_t first, std::size_t last);
   void setPressing(bool any) { pressing_ = any; }
   void startChange(const VectorField& p, VectorField& f, std::size_t first, std::size_t last);
@@ -69,6 +71,9 @@ class Potential {
  private:
   PairArrays pairs() const;
   void stretch(const VectorField& u, VectorField& f, std::size_t first, std::size_t last);
+  bool press(VectorField& f, std::size_t first, std::size_t last);
+  template <typename Start>
+  void forceBy(VectorField& f, const Start& start);
 
   Kernel kernel_;
   float volume_;            // m^3, of a particle
@@ -81,6 +86,7 @@ class Potential {
   bool dense_ = false, sprung_ = false;
   const Neighbourhood* near_ = nullptr;
   const Particles* particles_ = nullptr;
+  const Bonds* bonds_ = nullptr;
 
   std::vector<float> x_, y_, z_, spring_;  // see PairArrays; what a scene does not use is empty
   std::vector<float> amend_;     // of the dashpots of each particle for those that a surface takes away
