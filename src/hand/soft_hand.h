@@ -40,9 +40,9 @@ class SoftHand {
            const SoftHandParameters& parameters);
 
   /// Puts the hand at rest at a tracked pose, without loads.
-  void place(const TrackedHand& hand);
+  void place(const TrackedHand& tracked);
   /// Advances by dt s while the tracked hand moves to its new pose. Starts anew if it is lost in numbers.
-  void advance(const TrackedHand& hand, double dt);
+  void advance(const TrackedHand& tracked, double dt);
   /// Replaces all loads; `at` are the `loadPoints` when the skin was given to the clay.
   void load(const std::vector<SkinForce>& forces, const std::vector<Eigen::Vector3f>& at) {
     loads_.give(forces, at);
