@@ -57,8 +57,8 @@ class SoftHand {
   std::size_t samples() const { return skin_.size(); }
 
   const BodyPoses& bodies() const { return bodies_.poses(); }
-  /// Where the bodies hold the hand's joints, m: those of the tracked hand where nothing presses, as far as
-  /// its proportions are the reference hand's.
+  /// Where the bodies hold the hand's joints, m: where nothing presses those of the tracked hand within
+  /// reach, as far as its proportions are the reference hand's.
   std::array<Eigen::Vector3d, joint_count> joints() const;
   Eigen::Vector3d force() const { return loads_.force(); }  // N, of the loads in the last step
   double energy() const;                                    // J, kinetic, elastic and of the couplings
