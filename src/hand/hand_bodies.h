@@ -40,6 +40,11 @@ std::array<Eigen::Vector3d, body_count> bodyCentres(const TrackedHand& hand);
 /// (Umeyama 1991) of its joints, so it does not depend on how a tracker turns the palm's frame.
 BodyPoses bodyPoses(const TrackedHand& hand, const TrackedHand& rest);
 
+/// The hand as its joints let it be: capsule and ligaments end how far a bone turns on the one before it.
+/// From the root on, each that is tracked farther from the middle of its reach is turned back, and what is
+/// beyond it with it. A hand within reach stays as it is, and so do all lengths.
+TrackedHand withinReach(const TrackedHand& tracked);
+
 /// Stiffness of the couplings that pull bodies to the tracked pose; damping is critical. Farther away than
 /// `reach` they pull no harder, as muscles do: however deep the tracked hand is in hard clay, the clay can
 /// hold the virtual one.

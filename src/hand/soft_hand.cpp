@@ -111,7 +111,8 @@ Vector3d SoftHand::skinned(int n, const BodyPoses& poses) const {
   return (1.0 - share) * by(binding.body) + share * by(binding.other);
 }
 
-void SoftHand::place(const TrackedHand& hand) {
+void SoftHand::place(const TrackedHand& tracked) {
+  const TrackedHand hand = withinReach(tracked);
   resize(std::clamp(personScale(hand), 0.4, 2.0));
   target_ = bodyPoses(hand, anatomy_->rest);
   bodies_.place(target_);
@@ -121,7 +122,8 @@ void SoftHand::place(const TrackedHand& hand) {
   loads_.reset();
 }
 
-void SoftHand::advance(const TrackedHand& hand, double dt) {
+void SoftHand::advance(const TrackedHand& tracked, double dt) {
+  const TrackedHand hand = withinReach(tracked);
   const double scale = std::clamp(personScale(hand), 0.4, 2.0);
   if (std::abs(scale / scale_ - 1.0) > resize_from) resize(scale);
   const BodyPoses from = target_, to = bodyPoses(hand, anatomy_->rest);
@@ -138,7 +140,7 @@ void SoftHand::advance(const TrackedHand& hand, double dt) {
 
   target_ = to;
   if (!sane()) {
-    place(hand);
+    place(tracked);
     ++restarts_;
   }
 }

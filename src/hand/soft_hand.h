@@ -40,9 +40,9 @@ class SoftHand {
            const SoftHandParameters& parameters);
 
   /// Puts the hand at rest at a tracked pose, without loads.
-  void place(const TrackedHand& hand);
+  void place(const TrackedHand& tracked);
   /// Advances by dt s while the tracked hand moves to its new pose. Starts anew if it is lost in numbers.
-  void advance(const TrackedHand& hand, double dt);
+  void advance(const TrackedHand& tracked, double dt);
   /// Replaces all loads; `at` are the `loadPoints` when the skin was given to the clay.
   void load(const std::vector<SkinForce>& forces, const std::vector<Eigen::Vector3f>& at) {
     loads_.give(forces, at);
@@ -57,8 +57,8 @@ class SoftHand {
   std::size_t samples() const { return skin_.size(); }
 
   const BodyPoses& bodies() const { return bodies_.poses(); }
-  /// Where the bodies hold the hand's joints, m: those of the tracked hand where nothing presses, as far as
-  /// its proportions are the reference hand's.
+  /// Where the bodies hold the hand's joints, m: where nothing presses those of the tracked hand within
+  /// reach, as far as its proportions are the reference hand's.
   std::array<Eigen::Vector3d, joint_count> joints() const;
   Eigen::Vector3d force() const { return loads_.force(); }  // N, of the loads in the last step
   double energy() const;                                    // J, kinetic, elastic and of the couplings

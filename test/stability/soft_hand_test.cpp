@@ -333,14 +333,13 @@ void expectRestInWax(bool pointing, double depth, double aside) {
   EXPECT_LT(held.fastest, 2e-3) << depth << ' ' << aside;
 }
 
-// Eleven of twelve within 0.03 % of the force; at the last place and 20 mm, 3.6 % and 10 mm/s. Which one it
-// is hangs on the last bits of the clay.
-TEST(SoftHand, DISABLED_FlatHandComesToRestDeepInHardWax) {
+// All twelve within 0.1 % of the force; so were thirty more, at ten other places.
+TEST(SoftHand, FlatHandComesToRestDeepInHardWax) {
   for (const double aside : {0.0, 1e-6, 1e-4, 3e-4})
     for (const double depth : {0.02, 0.03, 0.04}) expectRestInWax(false, depth, aside);
 }
 
-// Of 20 runs 3 are within 0.3 % of the force, 10 within 2 %, 7 beyond 5 % and at most 43 %; samples of the
+// Of 20 runs 9 are within 0.3 % of the force, 16 within 2 %, 3 beyond 5 % and at most 26 %; samples of the
 // fingertip then jump.
 TEST(SoftHand, DISABLED_FingerComesToRestDeepInHardWax) {
   for (const double aside : {0.0, 1e-6, 1e-4, 3e-4})
@@ -402,6 +401,56 @@ TEST(SoftHand, NothingLastsOfViolentAndImpossiblePoses) {
     EXPECT_LT(hands.hand(Side::right)->energy(), 1.5 * at_rest + 1e-3) << attack;
     EXPECT_EQ(hands.hand(Side::right)->restarts(), 0) << attack;
   }
+}
+
+// Thumbs that are tracked beneath the palm, reached slowly or in a frame, leave flesh room; a touch of the
+// palm then moves no bone far. Without joints that end, up to 201 tetrahedra are inside out, and a touch
+// throws the thumb by 58 mm.
+TEST(SoftHand, AnImpossibleThumbLeavesRoomForFlesh) {
+  for (const FingerAngles& thumb :
+       {FingerAngles{{0.6, 0.0, 0.0}, -0.6}, FingerAngles{{0.6, 0.5, 0.8}, -0.6},
+        FingerAngles{{0.6, 0.0, 0.0}, -0.35}, FingerAngles{{1.0, 0.0, 0.0}, -1.0}})
+    for (const int frames : {1, 30}) {
+      SoftHands hands(spacing);
+      HandPose pose;
+      const TrackedHand flat = forwardKinematics(pose);
+      int k = settled(hands, flat, 0, 30);
+      for (int step = 1; step <= frames; ++step) {
+        const double share = static_cast<double>(step) / frames;
+        for (int i = 0; i < 3; ++i) pose.fingers[0].flexion[i] = share * thumb.flexion[i];
+        pose.fingers[0].abduction = share * thumb.abduction;
+        hands.update({forwardKinematics(pose)}, stampOf(k++));
+      }
+      const TrackedHand tracked = forwardKinematics(pose);
+      k = settled(hands, tracked, k, 90);
+      const SoftHand& soft = *hands.hand(Side::right);
+      const int held = soft.inverted();
+      const BodyPoses before = soft.bodies();
+      double moved = 0.0;  // m
+      for (int step = 0; step < 30; ++step) {
+        const Skin& skin = hands.update({tracked}, stampOf(k));
+        std::vector<SkinForce> forces;
+        for (std::size_t i = 0; i < skin.size(); ++i)
+          if ((skin.position[i].cast<double>() - tracked.joints[palm].position).norm() < 0.03 &&
+              skin.normal[i].y() < -0.7F)
+            forces.push_back({static_cast<std::uint32_t>(i), {0.0F, 0.02F, 0.0F}});
+        hands.react(stampOf(k++), forces);
+        for (int b = 0; b < body_count; ++b)
+          moved = std::max(moved, (soft.bodies()[b].position - before[b].position).norm());
+      }
+      InsideOut after;
+      for (int step = 0; step < 60; ++step) {
+        hands.update({flat}, stampOf(k++));
+        after.see(soft);
+      }
+      std::printf("  thumb %.1f %.2f in %d frames: %d inside out, touched bones move %.1f mm\n",
+                  thumb.flexion[0], thumb.abduction, frames, held, 1e3 * moved);
+      EXPECT_LE(held, 10);
+      EXPECT_LT(moved, 5e-3);
+      EXPECT_LE(after.longest, 12);
+      EXPECT_EQ(soft.inverted(), 0);
+      EXPECT_EQ(soft.restarts(), 0);
+    }
 }
 
 // Without loads and with the tracked hand still, energy only falls.

@@ -3,10 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <stdexcept>
 
 #include "hand/anatomy.h"
 #include "hand/hand_pose.h"
+#include "hand/leap_recording.h"
 #include "hand/skin_template.h"
 #include "support/pressed_hand.h"
 
@@ -47,6 +50,74 @@ TEST(SoftHand, LossJumpAndStandingClock) {
   SoftHandParameters rubber;
   rubber.poisson = 0.5;
   EXPECT_THROW(SoftHands(spacing, rubber), std::invalid_argument);
+}
+
+HandPose bent(const FingerAngles& thumb, double flexion) {
+  HandPose pose;
+  for (FingerAngles& finger : pose.fingers) finger.flexion.fill(flexion);
+  pose.fingers[0] = thumb;
+  return pose;
+}
+
+double farthest(const TrackedHand& a, const TrackedHand& b) {
+  double most = 0.0;
+  for (int j = 0; j < joint_count; ++j)
+    most = std::max(most, (a.joints[j].position - b.joints[j].position).norm());
+  return most;
+}
+
+// Whatever the sides: the palm stays, bones keep their lengths, a second time changes nothing.
+TEST(WithinReach, TurnsBackWhatIsOutsideAndOnlyThat) {
+  for (const Side side : {Side::left, Side::right})
+    for (HandPose pose :
+         {bent({}, 0.0), bent({{0.6, 0.5, 0.8}, 0.35}, 1.5), bent({{0.6, 0.5, 0.8}, -0.6}, 0.0),
+          bent({}, 2.5), bent({{-1.0, -2.0, -2.0}, 2.0}, -1.5)}) {
+      const bool possible = pose.fingers[0].abduction > -0.5 && std::abs(pose.fingers[1].flexion[0]) < 1.6 &&
+                            pose.fingers[1].flexion[0] > -0.1;
+      pose.side = side;
+      pose.scale = 0.9;
+      pose.wrist =
+          Eigen::Translation3d(0.1, 0.2, 0.3) * Eigen::AngleAxisd(1.0, Vector3d(1, 2, 3).normalized());
+      const TrackedHand tracked = forwardKinematics(pose), hand = withinReach(tracked);
+      if (possible)
+        EXPECT_EQ(farthest(hand, tracked), 0.0);
+      else
+        EXPECT_GT(farthest(hand, tracked), 0.01);
+      EXPECT_LT(farthest(withinReach(hand), hand), 1e-9);
+      for (int j = 0; j < joint_count; ++j) {
+        const int parent = joint_anatomy[j].parent;
+        const auto length = [&](const TrackedHand& h) {
+          return (h.joints[j].position - h.joints[parent].position).norm();
+        };
+        EXPECT_NEAR(length(hand), length(tracked), 1e-9) << j;
+      }
+    }
+}
+
+TEST(WithinReach, RecordedHandsAre) {
+  namespace fs = std::filesystem;
+  const char* given = std::getenv("TACTILE_CLAY_DATA");
+  const fs::path data =
+      given != nullptr ? fs::path(given) : fs::path(TACTILE_CLAY_SOURCE_DIR) / "../shared/data";
+  if (!fs::exists(data / "hands")) GTEST_SKIP() << data << " is not here";
+  int hands = 0, changed = 0;
+  for (const char* name : {"both_hands_low_confidence", "finger_tap", "grab", "left_or_right",
+                           "pinch_and_move", "three_claps"}) {
+    LeapRecording recording;
+    SourceOptions options;
+    options.file = (data / "hands" / (std::string(name) + ".v6.ndjson.gz")).string();
+    recording.open(options);
+    TrackedFrame frame;
+    while (recording.read(frame, std::chrono::milliseconds(0)) == HandSource::Read::frame)
+      for (const TrackedHand& hand : frame.hands) {
+        const double most = farthest(withinReach(hand), hand);
+        EXPECT_LT(most, 5e-4) << name;
+        ++hands;
+        changed += most > 0.0;
+      }
+  }
+  std::printf("  %d of %d recorded hands turned back\n", changed, hands);
+  EXPECT_LT(changed, hands / 100);
 }
 
 // A few frames of each kind of trouble, so that the sanitizers see all of the code: test/stability has the
