@@ -55,6 +55,7 @@ void Minimiser::start(const Eigen::Vector3f& gravity, VectorField& u) {
   const Eigen::Vector3f fall = dt_ * dt_ * gravity;
   const std::vector<Eigen::Matrix3f> bend = lumps_.bends(dt_);
   ranges([&](std::size_t first, std::size_t last) {
+    potential_.limitExcess(dt_, first, last);
     for (std::size_t i = first; i < last; ++i) {
       const Eigen::Vector3f arm = particles_.position.at(i) - lumps_.centreAt(i).cast<float>();
       u.set(i, free_->at(i) - fall + bend[near_.lump(i)] * arm);
@@ -97,6 +98,7 @@ bool Minimiser::descend(int count, double tolerance, VectorField& u) {
       u[i] += own_step * d_[i];
       r_[i] -= own_step * a_d_[i];
     }
+    potential_.follow(own_step, first, last);
     return precondition(first, last);
   });
   double last_rz = 0.0;
@@ -120,6 +122,7 @@ bool Minimiser::descend(int count, double tolerance, VectorField& u) {
         u[i] += alpha * p_[i];
         r_[i] -= alpha * q_[i];
       }
+      potential_.follow(alpha, first, last);
       return precondition(first, last);
     });
     last_rz = rz;

@@ -12,6 +12,8 @@
 namespace tactile_clay::clay {
 namespace {
 
+constexpr float recovery_speed = 0.5f;  // m/s, at which compression that nothing did work for is undone
+
 // Loops get what they read by value: no store may change it then.
 using Pairs = PairArrays;
 
@@ -106,9 +108,9 @@ struct Setup {
   const Bonds* bonds;        // or null
   const float* rest_length;  // of the bonds, per pair
   bool dense, sprung;
-  float *x, *y, *z, *spring;  // per pair, see PairArrays
-  float *ratio, *amend;       // per particle
-  float *force, *excess;      // per particle
+  float *x, *y, *z, *spring;         // per pair, see PairArrays
+  float *ratio, *amend, *steepness;  // per particle
+  float *force, *excess;             // per particle
 };
 
 /// Of particles [first, last): rho / rho_0, and how much stronger dashpots are for those that a surface takes
@@ -121,7 +123,7 @@ void measureSurroundings(const Setup s, std::size_t first, std::size_t last) {
   // So that springs can be told per square of a gradient; C does not notice.
   const Lane least_compression = all(1e-8f * per_square);
   for (std::size_t i = first; i < last; ++i) {
-    Lane density{}, dashpots{};
+    Lane density{}, dashpots{}, steepness{};
     for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.end[i]; p += lane_width) {
       const Lane r = load(s.pairs.distance + p), square = r * r;
       density += s.kernel.value(r);
@@ -131,7 +133,9 @@ void measureSurroundings(const Setup s, std::size_t first, std::size_t last) {
           greatest(-s.kernel.slope(r) * per_lattice_sum / greatest(r, shortest), least_compression);
       const LaneVector g = times(compression, loadVector(s.pairs.x, s.pairs.y, s.pairs.z, p));
       store(s.x + p, g.x), store(s.y + p, g.y), store(s.z + p, g.z), store(s.spring + p, compression);
+      steepness += dot(g, g);
     }
+    s.steepness[i] = std::sqrt(sum(steepness));
     s.ratio[i] = (sum(density) + s.kernel.sigma) * per_lattice_sum;
     // A particle at a surface has fewer pairs, but no less clay.
     s.amend[i] = 1.0f / std::max(sum(dashpots) / s.lattice_dashpots, 0.25f);
@@ -258,7 +262,9 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
   dashpot_of_step_.clear();
   for (const float dashpot : dashpot_) dashpot_of_step_.push_back(dashpot / dt);
   force_.resize(n), squeezed_.resize(n);
-  for (auto* numbers : {&excess_, &ratio_, &active_, &pressure_, &amend_}) numbers->resize(n);
+  for (auto* numbers :
+       {&excess_, &ratio_, &active_, &pressure_, &amend_, &steepness_, &growth_, &compression_})
+    numbers->resize(n);
   const Setup setup{
       {near.begins(), near.paddeds(), near.slots(), near.x(), near.y(), near.z(), near.distances()},
       kernel_,
@@ -278,6 +284,7 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
       spring_.data(),
       ratio_.data(),
       amend_.data(),
+      steepness_.data(),
       force_.data(),
       excess_.data()};
   parallelRanges(n, range_size,
@@ -297,13 +304,23 @@ PairArrays Potential::pairs() const {
   return {near_->begins(), near_->paddeds(), near_->slots(), x_.data(), y_.data(), z_.data(), spring_.data()};
 }
 
+/// To undo C_i alone, the displacements of all neighbours together are C_i over the length of its gradient at
+/// least. At `recovery_speed` that gives clay the energy of one particle at this speed, however near or far
+/// the neighbours are.
+void Potential::limitExcess(float dt, std::size_t first, std::size_t last) {
+  for (std::size_t i = first; i < last; ++i) {
+    const float undone = recovery_speed * dt * steepness_[i];
+    excess_[i] = std::min(excess_[i], std::max(particles_->compression[i], undone));
+  }
+}
+
 void Potential::stretch(const VectorField& u, VectorField& f, std::size_t first, std::size_t last) {
   if (sprung_ && dense_)
-    stretchBoth(pairs(), u.data(), first, last, f.data(), pressure_.data());
+    stretchBoth(pairs(), u.data(), first, last, f.data(), growth_.data());
   else if (sprung_)
     stretchSprings(pairs(), u.data(), first, last, f.data());
   else if (dense_)
-    stretchDensity(pairs(), u.data(), first, last, f.data(), pressure_.data());
+    stretchDensity(pairs(), u.data(), first, last, f.data(), growth_.data());
   else
     for (std::size_t i = first; i < last; ++i) f[i].setZero();
 }
@@ -314,7 +331,7 @@ bool Potential::startForce(const VectorField& u, VectorField& f, std::size_t fir
   for (std::size_t i = first; i < last; ++i) {
     f[i] += force_[i];
     if (!dense_) continue;
-    const float c = excess_[i] + pressure_[i];
+    const float c = compression_[i] = excess_[i] + growth_[i];
     active_[i] = c > 0.0f ? bulk_[particles_->material[i]] : 0.0f;
     pressure_[i] = active_[i] * c;
     pressing = pressing || c > 0.0f;
@@ -325,7 +342,11 @@ bool Potential::startForce(const VectorField& u, VectorField& f, std::size_t fir
 void Potential::startChange(const VectorField& p, VectorField& f, std::size_t first, std::size_t last) {
   stretch(p, f, first, last);
   if (!pressing_) return;
-  for (std::size_t i = first; i < last; ++i) pressure_[i] *= active_[i];
+  for (std::size_t i = first; i < last; ++i) pressure_[i] = active_[i] * growth_[i];
+}
+
+void Potential::follow(float step, std::size_t first, std::size_t last) {
+  for (std::size_t i = first; i < last; ++i) compression_[i] += step * growth_[i];
 }
 
 void Potential::finishForce(VectorField& f, std::size_t first, std::size_t last) {

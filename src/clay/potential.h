@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <vector>
 
 #include "clay/bonds.h"
@@ -36,6 +37,10 @@ struct PairArrays {
 /// momentum are exact.
 ///
 /// Lengths and densities are exact at the guess and linear around it, with the directions of the start.
+///
+/// A step that ends far from its guess may leave more compression than its model knew of, which nothing has
+/// done work for. So C_i starts with no more than the last step's model ended with; the rest is undone
+/// slowly.
 class Potential {
  public:
   Potential(const Kernel& kernel, float spacing, const std::vector<Material>& materials);
@@ -47,6 +52,10 @@ class Potential {
 
   /// Adds to the density of a particle in this step. \param ratio of rho_0
   void addDensity(std::size_t i, float ratio) { ratio_[i] += ratio, excess_[i] += ratio; }
+
+  /// Bounds C_i of particles [first, last) at u = 0 by their compression, or what is undone in a step. To be
+  /// called when all densities have been added.
+  void limitExcess(float dt, std::size_t first, std::size_t last);
 
   /// Forces at the displacements u, N. Density constraints are active, here and in `change`, where u
   /// compresses.
@@ -62,6 +71,13 @@ class Potential {
   void startChange(const VectorField& p, VectorField& f, std::size_t first, std::size_t last);
   void finishForce(VectorField& f, std::size_t first, std::size_t last);
   void finishChange(VectorField& f, std::size_t first, std::size_t last) const;
+
+  /// The displacements of particles [first, last) grew by `step` times the p of the last `startChange`.
+  void follow(float step, std::size_t first, std::size_t last);
+  /// C_i where the displacements have come to, if its force acted on the way there; else 0.
+  float compression(std::size_t i) const {
+    return active_[i] > 0.0f ? std::max(compression_[i], 0.0f) : 0.0f;
+  }
 
   /// rho / rho_0 at the start of the step.
   const std::vector<float>& densityRatio() const { return ratio_; }
@@ -83,13 +99,16 @@ class Potential {
   const Particles* particles_ = nullptr;
 
   std::vector<float> x_, y_, z_, spring_;  // see PairArrays; what a scene does not use is empty
-  std::vector<float> amend_;     // of the dashpots of each particle for those that a surface takes away
-  VectorField force_;            // N, of each particle at u = 0, without density
-  std::vector<float> excess_;    // C_i at u = 0
-  std::vector<float> ratio_;     // rho_i / rho_0
-  std::vector<float> active_;    // J, bulk modulus times volume where the density constraint acts, else 0
-  std::vector<float> pressure_;  // J, pressure times volume
-  bool pressing_ = false;        // any is active
+  std::vector<float> amend_;        // of the dashpots of each particle for those that a surface takes away
+  VectorField force_;               // N, of each particle at u = 0, without density
+  std::vector<float> excess_;       // C_i at u = 0
+  std::vector<float> steepness_;    // 1/m, length of the gradient of C_i over its neighbours
+  std::vector<float> growth_;       // of C_i with the displacements last asked for
+  std::vector<float> compression_;  // C_i at the displacements that were followed
+  std::vector<float> ratio_;        // rho_i / rho_0
+  std::vector<float> active_;       // J, bulk modulus times volume where the density constraint acts, else 0
+  std::vector<float> pressure_;     // J, pressure times volume
+  bool pressing_ = false;           // any is active
   std::vector<std::uint8_t> squeezed_;  // whether a particle or a neighbour of it is
 };
 
