@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "clay/bonds.h"
@@ -147,6 +148,8 @@ Clay::State::State(const ClayConfig& config_in, std::vector<Material> materials_
   const std::size_t n = initial.size();
   everyone.position.resize(n), everyone.velocity.resize(n);
   everyone.density_ratio.assign(n, 1.0f);
+  // What the clay starts with may be given back.
+  everyone.compression.assign(n, std::numeric_limits<float>::infinity());
   const double volume = std::pow(config.spacing, 3.0);
   for (std::size_t i = 0; i < n; ++i) {
     if (!initial[i].position.allFinite() || !initial[i].velocity.allFinite()) {
@@ -180,6 +183,7 @@ Clay::State::State(const ClayConfig& config_in, std::vector<Material> materials_
            config.spacing,
            everyone.position,
            everyone.velocity,
+           everyone.compression,
            everyone.position,
            config.budget.substeps,
            everyone.material,
@@ -284,6 +288,7 @@ void Clay::State::updateBonds() {
 void Clay::State::endStep(float dt) {
   const Stopwatch watch(ms(finish));
   const float world = static_cast<float>(config.world);
+  const bool minimised = config.budget.method != Method::paper;
   parallelRanges(particles.size(), range_size, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       // A displacement that is not finite, or larger than the world, is a lost particle: it stops where it
@@ -294,6 +299,7 @@ void Clay::State::endStep(float dt) {
       const Eigen::Vector3f inside = next.cwiseMax(-world).cwiseMin(world);
       particles.position.set(i, inside);
       particles.velocity.set(i, (inside.array() == next.array()).select(step / dt, 0.0f));
+      if (minimised) particles.compression[i] = minimiser.compression(i);
     }
   });
 }
@@ -303,6 +309,7 @@ void Clay::State::publishAwake() {
     everyone.position[awake[k]] = particles.position[k];
     everyone.velocity[awake[k]] = particles.velocity[k];
     everyone.density_ratio[awake[k]] = particles.density_ratio[k];
+    everyone.compression[awake[k]] = particles.compression[k];
   }
 }
 
@@ -313,6 +320,7 @@ Sculpture Clay::State::sculpture() const {
               config.spacing,
               everyone.position,
               everyone.velocity,
+              everyone.compression,
               everyone.position,
               window_steps,
               everyone.material,
@@ -350,6 +358,7 @@ void Clay::State::restore(const Sculpture& s) {
   statistics.step = s.step;
   window_steps = s.window_steps;
   everyone.position = s.position, everyone.velocity = s.velocity;
+  everyone.compression = s.compression;
   sleep.restore(s.sleep, everyone);
   awake = sleep.awake();
 
@@ -366,6 +375,7 @@ void Clay::State::restore(const Sculpture& s) {
     window_start[k] = s.window_start[i];
     particles.inverse_mass.push_back(everyone.inverse_mass[i]);
     particles.density_ratio.push_back(everyone.density_ratio[i]);
+    particles.compression.push_back(everyone.compression[i]);
     particles.material.push_back(everyone.material[i]);
     particles.body.push_back(everyone.body[i]);
   }

@@ -97,6 +97,7 @@ bool Minimiser::descend(int count, double tolerance, bool starts, VectorField& u
       u[i] += own_step * d_[i];
       r_[i] -= own_step * a_d_[i];
     }
+    potential_.follow(own_step, first, last);
     return precondition(first, last);
   });
   double last_rz = 0.0;
@@ -120,6 +121,7 @@ bool Minimiser::descend(int count, double tolerance, bool starts, VectorField& u
         u[i] += alpha * p_[i];
         r_[i] -= alpha * q_[i];
       }
+      potential_.follow(alpha, first, last);
       return precondition(first, last);
     });
     last_rz = rz;

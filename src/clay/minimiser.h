@@ -42,6 +42,8 @@ class Minimiser {
 
   /// rho / rho_0 at the start of the step.
   const std::vector<float>& densityRatio() const { return potential_.densityRatio(); }
+  /// What density may give back of the compression of a particle after the step.
+  float compression(std::size_t i) const { return potential_.compression(i); }
 
  private:
   /// Runs f(first, last) over the particles.

@@ -14,6 +14,7 @@ struct Particles {
   VectorField velocity;              // m/s
   std::vector<float> inverse_mass;   // 1/kg
   std::vector<float> density_ratio;  // rho / rho0
+  std::vector<float> compression;    // that density may give back, see Potential
   std::vector<std::uint8_t> material;
   std::vector<std::uint16_t> body;  // of the scene's bodies
 

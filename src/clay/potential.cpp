@@ -12,6 +12,8 @@
 namespace tactile_clay::clay {
 namespace {
 
+constexpr float recovery_speed = 0.5f;  // m/s, at which compression that nothing did work for is undone
+
 // Loops get what they read by value: no store may change it then.
 using Pairs = PairArrays;
 
@@ -100,8 +102,8 @@ struct Measurement {
   float lattice_sum;       // 1/m^3
   float lattice_dashpots;  // m^4
   bool dense;
-  float *x, *y, *z, *spring;  // per pair, see PairArrays
-  float *ratio, *amend;       // per particle
+  float *x, *y, *z, *spring;         // per pair, see PairArrays
+  float *ratio, *amend, *steepness;  // per particle
 };
 
 struct Linearisation {
@@ -131,7 +133,7 @@ void measureSurroundings(const Measurement s, std::size_t first, std::size_t las
   // So that springs can be told per square of a gradient; C does not notice.
   const Lane least_compression = all(1e-8f * per_square);
   for (std::size_t i = first; i < last; ++i) {
-    Lane density{}, dashpots{};
+    Lane density{}, dashpots{}, steepness{};
     for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.end[i]; p += lane_width) {
       const Lane r = load(s.pairs.distance + p), square = r * r;
       density += s.kernel.value(r);
@@ -141,7 +143,9 @@ void measureSurroundings(const Measurement s, std::size_t first, std::size_t las
           greatest(-s.kernel.slope(r) * per_lattice_sum / greatest(r, shortest), least_compression);
       const LaneVector g = times(compression, loadVector(s.pairs.x, s.pairs.y, s.pairs.z, p));
       store(s.x + p, g.x), store(s.y + p, g.y), store(s.z + p, g.z), store(s.spring + p, compression);
+      steepness += dot(g, g);
     }
+    s.steepness[i] = std::sqrt(sum(steepness));
     s.ratio[i] = (sum(density) + s.kernel.sigma) * per_lattice_sum;
     // A particle at a surface has fewer pairs, but no less clay.
     s.amend[i] = 1.0f / std::max(sum(dashpots) / s.lattice_dashpots, 0.25f);
@@ -279,7 +283,9 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
   for (const float dashpot : dashpot_) dashpot_of_step_.push_back(dashpot / dt);
   force_.resize(n), squeezed_.resize(n);
   excess_.assign(n, 0.0f);
-  for (auto* numbers : {&ratio_, &active_, &pressure_, &amend_}) numbers->resize(n);
+  for (auto* numbers : {&ratio_, &active_, &pressure_, &amend_, &steepness_, &growth_, &compression_})
+    numbers->resize(n);
+  recovery_ = recovery_speed * dt;
   const Measurement measurement{
       {near.begins(), near.paddeds(), near.slots(), near.x(), near.y(), near.z(), near.distances()},
       kernel_,
@@ -291,7 +297,8 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
       z_.data(),
       spring_.data(),
       ratio_.data(),
-      amend_.data()};
+      amend_.data(),
+      steepness_.data()};
   parallelRanges(n, range_size,
                  [&](std::size_t first, std::size_t last) { measureSurroundings(measurement, first, last); });
 }
@@ -316,11 +323,12 @@ bool Potential::lineariseAndStartForce(const VectorField& guess, const VectorFie
                                     guess.data(),
                                     u.data(),
                                     f.data(),
-                                    pressure_.data()};
+                                    growth_.data()};
   if (materials_ == 1)
     lineariseAlike(linearisation, first, last);
   else
     lineariseMixed(linearisation, first, last);
+  if (dense_) limitExcess(first, last);
   return press(f, first, last);
 }
 
@@ -331,13 +339,21 @@ PairArrays Potential::pairs() const {
   return {near_->begins(), near_->paddeds(), near_->slots(), x_.data(), y_.data(), z_.data(), spring_.data()};
 }
 
+/// To undo C_i alone, the displacements of all neighbours together are C_i over the length of its gradient at
+/// least. At `recovery_speed` that gives clay the energy of one particle at this speed, however near or far
+/// the neighbours are.
+void Potential::limitExcess(std::size_t first, std::size_t last) {
+  for (std::size_t i = first; i < last; ++i)
+    excess_[i] = std::min(excess_[i], std::max(particles_->compression[i], recovery_ * steepness_[i]));
+}
+
 void Potential::stretch(const VectorField& u, VectorField& f, std::size_t first, std::size_t last) {
   if (sprung_ && dense_)
-    stretchBoth(pairs(), u.data(), first, last, f.data(), pressure_.data());
+    stretchBoth(pairs(), u.data(), first, last, f.data(), growth_.data());
   else if (sprung_)
     stretchSprings(pairs(), u.data(), first, last, f.data());
   else if (dense_)
-    stretchDensity(pairs(), u.data(), first, last, f.data(), pressure_.data());
+    stretchDensity(pairs(), u.data(), first, last, f.data(), growth_.data());
   else
     for (std::size_t i = first; i < last; ++i) f[i].setZero();
 }
@@ -353,7 +369,7 @@ bool Potential::press(VectorField& f, std::size_t first, std::size_t last) {
   for (std::size_t i = first; i < last; ++i) {
     f[i] += force_[i];
     if (!dense_) continue;
-    const float c = excess_[i] + pressure_[i];
+    const float c = compression_[i] = excess_[i] + growth_[i];
     active_[i] = c > 0.0f ? bulk_[particles_->material[i]] : 0.0f;
     pressure_[i] = active_[i] * c;
     pressing = pressing || c > 0.0f;
@@ -364,7 +380,11 @@ bool Potential::press(VectorField& f, std::size_t first, std::size_t last) {
 void Potential::startChange(const VectorField& p, VectorField& f, std::size_t first, std::size_t last) {
   stretch(p, f, first, last);
   if (!pressing_) return;
-  for (std::size_t i = first; i < last; ++i) pressure_[i] *= active_[i];
+  for (std::size_t i = first; i < last; ++i) pressure_[i] = active_[i] * growth_[i];
+}
+
+void Potential::follow(float step, std::size_t first, std::size_t last) {
+  for (std::size_t i = first; i < last; ++i) compression_[i] += step * growth_[i];
 }
 
 void Potential::finishForce(VectorField& f, std::size_t first, std::size_t last) {

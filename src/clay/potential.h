@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <vector>
 
 #include "clay/bonds.h"
@@ -36,6 +37,10 @@ struct PairArrays {
 /// momentum are exact.
 ///
 /// Lengths and densities are exact at the guess and linear around it, with the directions of the start.
+///
+/// A step that ends far from its guess may leave more compression than its model knew of, which nothing has
+/// done work for. So C_i starts with no more than the last step's model ended with; the rest is undone
+/// slowly.
 class Potential {
  public:
   Potential(const Kernel& kernel, float spacing, const std::vector<Material>& materials);
@@ -65,12 +70,20 @@ class Potential {
   void finishForce(VectorField& f, std::size_t first, std::size_t last);
   void finishChange(VectorField& f, std::size_t first, std::size_t last) const;
 
+  /// The displacements of particles [first, last) grew by `step` times the p of the last `startChange`.
+  void follow(float step, std::size_t first, std::size_t last);
+  /// C_i where the displacements have come to, if its force acted on the way there; else 0.
+  float compression(std::size_t i) const {
+    return active_[i] > 0.0f ? std::max(compression_[i], 0.0f) : 0.0f;
+  }
+
   /// rho / rho_0 at the start of the step.
   const std::vector<float>& densityRatio() const { return ratio_; }
 
  private:
   PairArrays pairs() const;
   void stretch(const VectorField& u, VectorField& f, std::size_t first, std::size_t last);
+  void limitExcess(std::size_t first, std::size_t last);
   bool press(VectorField& f, std::size_t first, std::size_t last);
   template <typename Start>
   void forceBy(VectorField& f, const Start& start);
@@ -79,6 +92,7 @@ class Potential {
   float volume_;            // m^3, of a particle
   float lattice_sum_;       // 1/m^3
   float lattice_dashpots_;  // m^4
+  float recovery_ = 0.0f;   // m, that clay is moved in a step by compression that nothing did work for
   std::size_t materials_;
   std::vector<float> dashpot_;          // N s/m^3, of a pair where its weight is 1, for each two materials
   std::vector<float> dashpot_of_step_;  // N/m^3, dashpot_ over the step
@@ -89,13 +103,16 @@ class Potential {
   const Bonds* bonds_ = nullptr;
 
   std::vector<float> x_, y_, z_, spring_;  // see PairArrays; what a scene does not use is empty
-  std::vector<float> amend_;     // of the dashpots of each particle for those that a surface takes away
-  VectorField force_;            // N, of each particle at u = 0, without density
-  std::vector<float> excess_;    // C_i at u = 0
-  std::vector<float> ratio_;     // rho_i / rho_0
-  std::vector<float> active_;    // J, bulk modulus times volume where the density constraint acts, else 0
-  std::vector<float> pressure_;  // J, pressure times volume
-  bool pressing_ = false;        // any is active
+  std::vector<float> amend_;        // of the dashpots of each particle for those that a surface takes away
+  VectorField force_;               // N, of each particle at u = 0, without density
+  std::vector<float> excess_;       // C_i at u = 0
+  std::vector<float> steepness_;    // 1/m, length of the gradient of C_i over its neighbours
+  std::vector<float> growth_;       // of C_i with the displacements last asked for
+  std::vector<float> compression_;  // C_i at the displacements that were followed
+  std::vector<float> ratio_;        // rho_i / rho_0
+  std::vector<float> active_;       // J, bulk modulus times volume where the density constraint acts, else 0
+  std::vector<float> pressure_;     // J, pressure times volume
+  bool pressing_ = false;           // any is active
   std::vector<std::uint8_t> squeezed_;  // whether a particle or a neighbour of it is
 };
 

@@ -10,7 +10,7 @@ namespace tactile_clay::clay {
 namespace {
 
 // Numbers stand as the processor has them: little-endian on all that ROS 1 runs on.
-constexpr char magic[] = "tactile_clay sculpture 4\n";
+constexpr char magic[] = "tactile_clay sculpture 5\n";
 
 [[noreturn]] void fail(const std::string& file, const std::string& what) {
   throw std::runtime_error("sculpture '" + file + "' " + what);
@@ -78,6 +78,7 @@ void save(const Sculpture& s, const std::string& file) {
   put(out, s.time), put(out, s.carry), put(out, s.step), put(out, s.spacing);
   put(out, s.sleep.watched), put(out, s.window_steps);
   put(out, s.material), put(out, s.body), put(out, s.sleep.lump);
+  put(out, s.compression);
   for (const VectorField* field : {&s.position, &s.velocity, &s.window_start, &s.sleep.mark})
     for (std::size_t i = 0; i < field->size(); ++i) put(out, field->at(i));
   put(out, s.bond_begin), put(out, static_cast<std::uint64_t>(s.bonds.size()));
@@ -110,14 +111,17 @@ Sculpture loadSculpture(const std::string& file) {
   s.material = reader.values<std::uint8_t>(most);
   s.body = reader.values<std::uint16_t>(most);
   s.sleep.lump = reader.values<std::uint32_t>(most);
+  s.compression = reader.values<float>(most);
   const std::size_t n = s.material.size();
-  if (s.body.size() != n || s.sleep.lump.size() != n || !std::isfinite(s.time) || !std::isfinite(s.carry) ||
-      !(s.sleep.watched >= 0.0) || s.window_steps < 0)
+  if (s.body.size() != n || s.compression.size() != n || s.sleep.lump.size() != n || !std::isfinite(s.time) ||
+      !std::isfinite(s.carry) || !(s.sleep.watched >= 0.0) || s.window_steps < 0)
     fail(file, "is damaged");
   for (VectorField* field : {&s.position, &s.velocity, &s.window_start, &s.sleep.mark}) {
     field->resize(n);
     for (std::size_t i = 0; i < n; ++i) field->set(i, reader.vector());
   }
+  for (const float c : s.compression)
+    if (!(c >= 0.0f)) fail(file, "is damaged: a compression of " + std::to_string(c));
   for (const std::uint32_t lump : s.sleep.lump)
     if (lump > n) fail(file, "is damaged: sleeping lump " + std::to_string(lump));
   s.bond_begin = reader.values<std::uint32_t>(most);

@@ -19,8 +19,9 @@ struct Sculpture {
   std::uint64_t step = 0;  // frames
   double spacing = 0.0;    // m
   VectorField position, velocity;
-  VectorField window_start;       // m, positions when bonds were last decided on
-  std::int32_t window_steps = 0;  // steps since
+  std::vector<float> compression;  // see Particles
+  VectorField window_start;        // m, positions when bonds were last decided on
+  std::int32_t window_steps = 0;   // steps since
   std::vector<std::uint8_t> material;
   std::vector<std::uint16_t> body;
   std::vector<std::uint32_t> bond_begin;  // bonds of particle i are [bond_begin[i], bond_begin[i + 1])

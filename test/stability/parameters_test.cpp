@@ -307,6 +307,22 @@ TEST_P(Clinging, GainsNoEnergy) {
 INSTANTIATE_TEST_SUITE_P(Seeds, Clinging, ::testing::Range(1u, 201u, 10u),
                          ::testing::PrintToStringParamName());
 
+/// The same without viscosity, bonds and friction: it slides together in the edge of two solids, or of the
+/// world, where particles come by each other by more than a spacing in a step. What that leaves of
+/// compression throws them, where it counts as stored.
+void watchPile(unsigned seed) {
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  Trial t = clinging(random);
+  t.materials[0].viscosity = t.materials[0].stiffness = t.materials[0].friction = 0.0;
+  watch(t);
+}
+class Pile : public ::testing::TestWithParam<unsigned> {};
+TEST_P(Pile, GainsNoEnergy) {
+  for (unsigned k = 0; k < 10; ++k) watchPile(GetParam() + k);
+}
+INSTANTIATE_TEST_SUITE_P(Seeds, Pile, ::testing::Range(561u, 781u, 10u), ::testing::PrintToStringParamName());
+
 /// The same, but started up to four spacings inside the table, the slope or the wedge. What is inside is
 /// pushed out along the normals at 0.5 m/s, as by walls that move so: elastic clay leaves with twice the
 /// speed that has this along all normals. In a wedge the walls also slide on the clay, and each presses

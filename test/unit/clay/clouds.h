@@ -55,6 +55,7 @@ inline Particles particlesAt(const std::vector<Eigen::Vector3f>& points, float p
   particles.velocity = zeros(points.size());
   particles.inverse_mass.assign(points.size(), 1.0f / particle_mass);
   particles.density_ratio.assign(points.size(), 1.0f);
+  particles.compression.assign(points.size(), std::numeric_limits<float>::infinity());
   particles.material.assign(points.size(), 0);
   particles.body.assign(points.size(), 0);
   return particles;

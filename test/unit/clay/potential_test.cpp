@@ -357,6 +357,29 @@ TEST(Potential, DensityIsOneSidedAndOneOnTheLattice) {
   EXPECT_NEAR(potential.densityRatio()[particles.size() / 2], 1.0f, 1e-5f);
 }
 
+/// Density gives back no more of a compression than the last step left, but for a slow recovery.
+TEST(Potential, CompressionBeyondThatOfTheLastStepPushesSlowly) {
+  Cloud s(density_only, 0.93f);
+  const VectorField rest = zeros(s.size());
+  VectorField f = rest;
+  const auto forces = [&](float share, float step) {
+    for (std::size_t i = 0; i < s.size(); ++i)
+      s.particles.compression[i] = share * std::max(s.potential.densityRatio()[i] - 1.0f, 0.0f);
+    s.potential.begin(s.near, s.particles, nullptr, step);
+    s.potential.linearise(rest, rest, f);
+    return toVectors(f);
+  };
+  const float fine = 1e-9f;  // s, in which nothing is recovered
+  const Vectors whole = forces(1.0f, fine), half = forces(0.5f, fine);
+  ASSERT_GT(largest(whole), 0.0);
+  for (std::size_t i = 0; i < s.size(); ++i)
+    EXPECT_LT((whole[i] - 2.0 * half[i]).norm(), 1e-4 * largest(whole));
+  const double recovering = largest(forces(0.0f, 1e-4f));
+  EXPECT_GT(recovering, 0.0);
+  EXPECT_NEAR(largest(forces(0.0f, 2e-4f)), 2.0 * recovering, 1e-3 * recovering);
+  EXPECT_LT(recovering, 0.5 * largest(whole));
+}
+
 /// What it takes to shear a cube of the initial lattice by `step` s, over eta gamma^2 volume.
 double shearPower(int side, const Eigen::Matrix3f& turn, float step) {
   std::vector<Material> materials{viscosity_only};

@@ -94,6 +94,10 @@ TEST_F(SculptureTest, IsSavedAsItIs) {
   const std::string once = bytes();
   save(loadSculpture(file_), file_);
   EXPECT_EQ(bytes(), once);
+  Clay other = start();
+  other.restore(loadSculpture(file_));
+  save(other.sculpture(), file_);
+  EXPECT_EQ(bytes(), once);
 }
 
 /// Cut off anywhere, or with any of its bytes' high bits turned over, it is read or refused; nothing breaks.
