@@ -18,7 +18,7 @@ void Minimiser::begin(const Bonds* bonds, const VectorField& free, Contacts& con
   const std::size_t n = particles_.size();
   for (VectorField* field : {&r_, &z_, &p_, &q_, &d_, &a_d_}) field->resize(n);
   inertia_.resize(n);
-  potential_.begin(near_, particles_, bonds, dt);
+  potential_.begin(near_, particles_, bonds, free, dt);
   for (const BoundaryDensity::Share& share :
        boundary_.update(particles_, potential_.densityRatio(), contacts.contacts()))
     potential_.addDensity(share.particle, share.ratio);
@@ -35,7 +35,7 @@ int Minimiser::solve(const Eigen::Vector3f& gravity, const Ghosts& ghosts, int i
     translate(u);
     // Friction as it was in the last step foretells the slip, in the first of several rounds.
     if (left < iterations || left <= iterations_a_round) contacts_->dampSlides(particles_, u, dt_);
-    const bool solved = descend(std::min(left, iterations_a_round), tolerance, left == iterations, u);
+    const bool solved = descend(std::min(left, iterations_a_round), tolerance, u);
     const bool changed = contacts_->update(particles_, u, r_);
     const bool strayed = contacts_->detectStrays(particles_, ghosts, u, dt_);
     if (solved && !changed && !strayed) break;
@@ -55,6 +55,7 @@ void Minimiser::start(const Eigen::Vector3f& gravity, VectorField& u) {
   const Eigen::Vector3f fall = dt_ * dt_ * gravity;
   const std::vector<Eigen::Matrix3f> bend = lumps_.bends(dt_);
   ranges([&](std::size_t first, std::size_t last) {
+    potential_.limitExcess(dt_, first, last);
     for (std::size_t i = first; i < last; ++i) {
       const Eigen::Vector3f arm = particles_.position.at(i) - lumps_.centreAt(i).cast<float>();
       u.set(i, free_->at(i) - fall + bend[near_.lump(i)] * arm);
@@ -83,9 +84,9 @@ void Minimiser::translate(VectorField& u) {
 /// (deflation, Saad et al. 2000): the residual stays orthogonal to the displacements, and so, the energies
 /// being convex, a step gains no energy however few directions are tried; see doc/method.md.
 /// \return whether the residual is under the tolerance
-bool Minimiser::descend(int count, double tolerance, bool starts, VectorField& u) {
+bool Minimiser::descend(int count, double tolerance, VectorField& u) {
   const float enough = static_cast<float>(tolerance * tolerance);
-  Sums products = residual(u, starts);  // r . z, A d . z
+  Sums products = residual(u);  // r . z, A d . z
   if (products.largest <= enough) return true;
   ++iterations_done_;
   ownDirection(u);
@@ -129,14 +130,11 @@ bool Minimiser::descend(int count, double tolerance, bool starts, VectorField& u
   return products.largest <= enough;
 }
 
-/// r = forces - M (u - free) / dt^2, z = r / M where contacts leave it free. \param starts the step, where
-/// the potential is linearised \return as `precondition`
-Sums Minimiser::residual(const VectorField& u, bool starts) {
+/// r = forces - M (u - free) / dt^2, z = r / M where contacts leave it free. \return as `precondition`
+Sums Minimiser::residual(const VectorField& u) {
   std::atomic<bool> pressing{false};
   ranges([&](std::size_t first, std::size_t last) {
-    if (starts ? potential_.lineariseAndStartForce(*free_, u, r_, first, last)
-               : potential_.startForce(u, r_, first, last))
-      pressing = true;
+    if (potential_.startForce(u, r_, first, last)) pressing = true;
   });
   potential_.setPressing(pressing);
   return sumOver([&](std::size_t first, std::size_t last) {

@@ -57,8 +57,8 @@ class Minimiser {
   }
   void start(const Eigen::Vector3f& gravity, VectorField& u);
   void translate(VectorField& u);
-  bool descend(int count, double tolerance, bool starts, VectorField& u);
-  Sums residual(const VectorField& u, bool starts);
+  bool descend(int count, double tolerance, VectorField& u);
+  Sums residual(const VectorField& u);
   Sums precondition(std::size_t first, std::size_t last);
   Sums multiply(const VectorField& x, VectorField& a_x);
   void ownDirection(VectorField& u);

@@ -96,37 +96,27 @@ struct Surroundings {
   const float *x, *y, *z, *distance;  // m
 };
 
-struct Measurement {
+struct Setup {
   Surroundings pairs;
   Kernel kernel;
   float lattice_sum;       // 1/m^3
   float lattice_dashpots;  // m^4
-  bool dense;
-  float *x, *y, *z, *spring;         // per pair, see PairArrays
-  float *ratio, *amend, *steepness;  // per particle
-};
-
-struct Linearisation {
-  Surroundings pairs;
-  Kernel kernel;
-  float lattice_sum;             // 1/m^3
+  const float* guess;
   const std::uint8_t* material;  // per particle
   std::size_t materials;
   const float* dashpot;      // N/m^3, of a displacement in the step, for each two materials
   const Bonds* bonds;        // or null
   const float* rest_length;  // of the bonds, per pair
   bool dense, sprung;
-  const float* amend;
-  float* spring;           // per pair, see PairArrays
-  float *force, *excess;   // per particle, at displacements of 0
-  const float *guess, *u;  // displacements: near which it is linear, and where forces are wanted at once
-  float *force_at_u, *growth_at_u;
+  float *x, *y, *z, *spring;         // per pair, see PairArrays
+  float *ratio, *amend, *steepness;  // per particle
+  float *force, *excess;             // per particle
 };
 
 /// Of particles [first, last): rho / rho_0, and how much stronger dashpots are for those that a surface takes
 /// away. Of their pairs: the gradients g, and g over x where the springs will be.
 TACTILE_CLAY_MULTIVERSION
-void measureSurroundings(const Measurement s, std::size_t first, std::size_t last) {
+void measureSurroundings(const Setup s, std::size_t first, std::size_t last) {
   // The compiler may not take these out of the loop.
   const float per_lattice_sum = 1.0f / s.lattice_sum, per_square = 1.0f / (s.kernel.h * s.kernel.h);
   const Lane shortest = all(1e-4f * s.kernel.h);
@@ -152,23 +142,22 @@ void measureSurroundings(const Measurement s, std::size_t first, std::size_t las
   }
 }
 
-/// Springs and density of particles [first, last), and what `stretch` gives with them while pairs are at
-/// hand.
+/// Springs and density of particles [first, last).
 template <bool alike>
-TACTILE_CLAY_INLINE void linearise(const Linearisation s, std::size_t first, std::size_t last) {
+TACTILE_CLAY_INLINE void linearise(const Setup s, std::size_t first, std::size_t last) {
   const Kernel& kernel = s.kernel;
   const float per_square = 1.0f / (kernel.h * kernel.h);
   const Lane shortest = all(1e-8f * kernel.h * kernel.h);
   for (std::size_t i = first; i < last; ++i) {
-    const LaneVector guess = allOf(s.guess + slot_size * i), start = allOf(s.u + slot_size * i);
+    const LaneVector guess = allOf(s.guess + slot_size * i);
     const Lane own = all(s.amend[i]);
     const float* dashpots = s.dashpot + s.material[i] * s.materials;
     const BondRule* rules = s.bonds != nullptr ? s.bonds->rules(s.material[i]) : nullptr;
     Lane damping = all(dashpots[0]), stiffness = all(rules != nullptr ? rules->stiffness : 0.0f);
     Lane shortest_rest = all(rules != nullptr ? rules->shortest : 0.0f);
     Lane longest_rest = all(rules != nullptr ? rules->longest : 0.0f);
-    LaneVector forces{}, forces_at_u{};
-    Lane guessed{}, lag{}, growth{};
+    LaneVector forces{};
+    Lane guessed{}, lag{};
     for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.end[i]; p += lane_width) {
       const LaneVector x = loadVector(s.pairs.x, s.pairs.y, s.pairs.z, p);
       const LaneVector d = difference(gather(s.guess, s.pairs.slot + p), guess);
@@ -183,9 +172,6 @@ TACTILE_CLAY_INLINE void linearise(const Linearisation s, std::size_t first, std
         guessed += kernel.value(length);
         lag += compression * along;
       }
-      const LaneVector g = s.dense ? times(compression, x) : x;
-      const Lane along_at_u = dot(g, difference(gather(s.u, s.pairs.slot + p), start));
-      if (s.dense) growth += along_at_u;
       if (s.sprung) {
         if (!alike) {
           for (int k = 0; k < lane_width; ++k) {
@@ -199,38 +185,32 @@ TACTILE_CLAY_INLINE void linearise(const Linearisation s, std::size_t first, std
         const Lane both = 0.5f * (own + gatherNumbers(s.amend, s.pairs.slot + p));
         const Lane dashpot = damping * dashpotWeight(per_square, square) * both;
         // The length at u = 0, were it as linear there as it is near the guess.
-        const Lane rest = length + along * r * inverse_square;
-        Lane spring = dashpot, push = dashpot * (r - rest);
+        const Lane start = length + along * r * inverse_square;
+        Lane spring = dashpot, push = dashpot * (r - start);
         if (rules != nullptr) {
           const Lane kept = load(s.rest_length + p);
           // What yields in this step flows in it; at most until nothing is left of the strain at its start.
           const Lane flowed = least(greatest(kept, length * shortest_rest), length * longest_rest);
           const Lane rest_length = least(greatest(flowed, least(kept, r)), greatest(kept, r));
           const Lane bond = (kept > 0.0f ? stiffness : Lane{}) * inverse_square;
-          spring += bond, push += bond * (rest_length - rest);
+          spring += bond, push += bond * (rest_length - start);
         }
         const Lane per_compression = greatest(square, shortest) * inverse;
-        const Lane spring_of_g = spring * per_compression * per_compression;
-        store(s.spring + p, spring_of_g);
-        add(forces_at_u, times(spring_of_g * along_at_u, g));
+        store(s.spring + p, spring * per_compression * per_compression);
         push *= r;
         add(forces, times(push, x));
       }
     }
     storeSlot(s.force + slot_size * i, sums(forces));
-    s.excess[i] += (sum(guessed) + kernel.sigma) / s.lattice_sum - 1.0f - sum(lag);
-    HalfLane of_all = sums(forces_at_u, growth);
-    if (s.dense) s.growth_at_u[i] = of_all[3];
-    of_all[3] = 0.0f;
-    storeSlot(s.force_at_u + slot_size * i, of_all);
+    s.excess[i] = (sum(guessed) + kernel.sigma) / s.lattice_sum - 1.0f - sum(lag);
   }
 }
 TACTILE_CLAY_MULTIVERSION
-void lineariseAlike(const Linearisation s, std::size_t first, std::size_t last) {
+void lineariseAlike(const Setup s, std::size_t first, std::size_t last) {
   linearise<true>(s, first, last);
 }
 TACTILE_CLAY_MULTIVERSION
-void lineariseMixed(const Linearisation s, std::size_t first, std::size_t last) {
+void lineariseMixed(const Setup s, std::size_t first, std::size_t last) {
   linearise<false>(s, first, last);
 }
 
@@ -270,10 +250,10 @@ Potential::Potential(const Kernel& kernel, float spacing, const std::vector<Mate
   }
 }
 
-void Potential::begin(const Neighbourhood& near, const Particles& particles, const Bonds* bonds, float dt) {
+void Potential::begin(const Neighbourhood& near, const Particles& particles, const Bonds* bonds,
+                      const VectorField& guess, float dt) {
   near_ = &near;
   particles_ = &particles;
-  bonds_ = bonds;
   sprung_ = sprung_ || bonds != nullptr;
   const std::size_t n = particles.size();
   if (dense_)
@@ -282,54 +262,39 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
   dashpot_of_step_.clear();
   for (const float dashpot : dashpot_) dashpot_of_step_.push_back(dashpot / dt);
   force_.resize(n), squeezed_.resize(n);
-  excess_.assign(n, 0.0f);
-  for (auto* numbers : {&ratio_, &active_, &pressure_, &amend_, &steepness_, &growth_, &compression_})
+  for (auto* numbers :
+       {&excess_, &ratio_, &active_, &pressure_, &amend_, &steepness_, &growth_, &compression_})
     numbers->resize(n);
-  recovery_ = recovery_speed * dt;
-  const Measurement measurement{
+  const Setup setup{
       {near.begins(), near.paddeds(), near.slots(), near.x(), near.y(), near.z(), near.distances()},
       kernel_,
       lattice_sum_,
       lattice_dashpots_,
+      guess.data(),
+      particles.material.data(),
+      materials_,
+      dashpot_of_step_.data(),
+      bonds,
+      bonds != nullptr ? bonds->restLengths().data() : nullptr,
       dense_,
+      sprung_,
       x_.data(),
       y_.data(),
       z_.data(),
       spring_.data(),
       ratio_.data(),
       amend_.data(),
-      steepness_.data()};
+      steepness_.data(),
+      force_.data(),
+      excess_.data()};
   parallelRanges(n, range_size,
-                 [&](std::size_t first, std::size_t last) { measureSurroundings(measurement, first, last); });
-}
-
-bool Potential::lineariseAndStartForce(const VectorField& guess, const VectorField& u, VectorField& f,
-                                       std::size_t first, std::size_t last) {
-  const Linearisation linearisation{{near_->begins(), near_->paddeds(), near_->slots(), near_->x(),
-                                     near_->y(), near_->z(), near_->distances()},
-                                    kernel_,
-                                    lattice_sum_,
-                                    particles_->material.data(),
-                                    materials_,
-                                    dashpot_of_step_.data(),
-                                    bonds_,
-                                    bonds_ != nullptr ? bonds_->restLengths().data() : nullptr,
-                                    dense_,
-                                    sprung_,
-                                    amend_.data(),
-                                    spring_.data(),
-                                    force_.data(),
-                                    excess_.data(),
-                                    guess.data(),
-                                    u.data(),
-                                    f.data(),
-                                    growth_.data()};
-  if (materials_ == 1)
-    lineariseAlike(linearisation, first, last);
-  else
-    lineariseMixed(linearisation, first, last);
-  if (dense_) limitExcess(first, last);
-  return press(f, first, last);
+                 [&](std::size_t first, std::size_t last) { measureSurroundings(setup, first, last); });
+  parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
+    if (materials_ == 1)
+      lineariseAlike(setup, first, last);
+    else
+      lineariseMixed(setup, first, last);
+  });
 }
 
 PairArrays Potential::pairs() const {
@@ -342,9 +307,11 @@ PairArrays Potential::pairs() const {
 /// To undo C_i alone, the displacements of all neighbours together are C_i over the length of its gradient at
 /// least. At `recovery_speed` that gives clay the energy of one particle at this speed, however near or far
 /// the neighbours are.
-void Potential::limitExcess(std::size_t first, std::size_t last) {
-  for (std::size_t i = first; i < last; ++i)
-    excess_[i] = std::min(excess_[i], std::max(particles_->compression[i], recovery_ * steepness_[i]));
+void Potential::limitExcess(float dt, std::size_t first, std::size_t last) {
+  for (std::size_t i = first; i < last; ++i) {
+    const float undone = recovery_speed * dt * steepness_[i];
+    excess_[i] = std::min(excess_[i], std::max(particles_->compression[i], undone));
+  }
 }
 
 void Potential::stretch(const VectorField& u, VectorField& f, std::size_t first, std::size_t last) {
@@ -360,11 +327,6 @@ void Potential::stretch(const VectorField& u, VectorField& f, std::size_t first,
 
 bool Potential::startForce(const VectorField& u, VectorField& f, std::size_t first, std::size_t last) {
   stretch(u, f, first, last);
-  return press(f, first, last);
-}
-
-/// From the forces of displacements, and the growth of C by them, to forces and pressures.
-bool Potential::press(VectorField& f, std::size_t first, std::size_t last) {
   bool pressing = false;
   for (std::size_t i = first; i < last; ++i) {
     f[i] += force_[i];
@@ -395,26 +357,14 @@ void Potential::finishChange(VectorField& f, std::size_t first, std::size_t last
   if (pressing_) pressPairs(pairs(), pressure_.data(), first, last, squeezed_.data(), f.data());
 }
 
-/// \param start start(first, last) does the first half for particles [first, last)
-template <typename Start>
-void Potential::forceBy(VectorField& f, const Start& start) {
+void Potential::force(const VectorField& u, VectorField& f) {
   std::atomic<bool> pressing{false};
   parallelRanges(f.size(), range_size, [&](std::size_t first, std::size_t last) {
-    if (start(first, last)) pressing = true;
+    if (startForce(u, f, first, last)) pressing = true;
   });
   setPressing(pressing);
   parallelRanges(f.size(), range_size,
                  [&](std::size_t first, std::size_t last) { finishForce(f, first, last); });
-}
-
-void Potential::linearise(const VectorField& guess, const VectorField& u, VectorField& f) {
-  forceBy(f, [&](std::size_t first, std::size_t last) {
-    return lineariseAndStartForce(guess, u, f, first, last);
-  });
-}
-
-void Potential::force(const VectorField& u, VectorField& f) {
-  forceBy(f, [&](std::size_t first, std::size_t last) { return startForce(u, f, first, last); });
 }
 
 void Potential::change(const VectorField& p, VectorField& f) {

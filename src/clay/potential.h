@@ -19,7 +19,7 @@ struct PairArrays {
   const float* spring;                      // J; the force on i is spring (g . du) g
 };
 
-/// Internal forces of the clay in a time step, linearised once.
+/// Internal forces of the clay in a time step, linearised once at its start.
 ///
 /// The three internal constraint families of the paper are written as energies of the displacements u of the
 /// step; a constraint with compliance and its energy are the same thing (Macklin et al. 2016, XPBD). With the
@@ -45,14 +45,18 @@ class Potential {
  public:
   Potential(const Kernel& kernel, float spacing, const std::vector<Material>& materials);
 
-  /// Sets up a step. \param bonds null: there are none
-  void begin(const Neighbourhood& near, const Particles& particles, const Bonds* bonds, float dt);
+  /// Sets up a step. \param guess displacements, m, near which it is linearised; \param bonds null: there are
+  /// none
+  void begin(const Neighbourhood& near, const Particles& particles, const Bonds* bonds,
+             const VectorField& guess, float dt);
 
-  /// Adds to the density of a particle in this step, before it is linearised. \param ratio of rho_0
+  /// Adds to the density of a particle in this step. \param ratio of rho_0
   void addDensity(std::size_t i, float ratio) { ratio_[i] += ratio, excess_[i] += ratio; }
 
-  /// Linearises it near a guess of the displacements, m, and gives the forces at the displacements u, N.
-  void linearise(const VectorField& guess, const VectorField& u, VectorField& f);
+  /// Bounds C_i of particles [first, last) at u = 0 by their compression, or what is undone in a step. To be
+  /// called when all densities have been added.
+  void limitExcess(float dt, std::size_t first, std::size_t last);
+
   /// Forces at the displacements u, N. Density constraints are active, here and in `change`, where u
   /// compresses.
   void force(const VectorField& u, VectorField& f);
@@ -60,10 +64,8 @@ class Potential {
   void change(const VectorField& p, VectorField& f);
 
   /// The same in two halves, for particles [first, last), so that a solver can put work of its own beside
-  /// them: the second half wants the first of all neighbours to be done. Of the ranges of the first half of a
-  /// force, any may tell that a density constraint is active; the solver then says so to all.
-  bool lineariseAndStartForce(const VectorField& guess, const VectorField& u, VectorField& f,
-                              std::size_t first, std::size_t last);
+  /// them: the second half wants the first of all neighbours to be done. Of the ranges of `startForce`, any
+  /// may tell that a density constraint is active; the solver then says so to all.
   bool startForce(const VectorField& u, VectorField& f, std::size_t first, std::size_t last);
   void setPressing(bool any) { pressing_ = any; }
   void startChange(const VectorField& p, VectorField& f, std::size_t first, std::size_t last);
@@ -83,16 +85,11 @@ class Potential {
  private:
   PairArrays pairs() const;
   void stretch(const VectorField& u, VectorField& f, std::size_t first, std::size_t last);
-  void limitExcess(std::size_t first, std::size_t last);
-  bool press(VectorField& f, std::size_t first, std::size_t last);
-  template <typename Start>
-  void forceBy(VectorField& f, const Start& start);
 
   Kernel kernel_;
   float volume_;            // m^3, of a particle
   float lattice_sum_;       // 1/m^3
   float lattice_dashpots_;  // m^4
-  float recovery_ = 0.0f;   // m, that clay is moved in a step by compression that nothing did work for
   std::size_t materials_;
   std::vector<float> dashpot_;          // N s/m^3, of a pair where its weight is 1, for each two materials
   std::vector<float> dashpot_of_step_;  // N/m^3, dashpot_ over the step
@@ -100,7 +97,6 @@ class Potential {
   bool dense_ = false, sprung_ = false;
   const Neighbourhood* near_ = nullptr;
   const Particles* particles_ = nullptr;
-  const Bonds* bonds_ = nullptr;
 
   std::vector<float> x_, y_, z_, spring_;  // see PairArrays; what a scene does not use is empty
   std::vector<float> amend_;        // of the dashpots of each particle for those that a surface takes away
