@@ -333,8 +333,8 @@ void expectRestInWax(bool pointing, double depth, double aside) {
   EXPECT_LT(held.fastest, 2e-3) << depth << ' ' << aside;
 }
 
-// Eleven of twelve within 0.1 % of the force, and thirty more at ten other places; at the last place and 20 mm,
-// 2.8 % and 11 mm/s. Which one it is hangs on the last bits of the clay.
+// Eleven of twelve within 0.1 % of the force, and thirty more at ten other places; at the last place and 20
+// mm, 2.8 % and 11 mm/s. Which one it is hangs on the last bits of the clay.
 TEST(SoftHand, DISABLED_FlatHandComesToRestDeepInHardWax) {
   for (const double aside : {0.0, 1e-6, 1e-4, 3e-4})
     for (const double depth : {0.02, 0.03, 0.04}) expectRestInWax(false, depth, aside);
