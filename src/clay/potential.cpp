@@ -308,6 +308,7 @@ PairArrays Potential::pairs() const {
 /// least. At `recovery_speed` that gives clay the energy of one particle at this speed, however near or far
 /// the neighbours are.
 void Potential::limitExcess(float dt, std::size_t first, std::size_t last) {
+  if (!dense_) return;
   for (std::size_t i = first; i < last; ++i) {
     const float undone = recovery_speed * dt * steepness_[i];
     excess_[i] = std::min(excess_[i], std::max(particles_->compression[i], undone));
@@ -346,6 +347,7 @@ void Potential::startChange(const VectorField& p, VectorField& f, std::size_t fi
 }
 
 void Potential::follow(float step, std::size_t first, std::size_t last) {
+  if (!dense_) return;
   for (std::size_t i = first; i < last; ++i) compression_[i] += step * growth_[i];
 }
 

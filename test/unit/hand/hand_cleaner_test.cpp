@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <limits>
 #include <map>
@@ -14,6 +13,7 @@
 #include "hand/hand_check.h"
 #include "hand/hand_pose.h"
 #include "hand/leap_recording.h"
+#include "support/shared_data.h"
 
 namespace tactile_clay::hand {
 namespace {
@@ -309,9 +309,7 @@ struct Recorded {
 std::optional<Recorded> recorded(const std::string& name) {
   static std::map<std::string, Recorded> known;
   if (const auto found = known.find(name); found != known.end()) return found->second;
-  const char* data = std::getenv("TACTILE_CLAY_DATA");
-  const std::string path = (data != nullptr ? std::string(data) : TACTILE_CLAY_SOURCE_DIR "/../shared/data") +
-                           "/hands/" + name + ".v6.ndjson.gz";
+  const std::string path = handRecording(name).string();
   if (!std::filesystem::exists(path)) return std::nullopt;
   LeapRecording source;
   SourceOptions options;

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <vector>
@@ -14,6 +13,7 @@
 #include "hand/hand_check.h"
 #include "hand/kinematic_hand.h"
 #include "support/scratch_folder.h"
+#include "support/shared_data.h"
 
 namespace tactile_clay::hand {
 namespace {
@@ -149,10 +149,7 @@ TEST_F(LeapRecordingFile, DroppedHandsAreCounted) {
 class RealRecording : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
-    const char* given = std::getenv("TACTILE_CLAY_DATA");
-    const fs::path data =
-        given != nullptr ? fs::path(given) : fs::path(TACTILE_CLAY_SOURCE_DIR) / "../shared/data";
-    path = (data / "hands" / (std::string(GetParam()) + ".v6.ndjson.gz")).string();
+    path = handRecording(GetParam()).string();
     if (!fs::exists(path)) GTEST_SKIP() << path << " is not here";
     recording.open(fileOptions(path));
   }

@@ -1,4 +1,5 @@
 #include "hand/one_euro.h"
+#include "support/shared_data.h"
 
 #include <gtest/gtest.h>
 
@@ -54,10 +55,7 @@ TEST(OneEuro, IsTheAuthorsReference) {
 }
 
 TEST(OneEuro, IsTheAuthorsReferenceToItsEnd) {
-  const char* data = std::getenv("TACTILE_CLAY_DATA");
-  const auto reference =
-      samples((data != nullptr ? std::string(data) : TACTILE_CLAY_SOURCE_DIR "/../shared/data") +
-              "/oneeuro_groundTruth.csv");
+  const auto reference = samples(sharedData("oneeuro_groundTruth.csv").string());
   if (reference.empty()) GTEST_SKIP() << "no oneeuro_groundTruth.csv";
   EXPECT_GT(reference.size(), 1000U);
   expectTheAuthorsResult(reference);

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <limits>
 #include <map>
@@ -15,6 +14,7 @@
 
 #include "hand/hand_pose.h"
 #include "hand/leap_recording.h"
+#include "support/shared_data.h"
 
 namespace tactile_clay::hand {
 namespace {
@@ -280,10 +280,7 @@ class SkeletonOnRecording : public testing::TestWithParam<const char*> {};
 // mean over its 20 joints of moving bones, which lack the tracker's, that is without the rigid palm's easy
 // ones.
 TEST_P(SkeletonOnRecording, MedianErrorIsBelowThreeMillimetres) {
-  const char* given = std::getenv("TACTILE_CLAY_DATA");
-  const fs::path data =
-      given != nullptr ? fs::path(given) : fs::path(TACTILE_CLAY_SOURCE_DIR) / "../shared/data";
-  const std::string path = (data / "hands" / (std::string(GetParam()) + ".v6.ndjson.gz")).string();
+  const std::string path = handRecording(GetParam()).string();
   if (!fs::exists(path)) GTEST_SKIP() << path << " is not here";
   LeapRecording recording;
   SourceOptions options;

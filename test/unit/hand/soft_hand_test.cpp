@@ -12,6 +12,7 @@
 #include "hand/leap_recording.h"
 #include "hand/skin_template.h"
 #include "support/pressed_hand.h"
+#include "support/shared_data.h"
 
 namespace tactile_clay::hand {
 namespace {
@@ -95,17 +96,13 @@ TEST(WithinReach, TurnsBackWhatIsOutsideAndOnlyThat) {
 }
 
 TEST(WithinReach, RecordedHandsAre) {
-  namespace fs = std::filesystem;
-  const char* given = std::getenv("TACTILE_CLAY_DATA");
-  const fs::path data =
-      given != nullptr ? fs::path(given) : fs::path(TACTILE_CLAY_SOURCE_DIR) / "../shared/data";
-  if (!fs::exists(data / "hands")) GTEST_SKIP() << data << " is not here";
   int hands = 0, changed = 0;
   for (const char* name : {"both_hands_low_confidence", "finger_tap", "grab", "left_or_right",
                            "pinch_and_move", "three_claps"}) {
-    LeapRecording recording;
     SourceOptions options;
-    options.file = (data / "hands" / (std::string(name) + ".v6.ndjson.gz")).string();
+    options.file = handRecording(name).string();
+    if (!std::filesystem::exists(options.file)) GTEST_SKIP() << options.file << " is not here";
+    LeapRecording recording;
     recording.open(options);
     TrackedFrame frame;
     while (recording.read(frame, std::chrono::milliseconds(0)) == HandSource::Read::frame)

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <tbb/task_arena.h>
+
+#include <vector>
+
+#include "clay/bonds.h"
+#include "clay/clay.h"
+#include "clay/contacts.h"
+#include "clay/kernel.h"
+#include "clay/minimiser.h"
+#include "clay/neighbourhood.h"
+#include "clay/projection.h"
+#include "clay/range_sums.h"
+#include "clay/sleep.h"
+
+namespace tactile_clay::clay {
+
+/// All that the clay is, and how a time step goes: neighbours, contacts, bonds, the solver, and the new
+/// positions. What sleeps is in `everyone` alone, with its bonds and contacts set aside.
+struct Clay::State {
+  enum StageIndex { neighbours, contact_search, bonds, setup, iterations, finish };
+
+  State(const ClayConfig& config_in, std::vector<Material> materials_in,
+        const std::vector<InitialParticle>& initial);
+
+  double& ms(StageIndex stage) { return statistics.stages[stage].ms; }
+  bool sleeps() const { return config.sleeping && config.budget.method != Method::paper; }
+  double timeStep() const { return config.frame / config.budget.substeps; }
+
+  void takeGhosts(const Ghosts& ghosts);
+  const std::vector<Solid>& withWalls(const std::vector<Solid>& solids, double farthest);
+  void step(const Ghosts& ghosts, const std::vector<Solid>& solids, double from, float dt);
+  void updateBonds();
+  void publishAwake();
+  Sculpture sculpture() const;
+  void restore(const Sculpture& sculpture);
+  void regroup();
+  void endStep(float dt);
+  void collectForces(int steps);
+
+  ClayConfig config;
+  std::vector<Material> materials;
+  tbb::task_arena arena;
+  Particles everyone;                // as the world sees them, also those that sleep
+  std::vector<std::uint32_t> awake;  // which of them are awake, ascending
+  Particles particles;               // those awake; everything below is of them
+  VectorField free;                  // m, displacements of the step without internal and contact forces
+  VectorField u;                     // m, displacements of the step
+  RangeSums range_sums;
+  Kernel kernel;
+  Neighbourhood near;
+  Minimiser minimiser;
+  Projection projection;
+  Bonds bond_constraint;
+  Contacts contact_constraint;
+  Sleep sleep;
+  // Of those that sleep, with indices into `everyone`: bonds, from begin[i] to begin[i + 1], and contacts,
+  // which press the solids with what they last did.
+  std::vector<std::uint32_t> sleeping_bond_begin;
+  std::vector<Bond> sleeping_bonds;
+  std::vector<Contact> sleeping_contacts;
+  bool bonded = false;
+  VectorField window_start;        // m, positions when bonds were last decided on
+  int window_steps = 0;            // steps since
+  int iterations_done = 0;         // in this frame
+  double time = 0.0, carry = 0.0;  // s
+  Ghosts target;                   // ghosts at the end of the frame
+  Ghosts moved;                    // and at the end of the current step
+  std::vector<Solid> walls;        // of the world
+  std::vector<Solid> walled;       // solids of the step and walls
+  std::vector<Eigen::Isometry3d> start_poses, end_poses;
+  std::vector<Eigen::Vector3d> ghost_sum;  // N
+  std::vector<bool> ghost_touched;
+  std::vector<GhostForce> ghost_forces;
+  std::vector<Eigen::Vector3d> solid_forces;
+  Statistics statistics;
+};
+
+}  // namespace tactile_clay::clay
