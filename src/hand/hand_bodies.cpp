@@ -76,7 +76,7 @@ Matrix3d rotationOf(const BodyAnatomy& body, const TrackedHand& hand, const Trac
 TrackedHand middleOfReach(Side side) {
   HandPose pose;
   pose.side = side;
-  for (FingerAngles& finger : pose.fingers) finger.flexion.fill(0.6);
+  for (FingerAngles& finger : pose.fingers) finger.flexion.fill(0.47);
   pose.fingers[0].flexion = {0.05, 0.0, 0.0};
   pose.fingers[0].abduction = 0.5;
   return forwardKinematics(pose);
@@ -179,10 +179,10 @@ void HandBodies::joints(const TrackedHand& hand, const BodyPoses& poses) {
 }
 
 void HandBodies::predict(const BodyPoses& target, const BodyPoses& target_before, double h,
-                         const std::array<double, body_count>& pressed) {
+                         const std::array<double, body_count>& flesh) {
   before_ = pose_;
   for (int b = 0; b < body_count; ++b) {
-    const double m = mass_[b], k = stiffness_[b], c = 2.0 * std::sqrt(k * m) + h * pressed[b];
+    const double m = mass_[b], k = stiffness_[b], c = 2.0 * std::sqrt(k * m) + h * flesh[b];
     effective_mass_[b] = m + h * c + h * h * k;
     const Vector3d target_velocity = (target[b].position - target_before[b].position) / h;
     const Vector3d target_spin =

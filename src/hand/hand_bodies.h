@@ -71,10 +71,10 @@ class HandBodies {
   void joints(const TrackedHand& hand, const BodyPoses& poses);
 
   /// First half of a step of h s: moves the bodies freely toward the target, which itself moves as given.
-  /// \param pressed N/m, of each body: it answers as one that pressed flesh of this stiffness carries along.
-  /// That slows the way to the target, not a target's steady motion, and changes no force at rest
+  /// \param flesh N/m, of each body: it answers as one that flesh of this stiffness carries along. That slows
+  /// the way back to the target, not a target's steady motion, and changes no force at rest
   void predict(const BodyPoses& target, const BodyPoses& target_before, double h,
-               const std::array<double, body_count>& pressed);
+               const std::array<double, body_count>& flesh);
   /// Moves body b by an impulse times h (kg m) and its moment about the centre (kg m^2).
   void push(int b, const Eigen::Vector3d& impulse, const Eigen::Vector3d& moment);
   /// Closes the joints.

@@ -153,11 +153,7 @@ bool SoftHand::sane() const {
 
 void SoftHand::step(const BodyPoses& target, const BodyPoses& before, double h) {
   const BodyPoses start = bodies_.poses();
-  const std::array<bool, body_count> loaded = loads_.pressed();
-  std::array<double, body_count> pressed{};
-  for (int b = 0; b < body_count; ++b)
-    if (loaded[b]) pressed[b] = flesh_stiffness_[b];
-  bodies_.predict(target, before, h, pressed);
+  bodies_.predict(target, before, h, flesh_stiffness_);
   carryFlesh(start);
   carryBones();
   for (std::size_t i = 0; i < rigid_.size(); ++i) {

@@ -90,7 +90,7 @@ class SoftHand {
   std::vector<int> rigid_;                          // nodes of bone
   std::array<int, body_count> rigid_nodes_{};       // of each body
   std::array<double, body_count> node_share_;       // of a body's mass in each of its nodes
-  std::array<double, body_count> flesh_stiffness_;  // N/m, with which pressed flesh carries the body
+  std::array<double, body_count> flesh_stiffness_;  // N/m, with which flesh carries the body along
   std::vector<Eigen::Vector3d> in_body_;            // m, of each node of bone
   BodyPoses target_;
   std::vector<int> inverted_;              // nodes of tetrahedra that were inside out in the last step
