@@ -184,13 +184,15 @@ void Clay::State::endStep(float dt) {
   const Stopwatch watch(ms(finish));
   const float world = static_cast<float>(config.world);
   const bool minimised = config.budget.method != Method::paper;
+  const VectorField* const recovery = minimised ? minimiser.recovery() : nullptr;
   parallelRanges(particles.size(), range_size, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       // A displacement that is not finite, or larger than the world, is a lost particle: it stops where it
       // is.
       Eigen::Vector3f step = u.at(i);
       if (!(step.norm() < 2.0f * world)) step.setZero();
-      const Eigen::Vector3f next = particles.position.at(i) + step;
+      Eigen::Vector3f next = particles.position.at(i) + step;
+      if (recovery != nullptr && recovery->at(i).norm() < world) next += recovery->at(i);
       const Eigen::Vector3f inside = next.cwiseMax(-world).cwiseMin(world);
       particles.position.set(i, inside);
       particles.velocity.set(i, (inside.array() == next.array()).select(step / dt, 0.0f));

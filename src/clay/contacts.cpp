@@ -282,7 +282,9 @@ bool Contacts::update(const Particles& particles, const VectorField& u, const Ve
   return changed;
 }
 
-void Contacts::expel(const Particles& particles, VectorField& u, float dt) {
+bool Contacts::expel(const Particles& particles, VectorField& u, float dt) {
+  const float together = 0.01f * spacing_;
+  std::atomic<bool> any{false};
   parallelFor(filters_.size(), 64, [&](std::size_t f) {
     const std::uint32_t i = filters_[f].particle;
     const float mass = 1.0f / particles.inverse_mass[i];
@@ -291,11 +293,26 @@ void Contacts::expel(const Particles& particles, VectorField& u, float dt) {
       Contact& c = contacts_[k];
       const float depth = c.gap - c.normal.dot(step);
       if (depth <= 0.0f) continue;
+      if (depth > together) any = true;
       step += depth * c.normal;
       c.force += mass / (dt * dt) * depth * c.normal;
       if (c.state == Contact::State::open) c.state = Contact::State::slide;
     }
     u.set(i, step);
+  });
+  return any;
+}
+
+void Contacts::stop(const VectorField& u, VectorField& w) const {
+  parallelFor(filters_.size(), 64, [&](std::size_t f) {
+    const std::uint32_t i = filters_[f].particle;
+    Vector step = w.at(i);
+    for (std::uint32_t k = filters_[f].first; k < filters_[f].last; ++k) {
+      const Contact& c = contacts_[k];
+      const float least = std::min(c.gap - c.normal.dot(u.at(i)), 0.0f);
+      step += std::max(least - c.normal.dot(step), 0.0f) * c.normal;
+    }
+    w.set(i, step);
   });
 }
 

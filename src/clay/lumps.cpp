@@ -160,6 +160,18 @@ bool Lumps::meet(const VectorField& u, Contacts& contacts, std::vector<Eigen::Ve
   return met;
 }
 
+std::vector<bool> Lumps::slideOnWhatRests(const Contacts& contacts) const {
+  const float still = static_cast<float>(1e-4 * spacing_);
+  std::vector<bool> touches(near_.lumps(), false), held = touches;
+  for (const Contact& c : contacts.contacts()) {
+    const std::uint32_t l = near_.lump(c.particle);
+    if (c.state != Contact::State::open) touches[l] = true;
+    if (c.gap > still || c.drift.norm() > still || c.stiffness > 0.0f) held[l] = true;
+  }
+  for (std::size_t l = 0; l < touches.size(); ++l) touches[l] = touches[l] && !held[l];
+  return touches;
+}
+
 /// Of each lump, a basis of the rigid motions (translation, rotation times its size) that no contact blocks.
 std::vector<Eigen::MatrixXd> Lumps::unblocked(const Contacts& contacts) const {
   constexpr double none = 1e-6;

@@ -40,6 +40,9 @@ class Lumps {
   /// any met one
   bool meet(const VectorField& u, Contacts& contacts, std::vector<Eigen::Vector3f>& moves) const;
 
+  /// Which lumps touch something, and only what rests, does not push them out and has no friction.
+  std::vector<bool> slideOnWhatRests(const Contacts& contacts) const;
+
   /// Rigid motion of a lump about its centre, m and rad.
   struct Motion {
     Eigen::Vector3d translation = Eigen::Vector3d::Zero(), rotation = Eigen::Vector3d::Zero();

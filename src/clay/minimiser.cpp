@@ -40,12 +40,18 @@ int Minimiser::solve(const Eigen::Vector3f& gravity, const Ghosts& ghosts, int i
     const bool strayed = contacts_->detectStrays(particles_, ghosts, u, dt_);
     if (solved && !changed && !strayed) break;
   }
-  balanceForces();
-  contacts_->expel(particles_, u, dt_);
+  bool expelled = contacts_->expel(particles_, u, dt_);
   // Out of one side of the skin may be into another.
   for (int k = 0; k < 8 && contacts_->detectStrays(particles_, ghosts, u, dt_); ++k)
-    contacts_->expel(particles_, u, dt_);
+    expelled = contacts_->expel(particles_, u, dt_) || expelled;
+  shorten(expelled, u);
+  balanceForces(u);
   contacts_->finish(particles_, dt_);
+  if (beyond_) {
+    recovery_.resize(particles_.size());
+    potential_.recovery(dt_, recovery_);
+    contacts_->stop(u, recovery_);
+  }
   return iterations_done_;
 }
 
@@ -54,14 +60,16 @@ int Minimiser::solve(const Eigen::Vector3f& gravity, const Ghosts& ghosts, int i
 void Minimiser::start(const Eigen::Vector3f& gravity, VectorField& u) {
   const Eigen::Vector3f fall = dt_ * dt_ * gravity;
   const std::vector<Eigen::Matrix3f> bend = lumps_.bends(dt_);
+  std::atomic<bool> beyond{false};
   ranges([&](std::size_t first, std::size_t last) {
-    potential_.limitExcess(dt_, first, last);
+    if (potential_.limitExcess(first, last)) beyond = true;
     for (std::size_t i = first; i < last; ++i) {
       const Eigen::Vector3f arm = particles_.position.at(i) - lumps_.centreAt(i).cast<float>();
       u.set(i, free_->at(i) - fall + bend[near_.lump(i)] * arm);
       inertia_[i] = 1.0f / (particles_.inverse_mass[i] * dt_ * dt_);
     }
   });
+  beyond_ = beyond;
 }
 
 /// Moves each lump as a whole, but through nothing: what it meets stops it there, and it goes on in the
@@ -182,19 +190,72 @@ void Minimiser::ownDirection(VectorField& u) {
   });
 }
 
-/// What few iterations leave unsolved stands in z, as forces that nobody exerts. Contacts then report more,
-/// or less, than the momentum that the clay gained. The difference is made up by the contacts of the lump,
-/// each by its share, so that the sum of Eq. 6 is the rate of momentum for any budget.
-void Minimiser::balanceForces() {
-  const auto& unsolved = unsolved_forces_.of(near_, particles_.size(), [&](std::size_t i) -> Eigen::Vector3d {
-    return z_.at(i).cast<double>() / particles_.inverse_mass[i];
+/// Where a step goes far, the set of compressed particles at its end is not that of the last round's start,
+/// and `expel` knows no energy at all: clay that neither viscosity, bonds nor friction hold may then have
+/// gained what nothing gave it. If it lies on what rests, all shorter ways along u are free too, and the
+/// energies, which are convex, are least along u where no force is left along it; so far it goes. The step
+/// then gains no energy.
+/// \param expelled whether u is another one since `descend`
+void Minimiser::shorten(bool expelled, VectorField& u) {
+  if (potential_.sprung()) return;
+  const std::vector<bool> rests = lumps_.slideOnWhatRests(*contacts_);
+  if (std::none_of(rests.begin(), rests.end(), [](bool it) { return it; })) return;
+  if (!expelled && !mayGain(rests, u)) return;
+  residual(u);
+  multiply(u, q_);
+  std::vector<double> share(near_.lumps(), 1.0), least(near_.lumps(), 0.0), most(near_.lumps(), 1.0);
+  const auto slopesAtShares = [&]() -> const auto& {
+    return slopes_.of(near_, particles_.size(), [&](std::size_t i) {
+      const double step = share[near_.lump(i)] - 1.0;
+      return LumpSums<1>::Sum(step * q_[i].dot(u[i]) - r_[i].dot(u[i]) +
+                              potential_.slopeBeyondSet(i, static_cast<float>(step)));
+    });
+  };
+  const auto& whole = slopesAtShares();
+  for (std::size_t l = 0; l < rests.size(); ++l)
+    if (!rests[l] || whole[l][0] <= 0.0) least[l] = 1.0;
+  for (int halvings = 0; halvings < 20; ++halvings) {
+    for (std::size_t l = 0; l < rests.size(); ++l) share[l] = 0.5 * (least[l] + most[l]);
+    const auto& slopes = slopesAtShares();
+    for (std::size_t l = 0; l < rests.size(); ++l) (slopes[l][0] > 0.0 ? most : least)[l] = share[l];
+  }
+  ranges([&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) u[i] *= static_cast<float>(least[near_.lump(i)]);
   });
+  residual(u);  // for the compression that is left
+}
+
+/// Whether a lump that rests has a force left against u that may have cost more than a thousandth of the
+/// energy of its motion, or of that at 6 cm/s.
+bool Minimiser::mayGain(const std::vector<bool>& rests, const VectorField& u) {
+  const double slow = 0.06 * dt_;
+  const auto& slopes = slopes_and_motions_.of(near_, particles_.size(), [&](std::size_t i) {
+    return LumpSums<2>::Sum(potential_.slopeBeyondSet(i) - static_cast<double>(r_[i].dot(u[i])),
+                            inertia_[i] * (u[i].squaredNorm() + slow * slow));
+  });
+  for (std::size_t l = 0; l < rests.size(); ++l)
+    if (rests[l] && slopes[l][0] > 1e-3 * slopes[l][1]) return true;
+  return false;
+}
+
+/// Contacts together give a lump the momentum that it gained. What few iterations leave unsolved, forces that
+/// nobody exerts, is made up by the contacts of the lump, each by its share, so that the sum of Eq. 6 is the
+/// rate of momentum for any budget.
+void Minimiser::balanceForces(const VectorField& u) {
+  const auto& inertial = inertial_forces_.of(near_, particles_.size(), [&](std::size_t i) {
+    const LumpSums<3>::Sum sum = (inertia_[i] * (u.at(i) - free_->at(i))).cast<double>();
+    return sum;
+  });
+  std::vector<Eigen::Vector3d> lacking(inertial.begin(), inertial.end());
   std::vector<double> force(near_.lumps(), 0.0);
   std::vector<Contact>& contacts = contacts_->contacts();
-  for (const Contact& c : contacts) force[near_.lump(c.particle)] += c.force.norm();
+  for (const Contact& c : contacts) {
+    lacking[near_.lump(c.particle)] -= c.force.cast<double>();
+    force[near_.lump(c.particle)] += c.force.norm();
+  }
   for (Contact& c : contacts) {
     const std::uint32_t lump = near_.lump(c.particle);
-    if (force[lump] > 0.0) c.force -= (c.force.norm() / force[lump] * unsolved[lump]).cast<float>();
+    if (force[lump] > 0.0) c.force += (c.force.norm() / force[lump] * lacking[lump]).cast<float>();
   }
 }
 

@@ -40,6 +40,10 @@ class Minimiser {
   int solve(const Eigen::Vector3f& gravity, const Ghosts& ghosts, int iterations, double tolerance,
             VectorField& u);
 
+  /// Displacements, m, that undo compression which nothing did work for: to be added to those of the step,
+  /// but not to be taken for motion. Null: there is none.
+  const VectorField* recovery() const { return beyond_ ? &recovery_ : nullptr; }
+
   /// rho / rho_0 at the start of the step.
   const std::vector<float>& densityRatio() const { return potential_.densityRatio(); }
   /// What density may give back of the compression of a particle after the step.
@@ -62,7 +66,9 @@ class Minimiser {
   Sums precondition(std::size_t first, std::size_t last);
   Sums multiply(const VectorField& x, VectorField& a_x);
   void ownDirection(VectorField& u);
-  void balanceForces();
+  void shorten(bool expelled, VectorField& u);
+  bool mayGain(const std::vector<bool>& rests, const VectorField& u);
+  void balanceForces(const VectorField& u);
 
   const Neighbourhood& near_;
   const Particles& particles_;
@@ -70,7 +76,9 @@ class Minimiser {
   Potential potential_;
   BoundaryDensity boundary_;
   RangeSums sums_;
-  LumpSums<3> unsolved_forces_;
+  LumpSums<3> inertial_forces_;
+  LumpSums<1> slopes_;
+  LumpSums<2> slopes_and_motions_;
 
   // Of the step.
   const VectorField* free_ = nullptr;
@@ -79,6 +87,8 @@ class Minimiser {
   std::vector<float> inertia_;  // N/m, mass over the square of the time step
   VectorField r_, z_, p_, q_;   // residual, preconditioned residual, direction, its product
   VectorField d_, a_d_;         // direction of the displacements themselves, its product
+  VectorField recovery_;        // m
+  bool beyond_ = false;         // whether there is compression to recover from
   int iterations_done_ = 0;
 };
 

@@ -12,7 +12,8 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr float recovery_speed = 0.5f;  // m/s, at which compression that nothing did work for is undone
+constexpr float recovery_speed = 0.5f;   // m/s, of compression that nothing did work for
+constexpr float recovery_share = 0.25f;  // of it at a time, since neighbours undo each other's too
 
 // Loops get what they read by value: no store may change it then.
 using Pairs = PairArrays;
@@ -263,7 +264,7 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
   for (const float dashpot : dashpot_) dashpot_of_step_.push_back(dashpot / dt);
   force_.resize(n), squeezed_.resize(n);
   for (auto* numbers :
-       {&excess_, &ratio_, &active_, &pressure_, &amend_, &steepness_, &growth_, &compression_})
+       {&excess_, &beyond_, &ratio_, &active_, &pressure_, &amend_, &steepness_, &growth_, &compression_})
     numbers->resize(n);
   const Setup setup{
       {near.begins(), near.paddeds(), near.slots(), near.x(), near.y(), near.z(), near.distances()},
@@ -304,15 +305,37 @@ PairArrays Potential::pairs() const {
   return {near_->begins(), near_->paddeds(), near_->slots(), x_.data(), y_.data(), z_.data(), spring_.data()};
 }
 
-/// To undo C_i alone, the displacements of all neighbours together are C_i over the length of its gradient at
-/// least. At `recovery_speed` that gives clay the energy of one particle at this speed, however near or far
-/// the neighbours are.
-void Potential::limitExcess(float dt, std::size_t first, std::size_t last) {
-  if (!dense_) return;
+/// Some is compressed beyond by rounding and by what is linear; that may push. What it gives is no more than
+/// the particle's energy at `recovery_speed`.
+bool Potential::limitExcess(std::size_t first, std::size_t last) {
+  if (!dense_) return false;
+  bool any = false;
   for (std::size_t i = first; i < last; ++i) {
-    const float undone = recovery_speed * dt * steepness_[i];
-    excess_[i] = std::min(excess_[i], std::max(particles_->compression[i], undone));
+    const float bulk = bulk_[particles_->material[i]], paid = particles_->compression[i];
+    const float given =
+        bulk > 0.0f ? recovery_speed * recovery_speed / (bulk * particles_->inverse_mass[i]) : 0.0f;
+    const float bounded = std::min(excess_[i], std::sqrt(paid * paid + given));
+    beyond_[i] = excess_[i] - bounded;
+    excess_[i] = bounded;
+    any = any || beyond_[i] > 0.0f;
   }
+  return any;
+}
+
+/// Along its gradient, C_i alone is undone by displacements of all neighbours together of C_i over the
+/// gradient's length.
+void Potential::recovery(float dt, VectorField& w) {
+  const std::size_t n = particles_->size();
+  parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      w[i].setZero();
+      const float undone = std::min(beyond_[i], recovery_speed * dt * steepness_[i]);
+      pressure_[i] = undone > 0.0f ? recovery_share * undone / (steepness_[i] * steepness_[i]) : 0.0f;
+    }
+  });
+  parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
+    findPressed(pairs(), pressure_.data(), first, last, squeezed_.data(), w.data());
+  });
 }
 
 void Potential::stretch(const VectorField& u, VectorField& f, std::size_t first, std::size_t last) {

@@ -40,7 +40,7 @@ struct PairArrays {
 ///
 /// A step that ends far from its guess may leave more compression than its model knew of, which nothing has
 /// done work for. So C_i starts with no more than the last step's model ended with; the rest is undone
-/// slowly.
+/// slowly, by displacements that are no motion (`recovery`).
 class Potential {
  public:
   Potential(const Kernel& kernel, float spacing, const std::vector<Material>& materials);
@@ -53,9 +53,9 @@ class Potential {
   /// Adds to the density of a particle in this step. \param ratio of rho_0
   void addDensity(std::size_t i, float ratio) { ratio_[i] += ratio, excess_[i] += ratio; }
 
-  /// Bounds C_i of particles [first, last) at u = 0 by their compression, or what is undone in a step. To be
-  /// called when all densities have been added.
-  void limitExcess(float dt, std::size_t first, std::size_t last);
+  /// Bounds C_i of particles [first, last) at u = 0 by their compression, and the energy of moving at 0.5
+  /// m/s. To be called when all densities have been added. \return whether any C_i is beyond it
+  bool limitExcess(std::size_t first, std::size_t last);
 
   /// Forces at the displacements u, N. Density constraints are active, here and in `change`, where u
   /// compresses.
@@ -79,10 +79,31 @@ class Potential {
     return active_[i] > 0.0f ? std::max(compression_[i], 0.0f) : 0.0f;
   }
 
+  /// What the slope of the energies along u, J, is more than with the set of active constraints, of particle
+  /// i, where the displacements have come to.
+  double slopeBeyondSet(std::size_t i) const {
+    return slopeBeyondSet(i, compression_[i], compression_[i] - excess_[i]);
+  }
+  /// The same along the p of the last `startChange`, `step` on.
+  double slopeBeyondSet(std::size_t i, float step) const {
+    return slopeBeyondSet(i, compression_[i] + step * growth_[i], growth_[i]);
+  }
+
+  /// Displacements, m, that undo some of what `limitExcess` found beyond its bound, at 0.5 m/s at most.
+  void recovery(float dt, VectorField& w);
+
+  /// Whether there are viscosity or bonds.
+  bool sprung() const { return sprung_; }
+
   /// rho / rho_0 at the start of the step.
   const std::vector<float>& densityRatio() const { return ratio_; }
 
  private:
+  double slopeBeyondSet(std::size_t i, float c, float growth) const {
+    if (!dense_) return 0.0;
+    const float stiffness = c > 0.0f ? bulk_[particles_->material[i]] : 0.0f;
+    return static_cast<double>(stiffness - active_[i]) * c * growth;
+  }
   PairArrays pairs() const;
   void stretch(const VectorField& u, VectorField& f, std::size_t first, std::size_t last);
 
@@ -102,6 +123,7 @@ class Potential {
   std::vector<float> amend_;        // of the dashpots of each particle for those that a surface takes away
   VectorField force_;               // N, of each particle at u = 0, without density
   std::vector<float> excess_;       // C_i at u = 0
+  std::vector<float> beyond_;       // what C_i is more than that
   std::vector<float> steepness_;    // 1/m, length of the gradient of C_i over its neighbours
   std::vector<float> growth_;       // of C_i with the displacements last asked for
   std::vector<float> compression_;  // C_i at the displacements that were followed

@@ -310,8 +310,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, Clinging, ::testing::Range(1u, 201u, 10u),
 /// The same without viscosity, bonds and friction: it slides together in the edge of two solids, or of the
 /// world, where particles come by each other by more than a spacing in a step. What that leaves of
 /// compression throws them, where it counts as stored.
-/// Of the seeds from 1 to 1500 22 still gain energy (doc/method.md); of these, 12 did before and none does
-/// now.
+/// Of the seeds from 1 to 1500 five still gain energy: 506, 1088, 1199, 1395 and 1469.
 void watchPile(unsigned seed) {
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random(seed);
@@ -323,7 +322,10 @@ class Pile : public ::testing::TestWithParam<unsigned> {};
 TEST_P(Pile, GainsNoEnergy) {
   for (unsigned k = 0; k < 10; ++k) watchPile(GetParam() + k);
 }
-INSTANTIATE_TEST_SUITE_P(Seeds, Pile, ::testing::Range(561u, 781u, 10u), ::testing::PrintToStringParamName());
+INSTANTIATE_TEST_SUITE_P(Seeds, Pile, ::testing::Range(1u, 501u, 10u), ::testing::PrintToStringParamName());
+/// In 803 and 1009 a wedge pushes out what fell through it, to where it had not come from.
+INSTANTIATE_TEST_SUITE_P(PushedOut, Pile, ::testing::Values(801u, 1001u),
+                         ::testing::PrintToStringParamName());
 
 /// The same, but started up to four spacings inside the table, the slope or the wedge. What is inside is
 /// pushed out along the normals at 0.5 m/s, as by walls that move so: elastic clay leaves with twice the

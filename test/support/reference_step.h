@@ -111,6 +111,8 @@ inline Vectors referenceStep(const Sculpture& before, const Sculpture& bonds, co
       excess[k] += kernel.value(static_cast<float>(length)) / lattice - pair.compression * along;
     pairs.push_back(pair);
   });
+  for (std::size_t i = 0; i < n; ++i)  // beyond what the last step ended with, the energy of 0.5 m/s at most
+    excess[i] = std::min(excess[i], std::sqrt(std::pow(before.compression[i], 2.0) + 0.25 * mass / kappa));
 
   std::vector<bool> compressed(n);
   const auto growthOf = [&](const Vectors& u) {  // of C, linear in u

@@ -75,6 +75,23 @@ TEST(Clay, KeepsSpinning) {
   EXPECT_LT((angularMomentum(clay.particles()) - before).norm(), 1e-4 * before.norm());
 }
 
+/// Compression that nothing did work for makes room, but no motion.
+TEST(Clay, CompressionThatIsNotPaidForIsUndoneAtRest) {
+  Material material;
+  material.viscosity = material.stiffness = 0.0;
+  ClayConfig config = configOf();
+  config.gravity.setZero();
+  Clay clay(config, {material}, block(6, 6, 6, 0.93 * spacing));
+  Sculpture squeezed = clay.sculpture();
+  std::fill(squeezed.compression.begin(), squeezed.compression.end(), 0.0f);
+  clay.restore(squeezed);
+  clay.advance({}, {}, config.frame / 4);
+  const double before = clay.statistics().density_error_mean;  // as the step began
+  run(clay, 2);
+  EXPECT_LT(clay.statistics().density_error_mean, 0.1 * before);
+  EXPECT_LT(meanSpeed(clay.particles()), 0.05);
+}
+
 /// Iterations stop where no particle lacks more acceleration than the tolerance: a block that settles needs
 /// few of them, at rest none, and what is left out moves nothing.
 TEST(Clay, IterationsStopUnderTheTolerance) {

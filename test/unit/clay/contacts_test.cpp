@@ -148,6 +148,21 @@ TEST(Contacts, WhatEndsDeepInTheSkinAndBeganBeforeItIsMetThere) {
   EXPECT_NEAR((struck.particles.position.at(0) + struck.u.at(0)).z(), 0.5f * spacing, 1e-6f);
 }
 
+TEST(Contacts, WhatIsStoppedGoesIntoNoObstacle) {
+  Loose resting({{0.0f, 0.0f, 0.6f * spacing}}, 0.0f);
+  resting.step(floorOfGhosts(), {});
+  ASSERT_EQ(resting.contacts.contacts().size(), 1u);
+  const float room = 0.6f * spacing + resting.u.at(0).z() - 0.5f * spacing;
+  ASSERT_GT(room, 0.0f);
+  for (const float down : {-0.5f * room, 0.5f * room, 3.0f * room}) {
+    VectorField w = zeros(1);
+    w.set(0, {1e-4f, 0.0f, -down});
+    resting.contacts.stop(resting.u, w);
+    EXPECT_NEAR(w.at(0).x(), 1e-4f, 1e-9f);
+    EXPECT_NEAR(w.at(0).z(), -std::min(down, room), 1e-3f * room);
+  }
+}
+
 TEST(Contacts, OppositeSkinsAreTwoContacts) {
   Ghosts fingers = ghostPlane({0, 0, -0.5 * spacing}, Eigen::Vector3d::UnitZ(), 0.01, 0.004);
   append(fingers, ghostPlane({0, 0, 0.5 * spacing}, -Eigen::Vector3d::UnitZ(), 0.01, 0.004));
