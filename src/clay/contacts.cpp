@@ -282,9 +282,7 @@ bool Contacts::update(const Particles& particles, const VectorField& u, const Ve
   return changed;
 }
 
-bool Contacts::expel(const Particles& particles, VectorField& u, float dt) {
-  const float together = 0.01f * spacing_;
-  std::atomic<bool> any{false};
+void Contacts::expel(const Particles& particles, VectorField& u, float dt) {
   parallelFor(filters_.size(), 64, [&](std::size_t f) {
     const std::uint32_t i = filters_[f].particle;
     const float mass = 1.0f / particles.inverse_mass[i];
@@ -293,14 +291,12 @@ bool Contacts::expel(const Particles& particles, VectorField& u, float dt) {
       Contact& c = contacts_[k];
       const float depth = c.gap - c.normal.dot(step);
       if (depth <= 0.0f) continue;
-      if (depth > together) any = true;
       step += depth * c.normal;
       c.force += mass / (dt * dt) * depth * c.normal;
       if (c.state == Contact::State::open) c.state = Contact::State::slide;
     }
     u.set(i, step);
   });
-  return any;
 }
 
 void Contacts::stop(const VectorField& u, VectorField& w) const {

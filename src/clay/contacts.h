@@ -63,9 +63,8 @@ class Contacts {
   /// \return whether any contact acts otherwise from now on
   bool update(const Particles& particles, const VectorField& u, const VectorField& residual);
 
-  /// Pushes out what still penetrates, and adds the force of doing so. \return whether anything did by more
-  /// than a hundredth of a spacing
-  bool expel(const Particles& particles, VectorField& u, float dt);
+  /// Pushes out what still penetrates, and adds the force of doing so.
+  void expel(const Particles& particles, VectorField& u, float dt);
 
   /// Takes from the displacements w, which follow u, what goes into obstacles.
   void stop(const VectorField& u, VectorField& w) const;

@@ -40,11 +40,11 @@ int Minimiser::solve(const Eigen::Vector3f& gravity, const Ghosts& ghosts, int i
     const bool strayed = contacts_->detectStrays(particles_, ghosts, u, dt_);
     if (solved && !changed && !strayed) break;
   }
-  bool expelled = contacts_->expel(particles_, u, dt_);
+  contacts_->expel(particles_, u, dt_);
   // Out of one side of the skin may be into another.
   for (int k = 0; k < 8 && contacts_->detectStrays(particles_, ghosts, u, dt_); ++k)
-    expelled = contacts_->expel(particles_, u, dt_) || expelled;
-  shorten(expelled, u);
+    contacts_->expel(particles_, u, dt_);
+  shorten(u);
   balanceForces(u);
   contacts_->finish(particles_, dt_);
   if (beyond_) {
@@ -195,12 +195,11 @@ void Minimiser::ownDirection(VectorField& u) {
 /// gained what nothing gave it. If it lies on what rests, all shorter ways along u are free too, and the
 /// energies, which are convex, are least along u where no force is left along it; so far it goes. The step
 /// then gains no energy.
-/// \param expelled whether u is another one since `descend`
-void Minimiser::shorten(bool expelled, VectorField& u) {
+void Minimiser::shorten(VectorField& u) {
   if (potential_.sprung()) return;
   const std::vector<bool> rests = lumps_.slideOnWhatRests(*contacts_);
   if (std::none_of(rests.begin(), rests.end(), [](bool it) { return it; })) return;
-  if (!expelled && !mayGain(rests, u)) return;
+  if (!mayGain(rests, u)) return;
   residual(u);
   multiply(u, q_);
   std::vector<double> share(near_.lumps(), 1.0), least(near_.lumps(), 0.0), most(near_.lumps(), 1.0);

@@ -66,7 +66,7 @@ class Minimiser {
   Sums precondition(std::size_t first, std::size_t last);
   Sums multiply(const VectorField& x, VectorField& a_x);
   void ownDirection(VectorField& u);
-  void shorten(bool expelled, VectorField& u);
+  void shorten(VectorField& u);
   bool mayGain(const std::vector<bool>& rests, const VectorField& u);
   void balanceForces(const VectorField& u);
 
