@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <limits>
 #include <optional>
 #include <random>
@@ -16,12 +15,11 @@
 #include "hand/flesh_mesh.h"
 #include "hand/hand_pose.h"
 #include "hand/hand_shape.h"
-#include "hand/leap_recording.h"
 #include "hand/neo_hookean.h"
 #include "hand/skin_template.h"
+#include "support/hand_recording.h"
 #include "support/pressed_hand.h"
 #include "support/setups.h"
-#include "support/shared_data.h"
 
 namespace tactile_clay::hand {
 namespace {
@@ -463,15 +461,10 @@ TEST(SoftHand, RecordedHandsAreHeldRightSideOut) {
   SoftHands hands(spacing);
   int k = 0, held = 0;
   for (const char* name : {"both_hands_low_confidence", "grab", "left_or_right", "three_claps"}) {
-    SourceOptions options;
-    options.file = handRecording(name).string();
-    if (!std::filesystem::exists(options.file)) GTEST_SKIP() << options.file << " is not here";
-    LeapRecording recording;
-    recording.open(options);
-    TrackedFrame recorded;
-    for (int i = 0; recording.read(recorded, std::chrono::milliseconds(0)) == HandSource::Read::frame; ++i) {
-      if (i % 60 != 0) continue;
-      for (const TrackedHand& hand : recorded.hands) {
+    const auto frames = recordedFrames(name);
+    if (!frames) GTEST_SKIP() << handRecording(name) << " is not here";
+    for (std::size_t i = 0; i < frames->size(); i += 60) {
+      for (const TrackedHand& hand : (*frames)[i].hands) {
         hands.update({}, stampOf(k++));
         k = settled(hands, hand, k, 30);
         EXPECT_EQ(hands.hand(hand.side)->inverted(), 0) << name << ' ' << i;

@@ -8,7 +8,7 @@
 
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
@@ -17,6 +17,7 @@
 
 #include "device/sonic_surface.h"
 #include "device/sonic_surface_terminal.h"
+#include "support/shared_data.h"
 
 namespace tactile_clay::device {
 namespace {
@@ -88,10 +89,9 @@ TEST(SonicSurfaceBoards, OfTheTactileFirmwareModulateAndHaveHalfTheLevels) {
 }
 
 TEST(SonicSurfaceBoards, ChannelsAreWhereTheTableSays) {
-  const char* data = std::getenv("TACTILE_CLAY_DATA");
-  const std::string folder = data != nullptr ? data : std::string(TACTILE_CLAY_CHECKOUT) + "/../shared/data";
-  std::ifstream file(folder + "/arrays/sonic_surface_channels.csv");
-  if (!file) GTEST_SKIP() << "no arrays/sonic_surface_channels.csv in " << folder;
+  const std::filesystem::path table = sharedData("arrays/sonic_surface_channels.csv");
+  std::ifstream file(table);
+  if (!file) GTEST_SKIP() << "no " << table;
   const auto layout = SonicSurfaceBoards::layout();
   std::string line;
   std::getline(file, line);

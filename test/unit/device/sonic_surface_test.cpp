@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 #include <random>
 #include <set>
@@ -13,6 +12,7 @@
 
 #include "device/sonic_surface.h"
 #include "device/sonic_surface_protocol.h"
+#include "support/shared_data.h"
 #include "ultrasound/focus_peak.h"
 
 namespace tactile_clay::device {
@@ -122,9 +122,7 @@ TEST(SonicSurfaceProtocol, ChannelsAreAPermutationOfTheGrid) {
 }
 
 TEST(SonicSurfaceProtocol, ChannelsAreThoseOfTheTable) {
-  const char* given = std::getenv("TACTILE_CLAY_DATA");
-  std::ifstream file(std::string(given ? given : TACTILE_CLAY_CHECKOUT "/../shared/data") +
-                     "/arrays/sonic_surface_channels.csv");
+  std::ifstream file(sharedData("arrays/sonic_surface_channels.csv"));
   if (!file) GTEST_SKIP() << "no arrays/sonic_surface_channels.csv in TACTILE_CLAY_DATA";
   const auto order = sonic_surface::channelOrder();
   std::string line;

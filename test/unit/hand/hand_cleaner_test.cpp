@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <limits>
 #include <map>
 #include <string>
@@ -12,8 +11,7 @@
 
 #include "hand/hand_check.h"
 #include "hand/hand_pose.h"
-#include "hand/leap_recording.h"
-#include "support/shared_data.h"
+#include "support/hand_recording.h"
 
 namespace tactile_clay::hand {
 namespace {
@@ -309,23 +307,16 @@ struct Recorded {
 std::optional<Recorded> recorded(const std::string& name) {
   static std::map<std::string, Recorded> known;
   if (const auto found = known.find(name); found != known.end()) return found->second;
-  const std::string path = handRecording(name).string();
-  if (!std::filesystem::exists(path)) return std::nullopt;
-  LeapRecording source;
-  SourceOptions options;
-  options.file = path;
-  source.open(options);
-  Recorded result;
-  TrackedFrame frame;
-  while (source.read(frame, 0ms) == HandSource::Read::frame) {
+  auto frames = recordedFrames(name);
+  if (!frames) return std::nullopt;
+  for (TrackedFrame& frame : *frames) {
     auto& hands = frame.hands;
     hands.erase(
         std::remove_if(hands.begin(), hands.end(), [](const auto& hand) { return !faultOf(hand).empty(); }),
         hands.end());
     keepOneHandASide(hands);
-    result.frames.push_back(frame);
   }
-  return known[name] = result;
+  return known[name] = Recorded{*frames};
 }
 
 const TrackedHand* handOf(const TrackedFrame& frame, Side side) {

@@ -1,16 +1,16 @@
 #include "hand/one_euro.h"
-#include "support/shared_data.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <random>
 #include <sstream>
 #include <string>
 #include <vector>
+
+#include "support/shared_data.h"
 
 namespace tactile_clay::hand {
 namespace {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <map>
 #include <random>
@@ -13,15 +12,13 @@
 #include <stdexcept>
 
 #include "hand/hand_pose.h"
-#include "hand/leap_recording.h"
-#include "support/shared_data.h"
+#include "support/hand_recording.h"
 
 namespace tactile_clay::hand {
 namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-namespace fs = std::filesystem;
 
 // A person whose bones are not those of the table: each is its own number of times longer.
 TrackedHand person(Side side, const HandPose& pose = {}) {
@@ -280,15 +277,10 @@ class SkeletonOnRecording : public testing::TestWithParam<const char*> {};
 // mean over its 20 joints of moving bones, which lack the tracker's, that is without the rigid palm's easy
 // ones.
 TEST_P(SkeletonOnRecording, MedianErrorIsBelowThreeMillimetres) {
-  const std::string path = handRecording(GetParam()).string();
-  if (!fs::exists(path)) GTEST_SKIP() << path << " is not here";
-  LeapRecording recording;
-  SourceOptions options;
-  options.file = path;
-  recording.open(options);
+  const auto frames = recordedFrames(GetParam());
+  if (!frames) GTEST_SKIP() << handRecording(GetParam()) << " is not here";
   std::map<Side, std::vector<TrackedHand>> hands;
-  TrackedFrame frame;
-  while (recording.read(frame, std::chrono::milliseconds(0)) == HandSource::Read::frame)
+  for (const TrackedFrame& frame : *frames)
     for (const TrackedHand& hand : frame.hands) hands[hand.side].push_back(hand);
   ASSERT_FALSE(hands.empty());
   for (const auto& [side, samples] : hands) {

@@ -4,15 +4,13 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 #include <stdexcept>
 
 #include "hand/anatomy.h"
 #include "hand/hand_pose.h"
-#include "hand/leap_recording.h"
 #include "hand/skin_template.h"
+#include "support/hand_recording.h"
 #include "support/pressed_hand.h"
-#include "support/shared_data.h"
 
 namespace tactile_clay::hand {
 namespace {
@@ -99,13 +97,9 @@ TEST(WithinReach, RecordedHandsAre) {
   int hands = 0, changed = 0;
   for (const char* name : {"both_hands_low_confidence", "finger_tap", "grab", "left_or_right",
                            "pinch_and_move", "three_claps"}) {
-    SourceOptions options;
-    options.file = handRecording(name).string();
-    if (!std::filesystem::exists(options.file)) GTEST_SKIP() << options.file << " is not here";
-    LeapRecording recording;
-    recording.open(options);
-    TrackedFrame frame;
-    while (recording.read(frame, std::chrono::milliseconds(0)) == HandSource::Read::frame)
+    const auto frames = recordedFrames(name);
+    if (!frames) GTEST_SKIP() << handRecording(name) << " is not here";
+    for (const TrackedFrame& frame : *frames)
       for (const TrackedHand& hand : frame.hands) {
         const double most = farthest(withinReach(hand), hand);
         EXPECT_LT(most, 5e-4) << name;

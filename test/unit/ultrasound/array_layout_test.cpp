@@ -2,11 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <set>
 #include <sstream>
 #include <stdexcept>
+
+#include "support/shared_data.h"
 
 namespace tactile_clay::ultrasound {
 namespace {
@@ -99,9 +100,7 @@ TEST(ArrayLayout, BadChannelTablesAreRefusedWithTheirLine) {
 }
 
 TEST(ArrayLayout, OfTheRealSonicSurfaceIsComplete) {
-  const char* given = std::getenv("TACTILE_CLAY_DATA");
-  const std::string folder = given != nullptr ? given : TACTILE_CLAY_CHECKOUT "/../shared/data";
-  std::ifstream file(folder + "/arrays/sonic_surface_channels.csv");
+  std::ifstream file(sharedData("arrays/sonic_surface_channels.csv"));
   if (!file) GTEST_SKIP() << "no arrays/sonic_surface_channels.csv in TACTILE_CLAY_DATA";
   std::ostringstream csv;
   csv << file.rdbuf();

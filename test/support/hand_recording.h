@@ -1,0 +1,28 @@
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hand/leap_recording.h"
+#include "support/shared_data.h"
+
+namespace tactile_clay::hand {
+
+/// All frames of a recording of hands; none: the recording is not here.
+inline std::optional<std::vector<TrackedFrame>> recordedFrames(const std::string& name) {
+  SourceOptions options;
+  options.file = handRecording(name).string();
+  if (!std::filesystem::exists(options.file)) return std::nullopt;
+  LeapRecording recording;
+  recording.open(options);
+  std::vector<TrackedFrame> frames;
+  TrackedFrame frame;
+  while (recording.read(frame, std::chrono::milliseconds(0)) == HandSource::Read::frame)
+    frames.push_back(frame);
+  return frames;
+}
+
+}  // namespace tactile_clay::hand
