@@ -53,20 +53,26 @@ void writeCsvRow(std::ostream& csv, const Played& played, const Row& row) {
       << o.density << ',' << o.densest << ',' << o.volume_change << std::endl;
 }
 
-std::string convergence(const Errors& change, const std::vector<Errors>& errors) {
+std::string convergence(const Doubt& doubt, const std::vector<Errors>& errors) {
   std::ostringstream text;
   text.precision(3);
   const auto tell = [&](const char* what, double Errors::*error, double unit, const char* in) {
     double smallest = INFINITY;
     for (const Errors& e : errors) smallest = std::min(smallest, std::abs(e.*error));
-    const double changed = std::abs(change.*error);
+    const double changed = std::abs(doubt.step.*error), aside = std::abs(doubt.aside.*error);
     if (!std::isfinite(changed)) return;
     text << "- " << what << ": halving the reference's step changed it by " << unit * changed << in
-         << "; the smallest error above is " << unit * smallest << in << ": "
-         << (changed <= 0.1 * smallest ? "converged"
-                                       : "not converged to a tenth of it; errors of the size of the change "
-                                         "cannot be told from the reference's own")
-         << '\n';
+         << ", clay that starts 1 µm aside by up to " << unit * aside << in
+         << "; the smallest error above is " << unit * smallest << in << ": ";
+    if (changed <= 0.1 * smallest)
+      text << "converged";
+    else if (changed <= 2.0 * aside)
+      text << "converged as far as the scene tells: a micrometre decides as much as the step, and errors of "
+              "that size are chance";
+    else
+      text << "not converged to a tenth of it; errors of the size of the change cannot be told from the "
+              "reference's own";
+    text << '\n';
   };
   tell("displacement", &Errors::displacement, 1.0, " spacings");
   tell("height", &Errors::height, 100.0, " %");

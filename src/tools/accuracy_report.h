@@ -23,7 +23,7 @@ struct Played {
 
 /// A budget, what it made of what was played, and how far that is from the reference.
 struct Row {
-  std::string role;  // "setting", or which of the two references it is
+  std::string role;  // "setting", or which of the references it is
   clay::Budget budget;
   Outcome outcome;
   Errors errors;
@@ -38,9 +38,16 @@ void writeCsvHead(std::ostream& csv);
 /// A line of CSV, and flushes it: the other settings may take long.
 void writeCsvRow(std::ostream& csv, const Played& played, const Row& row);
 
+/// What the reference is known to.
+struct Doubt {
+  Errors step;   // how it changes when its step is halved
+  Errors aside;  // by how much it changes at most when the clay starts a micrometre elsewhere
+};
+
 /// Whether the reference may be called converged: halving its step changed it by no more than a tenth of the
-/// smallest error in the table. A line of markdown each for displacement, height, and force if there is any.
-/// \param change of the reference \param errors of the settings
-std::string convergence(const Errors& change, const std::vector<Errors>& errors);
+/// smallest error in the table, or by no more than twice what a micrometre does: then the scene itself, not a
+/// step, decides. A line of markdown each for displacement, height, and force if there is any.
+/// \param errors of the settings
+std::string convergence(const Doubt& doubt, const std::vector<Errors>& errors);
 
 }  // namespace tactile_clay::tools

@@ -87,7 +87,7 @@ Errors compare(const Outcome& outcome, const Outcome& reference, double spacing)
   for (std::size_t i = 0; i < reference.position.size(); ++i)
     e.displacement += (outcome.position.at(i) - reference.position.at(i)).cast<double>().squaredNorm();
   e.displacement = std::sqrt(e.displacement / static_cast<double>(reference.position.size())) / spacing;
-  e.height = outcome.height / reference.height - 1.0;
+  e.height = reference.height > 0.0 ? outcome.height / reference.height - 1.0 : NAN;
   double difference = 0.0, size = 0.0;
   for (std::size_t k = 0; k < reference.force.size(); ++k) {
     difference += (outcome.force[k] - reference.force[k]).squaredNorm();
@@ -96,6 +96,13 @@ Errors compare(const Outcome& outcome, const Outcome& reference, double spacing)
   e.force = size > 0.0 ? std::sqrt(difference / size) : NAN;
   e.mean_force = reference.mean_force > 0.0 ? outcome.mean_force / reference.mean_force - 1.0 : NAN;
   return e;
+}
+
+Errors greatest(const Errors& a, const Errors& b) {
+  Errors most;
+  for (double Errors::*error : {&Errors::displacement, &Errors::height, &Errors::force, &Errors::mean_force})
+    most.*error = std::max(std::abs(a.*error), std::abs(b.*error));
+  return most;
 }
 
 }  // namespace tactile_clay::tools

@@ -40,12 +40,15 @@ Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::
 /// How far an outcome is from the reference.
 struct Errors {
   double displacement = 0.0;  // spacings, root mean square over the particles
-  double height = 0.0;        // of the reference's
+  double height = 0.0;        // of the reference's; nan if that is 0
   double force = 0.0;         // of the reference's, root mean squares; nan if that is 0
   double mean_force = 0.0;    // of the reference's; nan if that is 0
 };
 
 /// \param reference of the same particles and samples \param spacing m
 Errors compare(const Outcome& outcome, const Outcome& reference, double spacing);
+
+/// The greater of each two errors, by size.
+Errors greatest(const Errors& a, const Errors& b);
 
 }  // namespace tactile_clay::tools

@@ -41,6 +41,9 @@ markdown, writes CSV.
   --also LIST          single settings beside the grid, as in paper:1x5     [none]
   --spacing LIST       m between particles; 0 is the scene's                   [0]
   --reference SETTING  the reference's step is half of this         [minimise:32x64]
+                       It is played three times more with the clay a micrometre
+                       aside, along x, y and z: no error can be smaller than what
+                       that does.
   --threads N          of the clay                                             [2]
   --csv FILE           one line for each setting and reference              [none]
   --share FOLDER       that holds config/              [found from the program's place]
@@ -162,6 +165,12 @@ std::ofstream openCsv(const std::string& path) {
   return csv;
 }
 
+/// The scene with its clay a micrometre aside along an axis.
+scene::Scene aside(scene::Scene scene, int axis) {
+  for (clay::InitialParticle& particle : scene.particles) particle.position[axis] += 1e-6f;
+  return scene;
+}
+
 /// Plays every setting with particles of one spacing, m; 0: the scene's.
 void runAt(double wanted_spacing, const Options& options, std::ofstream& csv) {
   const scene::Scene scene = scene::loadScene(options.scene, options.share, wanted_spacing);
@@ -172,14 +181,14 @@ void runAt(double wanted_spacing, const Options& options, std::ofstream& csv) {
   Played played{options.scene, options.hands, spacing, scene.particles.size()};
   for (const HandSample& sample : samples) played.duration += sample.duration;
 
-  const auto outcomeOf = [&](const clay::Budget& setting) {
+  const auto outcomeOf = [&](const clay::Budget& setting, const scene::Scene& of) {
     std::fprintf(stderr, "speed_accuracy: %s %s:%dx%d at %g mm\n", options.scene.c_str(),
                  nameOf(setting.method).c_str(), setting.substeps, setting.iterations, 1e3 * spacing);
-    return play(scene, solids, samples, setting, options.threads);
+    return play(of, solids, samples, setting, options.threads);
   };
   clay::Budget halved = options.reference;
   halved.substeps *= 2;
-  const Outcome coarse = outcomeOf(options.reference), reference = outcomeOf(halved);
+  const Outcome coarse = outcomeOf(options.reference, scene), reference = outcomeOf(halved, scene);
 
   const auto tell = [&](const char* role, const clay::Budget& setting, const Outcome& outcome) {
     const Row row{role, setting, outcome, compare(outcome, reference, spacing)};
@@ -190,10 +199,13 @@ void runAt(double wanted_spacing, const Options& options, std::ofstream& csv) {
   printHead(played);
   std::vector<Errors> errors;
   for (const clay::Budget& setting : options.settings)
-    errors.push_back(tell("setting", setting, outcomeOf(setting)));
-  const Errors change = tell("twice the step", options.reference, coarse);
+    errors.push_back(tell("setting", setting, outcomeOf(setting, scene)));
+  Doubt doubt;
+  doubt.step = tell("twice the step", options.reference, coarse);
+  for (int axis = 0; axis < 3; ++axis)
+    doubt.aside = greatest(doubt.aside, tell("1 µm aside", halved, outcomeOf(halved, aside(scene, axis))));
   tell("reference", halved, reference);
-  std::printf("\n%s\n", convergence(change, errors).c_str());
+  std::printf("\n%s\n", convergence(doubt, errors).c_str());
   std::fflush(stdout);
 }
 

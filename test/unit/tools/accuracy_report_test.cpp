@@ -20,20 +20,23 @@ Errors errors(double displacement, double height, double force) {
   return e;
 }
 
-TEST(Convergence, IsATenthOfTheSmallestErrorOfEachKind) {
+TEST(Convergence, IsATenthOfTheSmallestErrorOfEachKindOrTwiceWhatAMicrometreDoes) {
+  const Doubt doubt{errors(0.03, -0.002, 0.02), errors(0.01, 0.0005, 0.015)};
   EXPECT_EQ(
-      convergence(errors(0.03, -0.002, 0.01), {errors(0.31, -0.05, 0.2), errors(0.4, 0.01, 0.1)}),
-      "- displacement: halving the reference's step changed it by 0.03 spacings; the smallest error above "
-      "is 0.31 spacings: converged\n"
-      "- height: halving the reference's step changed it by 0.2 %; the smallest error above is 1 %: "
-      "not converged to a tenth of it; errors of the size of the change cannot be told from the "
-      "reference's own\n"
-      "- force: halving the reference's step changed it by 1 %; the smallest error above is 10 %: "
-      "converged\n");
+      convergence(doubt, {errors(0.31, -0.05, 0.1), errors(0.4, 0.01, 0.2)}),
+      "- displacement: halving the reference's step changed it by 0.03 spacings, clay that starts 1 µm "
+      "aside by up to 0.01 spacings; the smallest error above is 0.31 spacings: converged\n"
+      "- height: halving the reference's step changed it by 0.2 %, clay that starts 1 µm aside by up to "
+      "0.05 %; the smallest error above is 1 %: not converged to a tenth of it; errors of the size of the "
+      "change cannot be told from the reference's own\n"
+      "- force: halving the reference's step changed it by 2 %, clay that starts 1 µm aside by up to 1.5 "
+      "%; the smallest error above is 10 %: converged as far as the scene tells: a micrometre decides as "
+      "much as the step, and errors of that size are chance\n");
 }
 
-bool converged(double change, double smallest) {
-  const std::string verdict = convergence(errors(change, NAN, NAN), {errors(smallest, 0.0, 0.0)});
+bool converged(double change, double smallest, double aside = 0.0) {
+  const std::string verdict =
+      convergence({errors(change, NAN, NAN), errors(aside, 0.0, 0.0)}, {errors(smallest, 0.0, 0.0)});
   EXPECT_NE(verdict.find("converged"), std::string::npos) << verdict;
   return verdict.find("not converged") == std::string::npos;
 }
@@ -47,8 +50,15 @@ TEST(Convergence, HoldsUpToATenth) {
   EXPECT_FALSE(converged(0.101, -1.0));
 }
 
+TEST(Convergence, HoldsUpToTwiceWhatAMicrometreDoes) {
+  EXPECT_TRUE(converged(0.199, 1.0, 0.1));
+  EXPECT_TRUE(converged(-0.199, 1.0, -0.1));
+  EXPECT_FALSE(converged(0.201, 1.0, 0.1));
+}
+
 TEST(Convergence, SaysNothingOfAForceThatIsNotThere) {
-  const std::string verdict = convergence(errors(0.01, 0.01, NAN), {errors(0.1, 0.1, NAN)});
+  const std::string verdict =
+      convergence({errors(0.01, 0.01, NAN), errors(0.01, 0.01, 0.0)}, {errors(0.1, 0.1, NAN)});
   EXPECT_NE(verdict.find("- height"), std::string::npos);
   EXPECT_EQ(verdict.find("- force"), std::string::npos);
 }

@@ -77,6 +77,12 @@ TEST(Compare, HeightIsAShareOfTheReferenceWithItsSign) {
   EXPECT_NEAR(compare(o, reference(), spacing).height, -0.25, 1e-12);
 }
 
+TEST(Compare, ThereIsNoHeightErrorWhereTheReferenceHasNoHeight) {
+  Outcome flat = reference();
+  flat.height = 0.0;
+  EXPECT_TRUE(std::isnan(compare(reference(), flat, spacing).height));
+}
+
 TEST(Compare, ForceIsRootMeanSquareOfTheErrorOverThatOfTheReference) {
   Outcome o = reference();
   o.force[0] += load({0.0, 0.6, 0.0});                    // across, which no norm of the load would tell
@@ -97,6 +103,14 @@ TEST(Compare, ThereIsNoForceErrorWhereTheReferenceTouchesNothing) {
   const Errors e = compare(reference(), untouched, spacing);
   EXPECT_TRUE(std::isnan(e.force));
   EXPECT_TRUE(std::isnan(e.mean_force));
+}
+
+TEST(Greatest, IsOfEachErrorBySize) {
+  const Errors e = greatest({0.1, -0.4, 0.3, 0.2}, {0.2, 0.3, 0.1, -0.5});
+  EXPECT_EQ(e.displacement, 0.2);
+  EXPECT_EQ(e.height, 0.4);
+  EXPECT_EQ(e.force, 0.3);
+  EXPECT_EQ(e.mean_force, 0.5);
 }
 
 }  // namespace
