@@ -19,6 +19,9 @@ constexpr int joint_sweeps = 8;
 // rad, how far a bone turns from the middle of its reach: the thumb's metacarpal, any other. Tracked ones of
 // six recordings come to 46 and 74 degrees; the flesh about a thumb has no room a little farther in the palm.
 constexpr double thumb_root_reach = 46.0 * M_PI / 180.0, joint_reach = 75.0 * M_PI / 180.0;
+// How far hands differ in their proportions, at scale 1: m, of the root of the thumb and of a finger from
+// where the palm has it; lengths of bones. Tracked ones come to 11 mm, 4.4 mm, and 0.87 to 1.14.
+constexpr double thumb_root_off = 0.012, finger_root_off = 0.006, shortest = 0.8, longest = 1.25;
 // What stays where it is in the palm, and so tells its pose.
 constexpr std::array<Joint, 9> palm_joints = {
     wrist,           index_metacarpal, index_proximal,    middle_metacarpal, middle_proximal,
@@ -132,19 +135,38 @@ BodyPoses bodyPoses(const TrackedHand& hand, const TrackedHand& rest) {
 TrackedHand withinReach(const TrackedHand& tracked) {
   static const std::array<TrackedHand, 2> middles = {middleOfReach(Side::left), middleOfReach(Side::right)};
   const TrackedHand& middle = middles[static_cast<int>(tracked.side)];
+  const Vector3d palm_centre = bodyCentres(middle)[palm_body];
+  const double scale = personScale(tracked);
   TrackedHand hand = tracked;
   BodyPoses poses = bodyPoses(hand, middle);
   for (int b = 1; b < body_count; ++b) {
     const BodyAnatomy& anatomy = body_anatomy[b];
+    const int finger = (b - 1) / 3, tip = fingers[finger].tip();
+    const bool thumb_root = anatomy.from == thumb_metacarpal;
+    // What is beyond a joint moves and turns with it.
+    const auto move = [&](int first, const Vector3d& by) {
+      for (int j = first; j <= tip; ++j) hand.joints[j].position += by;
+    };
+    if (anatomy.parent == palm_body) {
+      const BodyPose& palm_pose = poses[palm_body];
+      const Vector3d in_palm = scale * (middle.joints[anatomy.from].position - palm_centre);
+      const Vector3d off =
+          hand.joints[anatomy.from].position - palm_pose.position - palm_pose.rotation * in_palm;
+      const double most = scale * (thumb_root ? thumb_root_off : finger_root_off);
+      if (off.norm() > most) move(anatomy.from, atMost(most, off) - off);
+    }
+    const Vector3d joint = hand.joints[anatomy.from].position,
+                   bone = hand.joints[anatomy.to].position - joint;
+    const double usual =
+        scale * (middle.joints[anatomy.to].position - middle.joints[anatomy.from].position).norm();
+    const double length = bone.norm(), within = std::clamp(length, shortest * usual, longest * usual);
+    if (within != length) move(anatomy.to, (within / std::max(1e-9, length) - 1.0) * bone);
     const Quaterniond back = poses[anatomy.parent].rotation * poses[b].rotation.conjugate();
     const double angle = back.angularDistance(Quaterniond::Identity());
-    const double most = anatomy.from == thumb_metacarpal ? thumb_root_reach : joint_reach;
+    const double most = thumb_root ? thumb_root_reach : joint_reach;
     if (!(angle > most)) continue;
-    // What is beyond the joint turns with the bone.
     const Quaterniond turn = Quaterniond::Identity().slerp(1.0 - most / angle, back);
-    const Vector3d joint = hand.joints[anatomy.from].position;
-    const int finger = (b - 1) / 3;
-    for (int j = anatomy.from; j <= fingers[finger].tip(); ++j) {
+    for (int j = anatomy.from; j <= tip; ++j) {
       hand.joints[j].position = joint + turn * (hand.joints[j].position - joint);
       hand.joints[j].orientation = turn * hand.joints[j].orientation;
     }

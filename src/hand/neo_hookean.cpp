@@ -179,8 +179,7 @@ void NeoHookean::project(std::vector<FleshNode>& nodes, std::vector<int>& invert
       for (int lane = 0; lane < width; ++lane) {
         if (!(g.swelling[lane] < squeezed_below - 1.0F) || b.node[0][lane] == unused_) continue;
         squeezed.push_back(first + lane);
-        if (g.swelling[lane] <= -1.0F)
-          for (int k = 0; k < 4; ++k) inverted.push_back(b.node[k][lane]);
+        if (g.swelling[lane] <= -1.0F) inverted.push_back(first + lane);
       }
     first += width;
     // J W J^T of the two; C_S taken times itself, so that nothing is divided by it where it is zero
@@ -219,8 +218,7 @@ void NeoHookean::limit(const std::vector<int>& squeezed, std::vector<FleshNode>&
     for (const int t : close) {
       const Batch& b = batches_[t / width];
       const int lane = t % width;
-      std::array<int, 4> n;
-      for (int k = 0; k < 4; ++k) n[k] = b.node[k][lane];
+      const std::array<int, 4> n = corners(t);
       const Vector3f o = nodes[n[0]].head<3>();
       const Vector3f p = nodes[n[1]].head<3>() - o, q = nodes[n[2]].head<3>() - o,
                      r = nodes[n[3]].head<3>() - o;
@@ -250,6 +248,12 @@ void NeoHookean::limit(const std::vector<int>& squeezed, std::vector<FleshNode>&
     close.resize(kept);
     if (all_have_it) break;
   }
+}
+
+std::array<int, 4> NeoHookean::corners(int tetrahedron) const {
+  std::array<int, 4> n;
+  for (int k = 0; k < 4; ++k) n[k] = batches_[tetrahedron / width].node[k][tetrahedron % width];
+  return n;
 }
 
 std::vector<double> NeoHookean::stiffness() const {

@@ -38,8 +38,8 @@ class NeoHookean {
 
   /// One Gauss-Seidel pass over the constraints, from multipliers of zero (Macklin et al. 2019, "Small
   /// steps"). A standing load is carried by the material's stiffness where no node's mobility is above 1 /
-  /// `stiffness`. \param inverted nodes of tetrahedra that were inside out when visited \param squeezed
-  /// tetrahedra that then had little volume
+  /// `stiffness`. \param inverted tetrahedra that were inside out when visited, in rising order \param
+  /// squeezed those and others that then had little volume
   void project(std::vector<FleshNode>& nodes, std::vector<int>& inverted, std::vector<int>& squeezed) const;
 
   /// Gives tetrahedra back what they lack of `least_volume` of their volume at rest, by Gauss-Seidel sweeps.
@@ -48,6 +48,8 @@ class NeoHookean {
   /// without mobility is added
   void limit(const std::vector<int>& squeezed, std::vector<FleshNode>& nodes,
              std::vector<Eigen::Vector3f>& reaction) const;
+
+  std::array<int, 4> corners(int tetrahedron) const;  // nodes; of one that `project` told
 
   std::vector<double> stiffness() const;  // N/m, of the flesh at rest against moving one node
 

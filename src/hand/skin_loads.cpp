@@ -160,4 +160,10 @@ Eigen::Vector3d SkinLoads::force() const {
   return sum;
 }
 
+double SkinLoads::strength() const {
+  double sum = 0.0;
+  for (const Load& load : loads_) sum += static_cast<double>(load.now.norm());
+  return sum;
+}
+
 }  // namespace tactile_clay::hand

@@ -43,6 +43,7 @@ class SkinLoads {
   bool empty() const { return loads_.empty(); }
   std::array<bool, body_count> pressed() const;  // bodies with a load
   Eigen::Vector3d force() const;                 // N, in the last step
+  double strength() const;                       // N, the same, of each load by itself
 
  private:
   struct Load {

@@ -22,6 +22,7 @@ constexpr double longest_frame = 0.1;   // s simulated for one sample
 constexpr double load_lifetime = 0.1;   // s
 constexpr double resize_from = 0.01;    // relative change of the person's size
 constexpr float healing = 0.3F;         // of the way back, a step and inverted tetrahedron
+constexpr int healing_time = 32;        // steps, before flesh that stays inside out counts as caught
 constexpr std::size_t remembered = 16;  // skins
 constexpr double seconds_a_nano = 1e-9;
 
@@ -162,6 +163,7 @@ void SoftHand::step(const BodyPoses& target, const BodyPoses& before, double h) 
   }
   loads_.apply(nodes_);
   flesh_.project(nodes_, inverted_, squeezed_);
+  sortInverted();
   loads_.project(nodes_);
   rememberPoints();
   const BodyPoses predicted = bodies_.poses();
@@ -173,16 +175,36 @@ void SoftHand::step(const BodyPoses& target, const BodyPoses& before, double h) 
   heal();
 }
 
-// Flesh that was torn inside out, as by a pose that no hand can take, may be caught by its neighbours: it is
-// led back to where its bones would put it. Not on a bone that the clay presses: what leads it there would
-// carry the load beside the bone.
+// Flesh that was torn inside out, as by a pose that no hand can take, is led back to where its bones would
+// put it (`heal`). In the fold of a bent finger they would put it inside out as well: what stays so, though
+// it had time to heal, is caught, and gets its least volume (`collect`).
+void SoftHand::sortInverted() {
+  const std::vector<Inverted> before = std::move(since_);
+  since_.clear();
+  torn_.clear();
+  caught_ = false;
+  auto known = before.begin();
+  for (const int t : inverted_) {  // in rising order
+    while (known != before.end() && known->tetrahedron < t) ++known;
+    const bool still = known != before.end() && known->tetrahedron == t;
+    since_.push_back({t, still ? known->steps + 1 : 1});
+    if (since_.back().steps > healing_time)
+      caught_ = true;
+    else
+      torn_.push_back(t);
+  }
+}
+
+// Not on a bone that the clay presses: what leads flesh back there would carry the load beside the bone.
 void SoftHand::heal() {
   const std::array<bool, body_count> pressed = loads_.pressed();
-  for (const int n : inverted_) {
-    const NodeBinding& binding = anatomy_->bindings[n];
-    if (binding.rigid || pressed[binding.body]) continue;
-    const Vector3f home = skinned(n, bodies_.poses()).cast<float>();
-    nodes_[n].head<3>() += healing * (home - nodes_[n].head<3>());
+  for (const int t : torn_) {
+    for (const int n : flesh_.corners(t)) {
+      const NodeBinding& binding = anatomy_->bindings[n];
+      if (binding.rigid || pressed[binding.body]) continue;
+      const Vector3f home = skinned(n, bodies_.poses()).cast<float>();
+      nodes_[n].head<3>() += healing * (home - nodes_[n].head<3>());
+    }
   }
 }
 
@@ -229,10 +251,18 @@ void SoftHand::collect(double h) {
     each[i] = bodies_.mass(b) * node_share_[b] * (node.head<3>().cast<double>() - at);
     node << at.cast<float>(), 0.0F;
   }
-  if (!loads_.empty() && !squeezed_.empty()) {
+  if (caught_ || (!loads_.empty() && !squeezed_.empty())) {
     reaction_.assign(nodes_.size(), Vector3f::Zero());
     flesh_.limit(squeezed_, nodes_, reaction_);
-    for (std::size_t i = 0; i < rigid_.size(); ++i) each[i] += h * h * reaction_[rigid_[i]].cast<double>();
+    // Flesh hands on what presses it; what it lacks for another reason, as in a leap, throws no bone.
+    std::array<Vector3d, body_count> sum;
+    sum.fill(Vector3d::Zero());
+    for (const int n : rigid_) sum[anatomy_->bindings[n].body] += reaction_[n].cast<double>();
+    double strongest = 1e-12;
+    for (const Vector3d& force : sum) strongest = std::max(strongest, force.norm());
+    const double share = std::min(1.0, 2.0 * loads_.strength() / strongest);
+    for (std::size_t i = 0; i < rigid_.size(); ++i)
+      each[i] += share * h * h * reaction_[rigid_[i]].cast<double>();
   }
   for (std::size_t i = 0; i < rigid_.size(); ++i) {
     const int b = anatomy_->bindings[rigid_[i]].body;

@@ -76,9 +76,14 @@ class SoftHand {
   void carryBones();
   void rememberPoints();
   void collect(double h);
+  void sortInverted();
   void heal();
   Eigen::Vector3d skinned(int node, const BodyPoses& poses) const;
   bool sane() const;
+
+  struct Inverted {
+    int tetrahedron, steps;
+  };
 
   std::shared_ptr<const SoftHandTemplate> anatomy_;
   SoftHandParameters parameters_;
@@ -93,7 +98,10 @@ class SoftHand {
   std::array<double, body_count> flesh_stiffness_;  // N/m, with which flesh carries the body along
   std::vector<Eigen::Vector3d> in_body_;            // m, of each node of bone
   BodyPoses target_;
-  std::vector<int> inverted_;              // nodes of tetrahedra that were inside out in the last step
+  std::vector<int> inverted_;              // tetrahedra that were inside out in the last step
+  std::vector<Inverted> since_;            // the same, and for how long
+  std::vector<int> torn_;                  // of those inside out, tetrahedra that their bones lead back
+  bool caught_ = false;                    // whether there are others
   std::vector<int> squeezed_;              // tetrahedra, in the last step
   std::vector<Eigen::Vector3f> reaction_;  // N, of squeezed flesh on the nodes of bone, in the last step
   BoundSkin skin_;

@@ -99,8 +99,25 @@ TEST(SoftHand, FingerStopsAtAStiffFloor) {
   EXPECT_GT(press.soft().bodies()[index_tip_bone].position.y() - target[index_tip_bone].position.y(), 1e-3);
 }
 
-// The haptic loop at rest: force spectrum above 20 Hz under 5 % of the mean, over floors from soft to stiff;
-// also 20 mm deep, where a finger gets up to 8 N and its pad is flat.
+// Root mean square of what a force has above 20 Hz, of its mean. \param force N, of each frame
+double buzz(const std::vector<double>& force) {
+  const auto count = static_cast<int>(force.size());
+  double mean = 0.0, power = 0.0;
+  for (const double f : force) mean += f / count;
+  for (int bin = 1; bin <= count / 2; ++bin) {
+    if (bin / (count * frame) <= 20.0) continue;
+    double re = 0.0, im = 0.0;
+    for (int k = 0; k < count; ++k) {
+      re += (force[k] - mean) * std::cos(2.0 * M_PI * bin * k / count);
+      im += (force[k] - mean) * std::sin(2.0 * M_PI * bin * k / count);
+    }
+    power += 2.0 * (re * re + im * im) / (static_cast<double>(count) * count);
+  }
+  return std::sqrt(power) / mean;
+}
+
+// The haptic loop at rest, over floors from soft to stiff; also 20 mm deep, where a finger gets up to 8 N and
+// its pad is flat.
 TEST(SoftHand, LoopIsQuietOnSoftAndStiffFloors) {
   for (const bool pointing : {true, false})
     for (const auto& [stiffness, depth] :
@@ -108,26 +125,13 @@ TEST(SoftHand, LoopIsQuietOnSoftAndStiffFloors) {
       Press press(stiffness, pointing);
       press.approach(-depth);
       for (int k = 0; k < 90; ++k) press.frame(-depth);
-      constexpr int count = 120;
       std::vector<double> force;
-      for (int k = 0; k < count; ++k) {
+      for (int k = 0; k < 120; ++k) {
         press.frame(-depth);
         force.push_back(press.force);
+        ASSERT_GT(press.force, 0.1);
       }
-      double mean = 0.0, power = 0.0;
-      for (const double f : force) mean += f / count;
-      for (int bin = 1; bin <= count / 2; ++bin) {
-        if (bin / (count * frame) <= 20.0) continue;
-        double re = 0.0, im = 0.0;
-        for (int k = 0; k < count; ++k) {
-          re += (force[k] - mean) * std::cos(2.0 * M_PI * bin * k / count);
-          im += (force[k] - mean) * std::sin(2.0 * M_PI * bin * k / count);
-        }
-        power += 2.0 * (re * re + im * im) / (static_cast<double>(count) * count);
-      }
-      ASSERT_GT(mean, 0.1);
-      EXPECT_LT(std::sqrt(power), 0.05 * mean)
-          << stiffness << ' ' << depth << (pointing ? " finger" : " palm");
+      EXPECT_LT(buzz(force), 0.05) << stiffness << ' ' << depth << (pointing ? " finger" : " palm");
     }
 }
 
@@ -327,25 +331,37 @@ TEST(SoftHand, IsHeldByHardWaxAndLeaves) {
   }
 }
 
-void expectRestInWax(bool pointing, double depth, double aside) {
+// Two seconds after a hand came so deep into hard wax, the force on it does not buzz. A finger may slide on
+// to another place later, which is one of the five seconds then: of 180 such seconds of 30 runs three were.
+void expectNoBuzzInWax(bool pointing, double depth, double aside) {
+  constexpr int rest = 120, second = 60;
+  constexpr double speed = 0.05;  // m/s
+  const int down = static_cast<int>(std::ceil((depth + 0.01) / (speed * frame)));
   WaxPress press(pointing, aside);
-  const Held held = heldInWax(press, depth);
-  EXPECT_LT(held.deviation, 0.02 * held.mean) << depth << ' ' << aside;
-  EXPECT_LT(held.fastest, 2e-3) << depth << ' ' << aside;
+  for (int k = 0; k < down + rest; ++k) press.frame(std::max(-depth, 0.01 - speed * k * frame));
+  std::vector<double> each;
+  for (int s = 0; s < 5; ++s) {
+    std::vector<double> force;
+    for (int k = 0; k < second; ++k) {
+      press.frame(-depth);
+      force.push_back(press.soft().force().norm());
+      ASSERT_GT(force.back(), 1.0);
+    }
+    each.push_back(buzz(force));
+  }
+  std::sort(each.begin(), each.end());
+  std::printf("  %s, %.0f mm in wax: above 20 Hz %.2f %% of the force, once %.2f %%\n",
+              pointing ? "finger" : "palm", 1e3 * depth, 1e2 * each[3], 1e2 * each[4]);
+  EXPECT_LT(each[3], 0.05) << depth << ' ' << aside;
 }
 
-// Twelve of twelve within 0.03 % of the force. With other last bits of the clay one of 42 was not: which one
-// it is hangs on them.
-TEST(SoftHand, DISABLED_FlatHandComesToRestDeepInHardWax) {
-  for (const double aside : {0.0, 1e-6, 1e-4, 3e-4})
-    for (const double depth : {0.02, 0.03, 0.04}) expectRestInWax(false, depth, aside);
+TEST(SoftHand, FingerDeepInHardWaxDoesNotBuzz) {
+  for (const double aside : {2e-4, 1e-3})
+    for (const double depth : {0.015, 0.03, 0.06}) expectNoBuzzInWax(true, depth, aside);
 }
 
-// Of 20 runs 9 are within 0.3 % of the force, 13 within 2 %, 4 beyond 5 % and at most 30 %; samples of the
-// fingertip then jump.
-TEST(SoftHand, DISABLED_FingerComesToRestDeepInHardWax) {
-  for (const double aside : {0.0, 1e-6, 1e-4, 3e-4})
-    for (const double depth : {0.015, 0.02, 0.03, 0.04, 0.06}) expectRestInWax(true, depth, aside);
+TEST(SoftHand, FlatHandDeepInHardWaxDoesNotBuzz) {
+  for (const double depth : {0.02, 0.03, 0.04}) expectNoBuzzInWax(false, depth, 2e-4);
 }
 
 // A tracker finds the hand 20 mm inside of hard wax. The clay gives it hundreds of newtons in one frame; the
@@ -405,6 +421,15 @@ TEST(SoftHand, NothingLastsOfViolentAndImpossiblePoses) {
   }
 }
 
+std::vector<SkinForce> touchOfThePalm(const Skin& skin, const TrackedHand& tracked) {
+  std::vector<SkinForce> forces;
+  for (std::size_t i = 0; i < skin.size(); ++i)
+    if ((skin.position[i].cast<double>() - tracked.joints[palm].position).norm() < 0.03 &&
+        skin.normal[i].y() < -0.7F)
+      forces.push_back({static_cast<std::uint32_t>(i), {0.0F, 0.02F, 0.0F}});
+  return forces;
+}
+
 // Thumbs that are tracked beneath the palm, reached slowly or in a frame, leave flesh room; a touch of the
 // palm then moves no bone far. Without joints that end, up to 201 tetrahedra are inside out, and a touch
 // throws the thumb by 58 mm.
@@ -431,12 +456,7 @@ TEST(SoftHand, AnImpossibleThumbLeavesRoomForFlesh) {
       double moved = 0.0;  // m
       for (int step = 0; step < 30; ++step) {
         const Skin& skin = hands.update({tracked}, stampOf(k));
-        std::vector<SkinForce> forces;
-        for (std::size_t i = 0; i < skin.size(); ++i)
-          if ((skin.position[i].cast<double>() - tracked.joints[palm].position).norm() < 0.03 &&
-              skin.normal[i].y() < -0.7F)
-            forces.push_back({static_cast<std::uint32_t>(i), {0.0F, 0.02F, 0.0F}});
-        hands.react(stampOf(k++), forces);
+        hands.react(stampOf(k++), touchOfThePalm(skin, tracked));
         for (int b = 0; b < body_count; ++b)
           moved = std::max(moved, (soft.bodies()[b].position - before[b].position).norm());
       }
@@ -452,6 +472,69 @@ TEST(SoftHand, AnImpossibleThumbLeavesRoomForFlesh) {
       EXPECT_LE(after.longest, 12);
       EXPECT_EQ(soft.inverted(), 0);
       EXPECT_EQ(soft.restarts(), 0);
+    }
+}
+
+// In the folds of fingers that are bent to the ends of their reach and beyond, in a frame or slowly, 2 to 17
+// tetrahedra stayed inside out for as long.
+TEST(SoftHand, FoldedFingersAreHeldRightSideOut) {
+  for (const double bend : {1.5, 1.75, 2.0, 2.5, -1.5})
+    for (const int frames : {1, 30}) {
+      SoftHands hands(spacing);
+      int k = settled(hands, palmDown(0.0), 0, 30);
+      for (int step = 1; step <= frames; ++step)
+        hands.update({palmDown(0.0, false, bend * step / frames)}, stampOf(k++));
+      const TrackedHand tracked = palmDown(0.0, false, bend);
+      k = settled(hands, tracked, k, 12);
+      InsideOut held;
+      float moving = 0.0F;  // m/s
+      for (int step = 0; step < 60; ++step) {
+        const Skin& skin = hands.update({tracked}, stampOf(k++));
+        held.see(*hands.hand(Side::right));
+        if (step >= 30) moving = std::max(moving, static_cast<float>(fastest(skin)));
+      }
+      EXPECT_EQ(held.most, 0) << bend << ' ' << frames;
+      EXPECT_LT(moving, 5e-3F) << bend << ' ' << frames;
+    }
+}
+
+// Joints scrambled by centimetres, held for a second and touched, bones turned aside and out of proportion.
+// Hundreds of tetrahedra stayed inside out for up to 107 frames after it, and the touch threw bones by 113
+// mm.
+TEST(SoftHand, ScrambledJointsLetGo) {
+  for (const int seed : {21, 22, 23, 24, 25, 26})
+    for (const double size : {0.005, 0.02, 0.03}) {
+      std::mt19937 random(seed);
+      std::normal_distribution<double> normal;
+      const TrackedHand flat = palmDown(0.0);
+      TrackedHand scrambled = flat;
+      for (JointPose& joint : scrambled.joints) {
+        joint.position += size * Vector3d(normal(random), normal(random), normal(random));
+        joint.orientation =
+            Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized();
+      }
+      SoftHands hands(spacing);
+      int k = settled(hands, flat, 0, 30);
+      k = settled(hands, scrambled, k, 60);
+      const SoftHand& soft = *hands.hand(Side::right);
+      const BodyPoses before = soft.bodies();
+      double moved = 0.0;  // m
+      for (int step = 0; step < 20; ++step) {
+        const Skin& skin = hands.update({scrambled}, stampOf(k));
+        EXPECT_TRUE(allFinite(skin));
+        hands.react(stampOf(k++), touchOfThePalm(skin, scrambled));
+        for (int b = 0; b < body_count; ++b)
+          moved = std::max(moved, (soft.bodies()[b].position - before[b].position).norm());
+      }
+      InsideOut after;
+      for (int step = 0; step < 60; ++step) {
+        hands.update({flat}, stampOf(k++));
+        after.see(soft);
+      }
+      EXPECT_LT(moved, 0.02) << seed << ' ' << size;
+      EXPECT_LE(after.longest, 12) << seed << ' ' << size;
+      EXPECT_EQ(soft.inverted(), 0) << seed << ' ' << size;
+      EXPECT_EQ(soft.restarts(), 0) << seed << ' ' << size;
     }
 }
 

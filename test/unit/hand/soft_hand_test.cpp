@@ -93,6 +93,43 @@ TEST(WithinReach, TurnsBackWhatIsOutsideAndOnlyThat) {
     }
 }
 
+// What is beyond the joint goes with it.
+TEST(WithinReach, LeadsRootsOfFingersToTheirPlaceAndGivesBonesTheirLength) {
+  const HandPose pose = bent({}, 0.5);
+  const TrackedHand possible = forwardKinematics(pose);
+  struct Root {
+    Joint joint, tip;
+    double reach;  // m
+  };
+  for (const Root& root : {Root{index_proximal, index_tip, 0.006}, {thumb_metacarpal, thumb_tip, 0.012}}) {
+    TrackedHand off = possible;
+    const Vector3d by(0.01, 0.03, 0.0);
+    for (int j = root.joint; j <= root.tip; ++j) off.joints[j].position += by;
+    const TrackedHand hand = withinReach(off);
+    const BodyPose palm_pose = bodyPoses(off, possible)[palm_body];
+    const Vector3d in_palm = possible.joints[root.joint].position - bodyCentres(possible)[palm_body];
+    const Vector3d place = palm_pose.position + palm_pose.rotation * in_palm;
+    EXPECT_NEAR((hand.joints[root.joint].position - place).norm(), root.reach, 1e-6);
+    const Vector3d shift = hand.joints[root.joint].position - off.joints[root.joint].position;
+    for (int j = root.joint; j <= root.tip; ++j)
+      EXPECT_LT((hand.joints[j].position - off.joints[j].position - shift).norm(), 1e-9) << j;
+  }
+  for (const double stretch : {0.2, 1.0, 3.0}) {
+    TrackedHand odd = possible;
+    const Vector3d bone =
+        possible.joints[ring_intermediate].position - possible.joints[ring_proximal].position;
+    for (const Joint joint : {ring_intermediate, ring_distal, ring_tip})
+      odd.joints[joint].position += (stretch - 1.0) * bone;
+    const TrackedHand hand = withinReach(odd);
+    const Vector3d shift = (std::clamp(stretch, 0.8, 1.25) - 1.0) * bone;
+    for (int j = 0; j < joint_count; ++j) {
+      const bool beyond = j >= ring_intermediate && j <= ring_tip;
+      const Vector3d expected = possible.joints[j].position + (beyond ? shift : Vector3d::Zero());
+      EXPECT_LT((hand.joints[j].position - expected).norm(), 1e-9) << stretch << ' ' << j;
+    }
+  }
+}
+
 TEST(WithinReach, RecordedHandsAre) {
   int hands = 0, changed = 0;
   for (const char* name : {"both_hands_low_confidence", "finger_tap", "grab", "left_or_right",
