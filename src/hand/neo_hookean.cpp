@@ -168,18 +168,15 @@ NeoHookean::Gradients NeoHookean::gradients(const Batch& b, const std::vector<Fl
   return g;
 }
 
-void NeoHookean::project(std::vector<FleshNode>& nodes, std::vector<int>& inverted,
-                         std::vector<int>& squeezed) const {
-  inverted.clear();
+void NeoHookean::project(std::vector<FleshNode>& nodes, std::vector<int>& squeezed) const {
   squeezed.clear();
   int first = 0;  // lane of the batch
   for (const Batch& b : batches_) {
     const Gradients g = gradients(b, nodes);
     if ((g.swelling < squeezed_below - 1.0F).any())
       for (int lane = 0; lane < width; ++lane) {
-        if (!(g.swelling[lane] < squeezed_below - 1.0F) || b.node[0][lane] == unused_) continue;
-        squeezed.push_back(first + lane);
-        if (g.swelling[lane] <= -1.0F) inverted.push_back(first + lane);
+        if (g.swelling[lane] < squeezed_below - 1.0F && b.node[0][lane] != unused_)
+          squeezed.push_back(first + lane);
       }
     first += width;
     // J W J^T of the two; C_S taken times itself, so that nothing is divided by it where it is zero
@@ -254,6 +251,14 @@ std::array<int, 4> NeoHookean::corners(int tetrahedron) const {
   std::array<int, 4> n;
   for (int k = 0; k < 4; ++k) n[k] = batches_[tetrahedron / width].node[k][tetrahedron % width];
   return n;
+}
+
+float NeoHookean::volumeShare(int tetrahedron, const std::vector<FleshNode>& nodes) const {
+  const std::array<int, 4> n = corners(tetrahedron);
+  const Eigen::Vector3f o = nodes[n[0]].head<3>();
+  const Eigen::Vector3f p = nodes[n[1]].head<3>() - o, q = nodes[n[2]].head<3>() - o,
+                        r = nodes[n[3]].head<3>() - o;
+  return batches_[tetrahedron / width].determinant[tetrahedron % width] * p.dot(q.cross(r));
 }
 
 std::vector<double> NeoHookean::stiffness() const {

@@ -38,9 +38,8 @@ class NeoHookean {
 
   /// One Gauss-Seidel pass over the constraints, from multipliers of zero (Macklin et al. 2019, "Small
   /// steps"). A standing load is carried by the material's stiffness where no node's mobility is above 1 /
-  /// `stiffness`. \param inverted tetrahedra that were inside out when visited, in rising order \param
-  /// squeezed those and others that then had little volume
-  void project(std::vector<FleshNode>& nodes, std::vector<int>& inverted, std::vector<int>& squeezed) const;
+  /// `stiffness`. \param squeezed tetrahedra that had little volume when visited, in rising order
+  void project(std::vector<FleshNode>& nodes, std::vector<int>& squeezed) const;
 
   /// Gives tetrahedra back what they lack of `least_volume` of their volume at rest, by Gauss-Seidel sweeps.
   /// The energy above is finite where J = 0, so that a load can turn flesh inside out; real flesh stiffens
@@ -49,7 +48,10 @@ class NeoHookean {
   void limit(const std::vector<int>& squeezed, std::vector<FleshNode>& nodes,
              std::vector<Eigen::Vector3f>& reaction) const;
 
-  std::array<int, 4> corners(int tetrahedron) const;  // nodes; of one that `project` told
+  /// Nodes of a tetrahedron that `project` told.
+  std::array<int, 4> corners(int tetrahedron) const;
+  /// Its volume, of that at rest; negative: inside out.
+  float volumeShare(int tetrahedron, const std::vector<FleshNode>& nodes) const;
 
   std::vector<double> stiffness() const;  // N/m, of the flesh at rest against moving one node
 

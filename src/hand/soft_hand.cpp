@@ -22,7 +22,9 @@ constexpr double longest_frame = 0.1;   // s simulated for one sample
 constexpr double load_lifetime = 0.1;   // s
 constexpr double resize_from = 0.01;    // relative change of the person's size
 constexpr float healing = 0.3F;         // of the way back, a step and inverted tetrahedron
-constexpr int healing_time = 32;        // steps, before flesh that stays inside out counts as caught
+constexpr int healing_time = 16;        // steps, before flesh that stays inside out counts as caught
+constexpr int trial = 8;                // steps, in which its least volume is to help what is caught
+constexpr float room = 0.6F;            // volume, of that at rest, with which it no longer does
 constexpr std::size_t remembered = 16;  // skins
 constexpr double seconds_a_nano = 1e-9;
 
@@ -162,8 +164,7 @@ void SoftHand::step(const BodyPoses& target, const BodyPoses& before, double h) 
     nodes_[rigid_[i]][3] = static_cast<float>(h * h / (bodies_.mass(b) * node_share_[b]));
   }
   loads_.apply(nodes_);
-  flesh_.project(nodes_, inverted_, squeezed_);
-  sortInverted();
+  flesh_.project(nodes_, squeezed_);
   loads_.project(nodes_);
   rememberPoints();
   const BodyPoses predicted = bodies_.poses();
@@ -172,34 +173,35 @@ void SoftHand::step(const BodyPoses& target, const BodyPoses& before, double h) 
   bodies_.finish(h);
   carryFlesh(predicted);
   carryBones();
+  findInverted();
   heal();
 }
 
 // Flesh that was torn inside out, as by a pose that no hand can take, is led back to where its bones would
 // put it (`heal`). In the fold of a bent finger they would put it inside out as well: what stays so, though
-// it had time to heal, is caught, and gets its least volume (`collect`).
-void SoftHand::sortInverted() {
-  const std::vector<Inverted> before = std::move(since_);
-  since_.clear();
-  torn_.clear();
+// it had time to heal, is caught, and gets its least volume (`collect`) until it has room by itself.
+void SoftHand::findInverted() {
+  const std::vector<Inverted> before = std::move(inverted_);
+  inverted_.clear();
   caught_ = false;
   auto known = before.begin();
-  for (const int t : inverted_) {  // in rising order
+  for (const int t : squeezed_) {  // in rising order
     while (known != before.end() && known->tetrahedron < t) ++known;
-    const bool still = known != before.end() && known->tetrahedron == t;
-    since_.push_back({t, still ? known->steps + 1 : 1});
-    if (since_.back().steps > healing_time)
-      caught_ = true;
-    else
-      torn_.push_back(t);
+    int steps = known != before.end() && known->tetrahedron == t ? known->steps : 0;
+    const float share = flesh_.volumeShare(t, nodes_);
+    if (share > (steps > healing_time ? room : 0.0F)) continue;
+    if (share <= 0.0F && steps > healing_time + trial) steps = 0;  // room was not what it needs
+    inverted_.push_back({t, steps + 1});
+    caught_ = caught_ || inverted_.back().steps > healing_time;
   }
 }
 
 // Not on a bone that the clay presses: what leads flesh back there would carry the load beside the bone.
 void SoftHand::heal() {
   const std::array<bool, body_count> pressed = loads_.pressed();
-  for (const int t : torn_) {
-    for (const int n : flesh_.corners(t)) {
+  for (const Inverted& it : inverted_) {
+    if (it.steps > healing_time) continue;
+    for (const int n : flesh_.corners(it.tetrahedron)) {
       const NodeBinding& binding = anatomy_->bindings[n];
       if (binding.rigid || pressed[binding.body]) continue;
       const Vector3f home = skinned(n, bodies_.poses()).cast<float>();

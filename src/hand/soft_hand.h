@@ -76,7 +76,7 @@ class SoftHand {
   void carryBones();
   void rememberPoints();
   void collect(double h);
-  void sortInverted();
+  void findInverted();
   void heal();
   Eigen::Vector3d skinned(int node, const BodyPoses& poses) const;
   bool sane() const;
@@ -98,10 +98,8 @@ class SoftHand {
   std::array<double, body_count> flesh_stiffness_;  // N/m, with which flesh carries the body along
   std::vector<Eigen::Vector3d> in_body_;            // m, of each node of bone
   BodyPoses target_;
-  std::vector<int> inverted_;              // tetrahedra that were inside out in the last step
-  std::vector<Inverted> since_;            // the same, and for how long
-  std::vector<int> torn_;                  // of those inside out, tetrahedra that their bones lead back
-  bool caught_ = false;                    // whether there are others
+  std::vector<Inverted> inverted_;         // tetrahedra, and for how long they have been
+  bool caught_ = false;                    // whether one had time to heal
   std::vector<int> squeezed_;              // tetrahedra, in the last step
   std::vector<Eigen::Vector3f> reaction_;  // N, of squeezed flesh on the nodes of bone, in the last step
   BoundSkin skin_;

@@ -77,9 +77,9 @@ TEST(Flesh, BallOnAPlaneIsHertz) {
   for (const double share : {0.0125, 0.025, 0.05}) {
     Load load{share * radius, 0.0, 0.0};
     const auto plane = static_cast<float>(load.depth - radius);
-    std::vector<int> inverted, squeezed;
+    std::vector<int> squeezed;
     for (int k = 0; k < 800; ++k) {
-      flesh.project(nodes, inverted, squeezed);
+      flesh.project(nodes, squeezed);
       load.force = load.area = 0.0;
       for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
         if (nodes[n][2] < plane) {
