@@ -341,10 +341,12 @@ void expectNoBuzzInWax(bool pointing, double depth, double aside) {
   WaxPress press(pointing, aside);
   for (int k = 0; k < down + rest; ++k) press.frame(std::max(-depth, 0.01 - speed * k * frame));
   std::vector<double> each;
+  InsideOut inside_out;
   for (int s = 0; s < 5; ++s) {
     std::vector<double> force;
     for (int k = 0; k < second; ++k) {
       press.frame(-depth);
+      inside_out.see(press.soft());
       force.push_back(press.soft().force().norm());
       ASSERT_GT(force.back(), 1.0);
     }
@@ -354,6 +356,7 @@ void expectNoBuzzInWax(bool pointing, double depth, double aside) {
   std::printf("  %s, %.0f mm in wax: above 20 Hz %.2f %% of the force, once %.2f %%\n",
               pointing ? "finger" : "palm", 1e3 * depth, 1e2 * each[3], 1e2 * each[4]);
   EXPECT_LT(each[3], 0.05) << depth << ' ' << aside;
+  EXPECT_LE(inside_out.longest, 3) << depth << ' ' << aside;
 }
 
 TEST(SoftHand, FingerDeepInHardWaxDoesNotBuzz) {
