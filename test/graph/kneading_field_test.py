@@ -18,7 +18,6 @@ import sonic_surface  # noqa: E402  pylint: disable=wrong-import-position
 
 UPLOAD = 258 * 10 / 230400.0  # s, of a frame on the wire
 TOLERANCE = 0.002             # m, from a focal point to its peak
-DATA = os.environ.get('TACTILE_CLAY_DATA') or os.path.join(rig_run.PACKAGE, '..', 'shared', 'data')
 
 
 def patterns(emulator):
@@ -83,10 +82,7 @@ class KneadingField(unittest.TestCase):
         return distances
 
     def recording(self, name, **arguments):
-        path = os.path.realpath(os.path.join(DATA, 'hands', name + '.v6.ndjson.gz'))
-        if not os.path.exists(path):
-            self.skipTest('no recording ' + name)
-        return self.knead(70, hands='leap_recording', file=path, **arguments)
+        return self.knead(70, hands='leap_recording', file=rig_run.recording(name), **arguments)
 
     def within(self, distances):
         return sum(distance < TOLERANCE for distance in distances) / len(distances)

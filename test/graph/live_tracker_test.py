@@ -10,17 +10,9 @@ import unittest
 
 import rig_run
 
-DATA = os.environ.get('TACTILE_CLAY_DATA') or os.path.join(rig_run.PACKAGE, '..', 'shared', 'data')
 SERVER = os.path.join(rig_run.PACKAGE, 'test', 'support', 'leap_server.py')
 
 RECORDINGS = ('both_hands_low_confidence', 'finger_tap', 'grab', 'left_or_right', 'pinch_and_move', 'three_claps')
-
-
-def recording(case, name):
-    path = os.path.realpath(os.path.join(DATA, 'hands', name + '.v6.ndjson.gz'))
-    if not os.path.exists(path):
-        case.skipTest('no recording ' + name)
-    return path
 
 
 class LiveTracker(unittest.TestCase):
@@ -35,7 +27,7 @@ class LiveTracker(unittest.TestCase):
 
     def test_a_recording_over_a_websocket_drives_the_rig(self):
         # Breaking off each two seconds, and saying what is no message, does not stop it.
-        _, url = self.serve(recording(self, 'grab'), '--loop', '--rate', '110', '--disconnect', '220', '--garbage', '50')
+        _, url = self.serve(rig_run.recording('grab'), '--loop', '--rate', '110', '--disconnect', '220', '--garbage', '50')
         run = rig_run.Run({'hands': 'leap_websocket', 'url': url, 'quality': 'fast', 'duration': '8'},
                           rig_run.CHAIN + ['/diagnostics'])
         self.assertEqual((run.code, run.left), (0, []), run.words)
@@ -69,7 +61,7 @@ class LiveTracker(unittest.TestCase):
     def test_each_recording_over_a_websocket_drives_the_rig(self):
         for name in RECORDINGS:
             with self.subTest(name):
-                _, url = self.serve(recording(self, name), '--loop', '--rate', '60')
+                _, url = self.serve(rig_run.recording(name), '--loop', '--rate', '60')
                 run = rig_run.Run({'hands': 'leap_websocket', 'url': url, 'quality': 'fast', 'duration': '4'})
                 self.assertEqual((run.code, run.left), (0, []), run.words)
                 self.assertNotIn('Traceback', run.words)

@@ -3,13 +3,11 @@
 import gzip
 import json
 import math
-import os
 import unittest
 
 import rig_run
 
 RECORDINGS = ('both_hands_low_confidence', 'finger_tap', 'grab', 'left_or_right', 'pinch_and_move', 'three_claps')
-DATA = os.environ.get('TACTILE_CLAY_DATA') or os.path.join(rig_run.PACKAGE, '..', 'shared', 'data')
 
 
 def frames_of(path):
@@ -20,9 +18,7 @@ def frames_of(path):
 
 class Recordings(unittest.TestCase):
     def play(self, name):
-        path = os.path.realpath(os.path.join(DATA, 'hands', name + '.v6.ndjson.gz'))
-        if not os.path.exists(path):
-            self.skipTest('no recording ' + name)
+        path = rig_run.recording(name)
         run = rig_run.Run(dict(rig_run.LOCKSTEP, hands='leap_recording', file=path, quality='fast'))
         self.assertEqual((run.code, run.left), (0, []), run.words)
         self.assertNotIn('Traceback', run.words)

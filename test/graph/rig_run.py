@@ -31,6 +31,15 @@ def bag(name):
     return os.path.join(BAGS, name + '.bag')
 
 
+def recording(name):
+    """File of recorded hands, in the folder TACTILE_CLAY_DATA or beside the checkout. Raises unittest.SkipTest."""
+    data = os.environ.get('TACTILE_CLAY_DATA') or os.path.join(PACKAGE, '..', 'shared', 'data')
+    path = os.path.realpath(os.path.join(data, 'hands', name + '.v6.ndjson.gz'))
+    if not os.path.exists(path):
+        raise unittest.SkipTest('no recording ' + name)
+    return path
+
+
 def wait_until(condition, seconds, what):
     """Returns once `condition()` is true. Raises AssertionError naming `what` after that many seconds."""
     deadline = time.monotonic() + seconds
