@@ -181,9 +181,7 @@ void SoftHand::step(const BodyPoses& target, const BodyPoses& before, double h) 
 // put it (`heal`). In the fold of a bent finger they would put it inside out as well: what stays so, though
 // it had time to heal, is caught, and gets its least volume (`collect`) until it has room by itself.
 void SoftHand::findInverted() {
-  const std::vector<Inverted> before = std::move(inverted_);
-  inverted_.clear();
-  caught_ = false;
+  const std::vector<Inverted> before = std::exchange(inverted_, {});
   auto known = before.begin();
   for (const int t : squeezed_) {  // in rising order
     while (known != before.end() && known->tetrahedron < t) ++known;
@@ -192,7 +190,6 @@ void SoftHand::findInverted() {
     if (share > (steps > healing_time ? room : 0.0F)) continue;
     if (share <= 0.0F && steps > healing_time + trial) steps = 0;  // room was not what it needs
     inverted_.push_back({t, steps + 1});
-    caught_ = caught_ || inverted_.back().steps > healing_time;
   }
 }
 
@@ -253,7 +250,9 @@ void SoftHand::collect(double h) {
     each[i] = bodies_.mass(b) * node_share_[b] * (node.head<3>().cast<double>() - at);
     node << at.cast<float>(), 0.0F;
   }
-  if (caught_ || (!loads_.empty() && !squeezed_.empty())) {
+  const bool caught = std::any_of(inverted_.begin(), inverted_.end(),
+                                  [](const Inverted& it) { return it.steps > healing_time; });
+  if (caught || (!loads_.empty() && !squeezed_.empty())) {
     reaction_.assign(nodes_.size(), Vector3f::Zero());
     flesh_.limit(squeezed_, nodes_, reaction_);
     // Flesh hands on what presses it; what it lacks for another reason, as in a leap, throws no bone.

@@ -99,7 +99,6 @@ class SoftHand {
   std::vector<Eigen::Vector3d> in_body_;            // m, of each node of bone
   BodyPoses target_;
   std::vector<Inverted> inverted_;         // tetrahedra, and for how long they have been
-  bool caught_ = false;                    // whether one had time to heal
   std::vector<int> squeezed_;              // tetrahedra, in the last step
   std::vector<Eigen::Vector3f> reaction_;  // N, of squeezed flesh on the nodes of bone, in the last step
   BoundSkin skin_;

@@ -101,7 +101,7 @@ class KneadingField(unittest.TestCase):
     def test_peaks_of_recorded_hands(self):
         """The light touches of these leave most channels off; of some patterns of channels the driver takes one that drowns none."""
         all_distances = []
-        for name in ('grab', 'three_claps', 'pinch_and_move', 'finger_tap', 'left_or_right', 'both_hands_low_confidence'):
+        for name in rig_run.RECORDINGS:
             with self.subTest(name):
                 # The short touches of these two make some twenty patterns.
                 distances = self.recording(name, least_patterns=5 if name in ('grab', 'finger_tap') else 20)

@@ -12,8 +12,6 @@ import rig_run
 
 SERVER = os.path.join(rig_run.PACKAGE, 'test', 'support', 'leap_server.py')
 
-RECORDINGS = ('both_hands_low_confidence', 'finger_tap', 'grab', 'left_or_right', 'pinch_and_move', 'three_claps')
-
 
 class LiveTracker(unittest.TestCase):
     def serve(self, *arguments):
@@ -59,7 +57,7 @@ class LiveTracker(unittest.TestCase):
         self.assertTrue(any(value != 'not seen' and 0.0 < float(value) <= 1.0 for value in sure), sure)
 
     def test_each_recording_over_a_websocket_drives_the_rig(self):
-        for name in RECORDINGS:
+        for name in rig_run.RECORDINGS:
             with self.subTest(name):
                 _, url = self.serve(rig_run.recording(name), '--loop', '--rate', '60')
                 run = rig_run.Run({'hands': 'leap_websocket', 'url': url, 'quality': 'fast', 'duration': '4'})

@@ -7,8 +7,6 @@ import unittest
 
 import rig_run
 
-RECORDINGS = ('both_hands_low_confidence', 'finger_tap', 'grab', 'left_or_right', 'pinch_and_move', 'three_claps')
-
 
 def frames_of(path):
     """Number of frames in a recording; other lines are the tracker's events."""
@@ -43,7 +41,7 @@ def case(name):
     return lambda self: self.play(name)
 
 
-for recording in RECORDINGS:
+for recording in rig_run.RECORDINGS:
     setattr(Recordings, 'test_' + recording, case(recording))
 
 if __name__ == '__main__':

@@ -22,6 +22,7 @@ import rospkg
 
 PACKAGE = rospkg.RosPack().get_path('tactile_clay')
 BAGS = os.path.join(PACKAGE, 'test', 'bags')
+RECORDINGS = ('both_hands_low_confidence', 'finger_tap', 'grab', 'left_or_right', 'pinch_and_move', 'three_claps')
 # One message of each of these answers each sample of the hands.
 CHAIN = ['/hands/tracked', '/hands/skin', '/clay/contacts', '/hands/pressure', '/array/focal_points', '/array/state']
 LOCKSTEP = {'lockstep': 'true'}

@@ -254,6 +254,12 @@ class WaxPress {
     hands.react(stampOf(count_++), forces);
     inside_out.see(soft());
   }
+  /// Comes from 10 mm over the wax to `height`, at 50 mm/s.
+  void approach(double height) {
+    constexpr double speed = 0.05;  // m/s
+    const int down = static_cast<int>(std::ceil((0.01 - height) / (speed * hand::frame)));
+    for (int k = 0; k < down; ++k) frame(std::max(height, 0.01 - speed * k * hand::frame));
+  }
   const SoftHand& soft() const { return *hands.hand(Side::right); }
 
   SoftHands hands;
@@ -297,13 +303,12 @@ struct Held {
 };
 Held heldInWax(WaxPress& press, double depth) {
   constexpr int rest = 120, last = 60;
-  constexpr double speed = 0.05;  // m/s
-  const int down = static_cast<int>(std::ceil((depth + 0.01) / (speed * frame)));
+  press.approach(-depth);
+  for (int k = 0; k < rest - last; ++k) press.frame(-depth);
   Held held;
   std::vector<double> force;
-  for (int k = 0; k < down + rest; ++k) {
-    press.frame(std::max(-depth, 0.01 - speed * k * frame));
-    if (k < down + rest - last) continue;
+  for (int k = 0; k < last; ++k) {
+    press.frame(-depth);
     force.push_back(press.soft().force().norm());
     held.clay += press.clay_force / last;
     held.fastest = std::max(held.fastest, press.fastest);
@@ -336,10 +341,9 @@ TEST(SoftHand, IsHeldByHardWaxAndLeaves) {
 // to another place later, which is one of the five seconds then: of 180 such seconds of 30 runs three were.
 void expectNoBuzzInWax(bool pointing, double depth, double aside) {
   constexpr int rest = 120, second = 60;
-  constexpr double speed = 0.05;  // m/s
-  const int down = static_cast<int>(std::ceil((depth + 0.01) / (speed * frame)));
   WaxPress press(pointing, aside);
-  for (int k = 0; k < down + rest; ++k) press.frame(std::max(-depth, 0.01 - speed * k * frame));
+  press.approach(-depth);
+  for (int k = 0; k < rest; ++k) press.frame(-depth);
   std::vector<double> each;
   InsideOut inside_out;
   for (int s = 0; s < 5; ++s) {
@@ -368,6 +372,27 @@ TEST(SoftHand, FlatHandDeepInHardWaxDoesNotBuzz) {
   for (const double depth : {0.02, 0.03, 0.04}) expectNoBuzzInWax(false, depth, 2e-4);
 }
 
+void expectRestInWax(bool pointing, double depth, double aside) {
+  WaxPress press(pointing, aside);
+  const Held held = heldInWax(press, depth);
+  EXPECT_LT(held.deviation, 0.02 * held.mean) << depth << ' ' << aside;
+  EXPECT_LT(held.fastest, 2e-3) << depth << ' ' << aside;
+}
+
+// Twelve of twelve within 0.03 % of the force. With other last bits of the clay one of 42 was not: which one
+// it is hangs on them.
+TEST(SoftHand, DISABLED_FlatHandComesToRestDeepInHardWax) {
+  for (const double aside : {0.0, 1e-6, 1e-4, 3e-4})
+    for (const double depth : {0.02, 0.03, 0.04}) expectRestInWax(false, depth, aside);
+}
+
+// Of 20 runs 9 are within 0.3 % of the force, 13 within 2 %, 4 beyond 5 % and at most 30 %; samples of the
+// fingertip then jump.
+TEST(SoftHand, DISABLED_FingerComesToRestDeepInHardWax) {
+  for (const double aside : {0.0, 1e-6, 1e-4, 3e-4})
+    for (const double depth : {0.015, 0.02, 0.03, 0.04, 0.06}) expectRestInWax(true, depth, aside);
+}
+
 // A tracker finds the hand 20 mm inside of hard wax. The clay gives it hundreds of newtons in one frame; the
 // hand takes no more than a hand can press with.
 TEST(SoftHand, AppearsInsideOfHardWaxWithoutAJolt) {
@@ -385,6 +410,27 @@ TEST(SoftHand, AppearsInsideOfHardWaxWithoutAJolt) {
   }
 }
 
+// Joints where no hand has them, off by some `size` m and turned anyhow.
+TrackedHand scrambled(TrackedHand hand, double size, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  for (JointPose& joint : hand.joints) {
+    joint.position += size * Vector3d(normal(random), normal(random), normal(random));
+    joint.orientation =
+        Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized();
+  }
+  return hand;
+}
+
+// What is inside out while the tracked hand is `hand` for some frames. \param k number of the first
+InsideOut seen(SoftHands& hands, const TrackedHand& hand, int& k, int frames) {
+  InsideOut inside_out;
+  for (int step = 0; step < frames; ++step) {
+    EXPECT_TRUE(allFinite(hands.update({hand}, stampOf(k++))));
+    inside_out.see(*hands.hand(Side::right));
+  }
+  return inside_out;
+}
+
 // Fist in one frame, joints anywhere within a decimetre, fingers folded back, leaps across the table: of a
 // possible pose after them nothing is inside out for more than 0.2 s, and within two the energy is that of
 // the pose.
@@ -394,17 +440,11 @@ TEST(SoftHand, NothingLastsOfViolentAndImpossiblePoses) {
   int k = settled(hands, flat, 0, 120);
   const double at_rest = hands.hand(Side::right)->energy();
   std::mt19937 random(3);
-  std::normal_distribution<double> normal;
   std::vector<std::vector<TrackedHand>> attacks(4);
   attacks[0] = {palmDown(0.0, false, 1.5)};
   attacks[1] = {palmDown(0.0, false, -1.5), palmDown(0.0, false, 2.5)};
   for (int i = 0; i < 10; ++i) {
-    attacks[2].push_back(flat);
-    for (JointPose& joint : attacks[2].back().joints) {
-      joint.position += 0.02 * Vector3d(normal(random), normal(random), normal(random));
-      joint.orientation =
-          Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized();
-    }
+    attacks[2].push_back(scrambled(flat, 0.02, random));
     attacks[3].push_back(palmDown(i % 2 ? 0.45 : 0.0, false, i % 3));
   }
   for (std::size_t attack = 0; attack < attacks.size(); ++attack) {
@@ -412,11 +452,7 @@ TEST(SoftHand, NothingLastsOfViolentAndImpossiblePoses) {
       const Skin& skin = hands.update({hand}, stampOf(k++));
       EXPECT_TRUE(allFinite(skin)) << attack;
     }
-    InsideOut after;
-    for (int step = 0; step < 120; ++step) {
-      EXPECT_TRUE(allFinite(hands.update({flat}, stampOf(k++))));
-      after.see(*hands.hand(Side::right));
-    }
+    const InsideOut after = seen(hands, flat, k, 120);
     std::printf("  attack %zu: %d inside out, %d frames on end\n", attack, after.most, after.longest);
     EXPECT_LE(after.longest, 12) << attack;
     EXPECT_EQ(hands.hand(Side::right)->inverted(), 0) << attack;
@@ -425,13 +461,24 @@ TEST(SoftHand, NothingLastsOfViolentAndImpossiblePoses) {
   }
 }
 
-std::vector<SkinForce> touchOfThePalm(const Skin& skin, const TrackedHand& tracked) {
-  std::vector<SkinForce> forces;
-  for (std::size_t i = 0; i < skin.size(); ++i)
-    if ((skin.position[i].cast<double>() - tracked.joints[palm].position).norm() < 0.03 &&
-        skin.normal[i].y() < -0.7F)
-      forces.push_back({static_cast<std::uint32_t>(i), {0.0F, 0.02F, 0.0F}});
-  return forces;
+// m, how far a touch of the palm for some frames moves a bone. \param k number of the first
+double movedByATouch(SoftHands& hands, const TrackedHand& tracked, int& k, int frames) {
+  const SoftHand& soft = *hands.hand(Side::right);
+  const BodyPoses before = soft.bodies();
+  double moved = 0.0;
+  for (int step = 0; step < frames; ++step) {
+    const Skin& skin = hands.update({tracked}, stampOf(k));
+    EXPECT_TRUE(allFinite(skin));
+    std::vector<SkinForce> forces;
+    for (std::size_t i = 0; i < skin.size(); ++i)
+      if ((skin.position[i].cast<double>() - tracked.joints[palm].position).norm() < 0.03 &&
+          skin.normal[i].y() < -0.7F)
+        forces.push_back({static_cast<std::uint32_t>(i), {0.0F, 0.02F, 0.0F}});
+    hands.react(stampOf(k++), forces);
+    for (int b = 0; b < body_count; ++b)
+      moved = std::max(moved, (soft.bodies()[b].position - before[b].position).norm());
+  }
+  return moved;
 }
 
 // Thumbs that are tracked beneath the palm, reached slowly or in a frame, leave flesh room; a touch of the
@@ -456,19 +503,8 @@ TEST(SoftHand, AnImpossibleThumbLeavesRoomForFlesh) {
       k = settled(hands, tracked, k, 90);
       const SoftHand& soft = *hands.hand(Side::right);
       const int held = soft.inverted();
-      const BodyPoses before = soft.bodies();
-      double moved = 0.0;  // m
-      for (int step = 0; step < 30; ++step) {
-        const Skin& skin = hands.update({tracked}, stampOf(k));
-        hands.react(stampOf(k++), touchOfThePalm(skin, tracked));
-        for (int b = 0; b < body_count; ++b)
-          moved = std::max(moved, (soft.bodies()[b].position - before[b].position).norm());
-      }
-      InsideOut after;
-      for (int step = 0; step < 60; ++step) {
-        hands.update({flat}, stampOf(k++));
-        after.see(soft);
-      }
+      const double moved = movedByATouch(hands, tracked, k, 30);
+      const InsideOut after = seen(hands, flat, k, 60);
       std::printf("  thumb %.1f %.2f in %d frames: %d inside out, touched bones move %.1f mm\n",
                   thumb.flexion[0], thumb.abduction, frames, held, 1e3 * moved);
       EXPECT_EQ(held, 0);
@@ -479,13 +515,12 @@ TEST(SoftHand, AnImpossibleThumbLeavesRoomForFlesh) {
     }
 }
 
-// Half a second after the tracked hand went a way and stopped, nothing is inside out, and the skin lies
-// still.
+// 0.3 s after the tracked hand went a way and stopped, nothing is inside out, and soon the skin lies still.
 void expectHeldRightSideOut(const std::vector<TrackedHand>& way, const std::string& name) {
   SoftHands hands(spacing);
   int k = settled(hands, palmDown(0.0), 0, 30);
   for (const TrackedHand& tracked : way) hands.update({tracked}, stampOf(k++));
-  k = settled(hands, way.back(), k, 30);
+  k = settled(hands, way.back(), k, 18);
   InsideOut held;
   double moving = 0.0;  // m/s
   for (int step = 0; step < 60; ++step) {
@@ -494,7 +529,7 @@ void expectHeldRightSideOut(const std::vector<TrackedHand>& way, const std::stri
     if (step >= 30) moving = std::max(moving, static_cast<double>(fastest(skin)));
   }
   EXPECT_EQ(held.most, 0) << name;
-  EXPECT_LT(moving, 0.01) << name;
+  EXPECT_LT(moving, 5e-3) << name;
   EXPECT_EQ(hands.hand(Side::right)->restarts(), 0) << name;
 }
 
@@ -522,31 +557,18 @@ TEST(SoftHand, FingersAtAnyAnglesAreHeldRightSideOut) {
   }
 }
 
-// What no hand can be, held for a second and touched, leaves nothing inside out for more than 0.3 s.
-void expectLetsGo(const TrackedHand& odd, const std::string& name) {
+// What no hand can be, held for a second and touched. \param longest frames on end, after it
+void expectLetsGo(const TrackedHand& odd, int longest, const std::string& name) {
+  SCOPED_TRACE(name);
   const TrackedHand flat = palmDown(0.0);
   SoftHands hands(spacing);
   int k = settled(hands, flat, 0, 30);
   k = settled(hands, odd, k, 60);
-  const SoftHand& soft = *hands.hand(Side::right);
-  const BodyPoses before = soft.bodies();
-  double moved = 0.0;  // m
-  for (int step = 0; step < 20; ++step) {
-    const Skin& skin = hands.update({odd}, stampOf(k));
-    EXPECT_TRUE(allFinite(skin)) << name;
-    hands.react(stampOf(k++), touchOfThePalm(skin, odd));
-    for (int b = 0; b < body_count; ++b)
-      moved = std::max(moved, (soft.bodies()[b].position - before[b].position).norm());
-  }
-  InsideOut after;
-  for (int step = 0; step < 60; ++step) {
-    hands.update({flat}, stampOf(k++));
-    after.see(soft);
-  }
-  EXPECT_LT(moved, 0.02) << name;
-  EXPECT_LE(after.longest, 18) << name;
-  EXPECT_EQ(soft.inverted(), 0) << name;
-  EXPECT_EQ(soft.restarts(), 0) << name;
+  EXPECT_LT(movedByATouch(hands, odd, k, 20), 0.02);
+  const InsideOut after = seen(hands, flat, k, 60);
+  EXPECT_LE(after.longest, longest);
+  EXPECT_EQ(hands.hand(Side::right)->inverted(), 0);
+  EXPECT_EQ(hands.hand(Side::right)->restarts(), 0);
 }
 
 // Joints scrambled by centimetres: bones turned aside and out of proportion. Hundreds of tetrahedra stayed
@@ -555,14 +577,8 @@ TEST(SoftHand, ScrambledJointsLetGo) {
   for (const int seed : {21, 22, 23, 24, 25, 26})
     for (const double size : {0.005, 0.02, 0.03}) {
       std::mt19937 random(seed);
-      std::normal_distribution<double> normal;
-      TrackedHand scrambled = palmDown(0.0);
-      for (JointPose& joint : scrambled.joints) {
-        joint.position += size * Vector3d(normal(random), normal(random), normal(random));
-        joint.orientation =
-            Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized();
-      }
-      expectLetsGo(scrambled, std::to_string(seed) + ", " + std::to_string(size));
+      expectLetsGo(scrambled(palmDown(0.0), size, random), 12,
+                   std::to_string(seed) + ", " + std::to_string(size));
     }
 }
 
@@ -570,7 +586,7 @@ TEST(SoftHand, CollapsedJointsLetGo) {
   TrackedHand collapsed = palmDown(0.0);
   const Vector3d middle = collapsed.joints[palm].position;
   for (JointPose& joint : collapsed.joints) joint.position = middle + 1e-3 * (joint.position - middle);
-  expectLetsGo(collapsed, "collapsed");
+  expectLetsGo(collapsed, 18, "collapsed");
 }
 
 // Recorded hands, found anew and held. Where the nodes of a bone gave way farther than flesh, up to 7
