@@ -9,6 +9,7 @@
 
 #include "nodes/conversions.h"
 #include "nodes/exit_code.h"
+#include "nodes/live_pace.h"
 #include "nodes/params.h"
 #include "nodes/share.h"
 #include "nodes/topics.h"
@@ -151,19 +152,22 @@ clay::Ghosts ClaySimulator::read(const Cloud& skin) {
   }
 }
 
-void ClaySimulator::step(const clay::Ghosts& ghosts, double duration) {
+double ClaySimulator::step(const clay::Ghosts& ghosts, double duration) {
   const std::lock_guard<std::mutex> lock(clay_mutex_);
   const ros::WallTime start = ros::WallTime::now();
   clay_->advance(ghosts, solids_->at(clay_->time()), duration);
   const ros::WallTime now = ros::WallTime::now();
-  busy_ += (now - start).toSec();
+  const double computing = (now - start).toSec();
+  busy_ += computing;
   simulated_ += duration;
   factor_time_ += duration;
   const double wall = (now - factor_since_).toSec();
-  if (wall < 1.0) return;
-  real_time_factor_ = factor_time_ / wall;
-  factor_time_ = 0.0;
-  factor_since_ = now;
+  if (wall >= 1.0) {
+    real_time_factor_ = factor_time_ / wall;
+    factor_time_ = 0.0;
+    factor_since_ = now;
+  }
+  return computing;
 }
 
 void ClaySimulator::runLockstep() {
@@ -196,6 +200,7 @@ void ClaySimulator::runLive() {
   const std::chrono::duration<double> period(period_);
   Clock::time_point before = Clock::now(), skin_at = before - std::chrono::hours(1);
   clay::Ghosts held;
+  LivePace pace(period_);
   while (true) {
     Cloud::ConstPtr skin;
     {
@@ -211,23 +216,21 @@ void ClaySimulator::runLive() {
       }
     }
     const Clock::time_point now = Clock::now();
-    const double elapsed = std::chrono::duration<double>(now - before).count();
+    const double duration = pace.next(std::chrono::duration<double>(now - before).count());
     before = now;
-    const double duration = std::min(elapsed, 1.5 * period_);
-    if (elapsed > duration) {
+    {
       const std::lock_guard<std::mutex> lock(clay_mutex_);
-      dropped_ += elapsed - duration;
+      dropped_ += pace.takeDropped();
     }
     if (skin) {
       held = read(*skin);
       skin_at = now;
-      step(held, duration);
-      publishContacts(*skin, held);
     } else {
       if (std::chrono::duration<double>(now - skin_at).count() > skin_lifetime) held = {};
       std::fill(held.velocity.begin(), held.velocity.end(), Eigen::Vector3f::Zero());
-      step(held, duration);
     }
+    pace.took(duration, step(held, duration));
+    if (skin) publishContacts(*skin, held);
     publishState(skin ? skin->header.stamp : ros::Time::now());
   }
 }

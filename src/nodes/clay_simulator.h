@@ -21,9 +21,9 @@ namespace tactile_clay::nodes {
 /// Simulates the clay of one scene: `hands/skin` in, `clay/contacts`, `clay/particles` and `clay/status` out.
 ///
 /// Live, simulated time follows the wall clock: a new skin starts a frame at once, the newest skin wins, and
-/// where none comes the clay goes on at `~rate`. A frame never simulates more than 1.5 periods of `~rate`;
-/// when computing takes longer, time is dropped, and said so. In lockstep every skin is one frame, of the
-/// time between its stamp and the one before.
+/// where none comes the clay goes on at `~rate`. Frames stay short where computing is slow (`LivePace`); what
+/// time cannot be caught up with is dropped, and said so. In lockstep every skin is one frame, of the time
+/// between its stamp and the one before.
 ///
 /// Services: `~reset` starts the scene again, `~save` writes the clay to a file, `~load` goes on from one.
 class ClaySimulator {
@@ -39,7 +39,7 @@ class ClaySimulator {
   void run();
   void runLive();
   void runLockstep();
-  void step(const clay::Ghosts& ghosts, double duration);
+  double step(const clay::Ghosts& ghosts, double duration);  // s, that computing took
   clay::Ghosts read(const Cloud& skin);
   void publishContacts(const Cloud& skin, const clay::Ghosts& ghosts);
   void publishState(ros::Time stamp);

@@ -1,0 +1,80 @@
+#include "nodes/live_pace.h"
+
+#include <gtest/gtest.h>
+
+namespace tactile_clay::nodes {
+namespace {
+
+constexpr double period = 1.0 / 60.0;
+
+TEST(LivePace, FollowsAnUnevenClock) {
+  LivePace pace(period);
+  double elapsed = 0.0, simulated = 0.0;
+  for (int k = 0; k < 600; ++k) {
+    const double interval = period * (k % 3 == 0 ? 1.3 : 0.85);
+    elapsed += interval;
+    const double duration = pace.next(interval);
+    simulated += duration;
+    pace.took(duration, 0.6 * duration);
+    EXPECT_LE(duration, 1.5 * period);
+  }
+  EXPECT_NEAR(simulated, elapsed, 1e-9);
+  EXPECT_EQ(pace.takeDropped(), 0.0);
+}
+
+TEST(LivePace, FollowsATrackerThatIsSlowerOrFasterThanItsRate) {
+  for (const double rate : {25.0, 58.0, 62.0, 120.0}) {
+    LivePace pace(period);
+    double simulated = 0.0;
+    for (int k = 0; k < 600; ++k) {
+      // Where no skin comes for 1.5 periods, a frame goes without.
+      double left = 1.0 / rate;
+      while (left > 1e-9) {
+        const double interval = std::min(left, 1.5 * period);
+        const double duration = pace.next(interval);
+        pace.took(duration, 0.6 * duration);
+        simulated += duration;
+        left -= interval;
+      }
+    }
+    EXPECT_NEAR(simulated, 600.0 / rate, 0.5 * period) << rate << " Hz";
+    EXPECT_EQ(pace.takeDropped(), 0.0) << rate << " Hz";
+  }
+}
+
+TEST(LivePace, FramesStayShortWhereComputingIsSlowAndNoTimeIsLostToASlowSecond) {
+  LivePace pace(period);
+  double elapsed = 0.0, simulated = 0.0;
+  for (int k = 0; k < 120; ++k) {
+    const bool slow = k >= 30 && k < 90;
+    const double cost = slow ? 1.05 : 0.6;  // of what is simulated
+    const double interval = std::max(period, simulated > 0.0 && slow ? 1.05 * period : period);
+    elapsed += interval;
+    const double duration = pace.next(interval);
+    simulated += duration;
+    pace.took(duration, cost * duration);
+    if (slow && k > 30) {
+      EXPECT_LE(duration, period * 1.0000001) << k;
+    }
+  }
+  EXPECT_NEAR(simulated, elapsed, 1e-9);
+  EXPECT_EQ(pace.takeDropped(), 0.0);
+}
+
+TEST(LivePace, WhatCannotBeSimulatedIsDroppedAndTold) {
+  LivePace pace(period);
+  double elapsed = 0.0, simulated = 0.0, interval = period;
+  for (int k = 0; k < 100; ++k) {
+    elapsed += interval;
+    const double duration = pace.next(interval);
+    simulated += duration;
+    interval = 3.0 * duration;
+    pace.took(duration, interval);
+    EXPECT_LE(duration, period * 1.0000001);
+  }
+  EXPECT_NEAR(pace.takeDropped(), elapsed - simulated, 0.1 + 1e-9);
+  EXPECT_EQ(pace.takeDropped(), 0.0);
+}
+
+}  // namespace
+}  // namespace tactile_clay::nodes
