@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <limits>
 
-#include "clay/lanes.h"
 #include "clay/threads.h"
+#include "lanes/lanes.h"
 
 namespace tactile_clay::clay {
 namespace {

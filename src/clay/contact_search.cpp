@@ -4,8 +4,8 @@
 #include <iterator>
 #include <optional>
 
-#include "clay/lanes.h"
 #include "clay/threads.h"
+#include "lanes/lanes.h"
 
 namespace tactile_clay::clay {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "clay/lanes.h"
+#include "lanes/lanes.h"
 
 namespace tactile_clay::clay {
 
@@ -37,7 +37,7 @@ struct Kernel {
  private:
   float per_h, steepness;  // the compiler may not take these out of a loop
   static TACTILE_CLAY_INLINE float positive(float x) { return x > 0.0f ? x : 0.0f; }
-  static TACTILE_CLAY_INLINE Lane positive(const Lane& x) { return clay::positive(x); }
+  static TACTILE_CLAY_INLINE Lane positive(const Lane& x) { return tactile_clay::positive(x); }
 };
 
 }  // namespace tactile_clay::clay

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstring>
 
-#include "clay/lanes.h"
+#include "lanes/lanes.h"
 
 namespace tactile_clay::clay {
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "clay/lanes.h"
+#include "lanes/lanes.h"
 
 namespace tactile_clay::clay {
 namespace {

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "clay/lanes.h"
 #include "clay/particles.h"
+#include "lanes/lanes.h"
 
 namespace tactile_clay::clay {
 

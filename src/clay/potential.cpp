@@ -5,9 +5,9 @@
 #include <atomic>
 #include <cmath>
 
-#include "clay/lanes.h"
 #include "clay/lattice.h"
 #include "clay/threads.h"
+#include "lanes/lanes.h"
 
 namespace tactile_clay::clay {
 namespace {

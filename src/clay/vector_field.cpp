@@ -1,6 +1,6 @@
 #include "clay/vector_field.h"
 
-#include "clay/lanes.h"
+#include "lanes/lanes.h"
 
 namespace tactile_clay::clay {
 namespace {

@@ -96,5 +96,8 @@ double personScale(const TrackedHand& hand) {
   for (int joint = 0; joint < joint_count; ++joint) positions[joint] = hand.joints[joint].position;
   return personScale(positions);
 }
+double handScale(const TrackedHand& hand) {
+  return std::clamp(personScale(hand), 0.4, 2.0);
+}
 
 }  // namespace tactile_clay::hand

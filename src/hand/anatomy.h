@@ -57,5 +57,7 @@ extern const std::array<FingerLimits, finger_count> finger_limits;
 /// if no bone is known.
 double personScale(const std::array<std::optional<Eigen::Vector3d>, joint_count>& positions);
 double personScale(const TrackedHand& hand);
+/// The same within 0.4 and 2, between which hands are simulated.
+double handScale(const TrackedHand& hand);
 
 }  // namespace tactile_clay::hand

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hand/hand_pose.h"
 #include "hand/skin_template.h"
 
 namespace tactile_clay::hand {
@@ -16,12 +15,6 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 constexpr int joint_sweeps = 8;
-// rad, how far a bone turns from the middle of its reach: the thumb's metacarpal, any other. Tracked ones of
-// six recordings come to 46 and 74 degrees; the flesh about a thumb has no room a little farther in the palm.
-constexpr double thumb_root_reach = 46.0 * M_PI / 180.0, joint_reach = 75.0 * M_PI / 180.0;
-// How far hands differ in their proportions, at scale 1: m, of the root of the thumb and of a finger from
-// where the palm has it; lengths of bones. Tracked ones come to 11 mm, 4.4 mm, and 0.87 to 1.14.
-constexpr double thumb_root_off = 0.012, finger_root_off = 0.006, shortest = 0.8, longest = 1.25;
 // What stays where it is in the palm, and so tells its pose.
 constexpr std::array<Joint, 9> palm_joints = {
     wrist,           index_metacarpal, index_proximal,    middle_metacarpal, middle_proximal,
@@ -75,16 +68,6 @@ Matrix3d rotationOf(const BodyAnatomy& body, const TrackedHand& hand, const Trac
          frame.orientation.toRotationMatrix().transpose();
 }
 
-// Every bone in the middle of its reach.
-TrackedHand middleOfReach(Side side) {
-  HandPose pose;
-  pose.side = side;
-  for (FingerAngles& finger : pose.fingers) finger.flexion.fill(0.47);
-  pose.fingers[0].flexion = {0.05, 0.0, 0.0};
-  pose.fingers[0].abduction = 0.5;
-  return forwardKinematics(pose);
-}
-
 }  // namespace
 
 const std::array<BodyAnatomy, body_count> body_anatomy = {{
@@ -130,49 +113,6 @@ BodyPoses bodyPoses(const TrackedHand& hand, const TrackedHand& rest) {
   for (int b = 1; b < body_count; ++b)
     poses[b] = {centres[b], Quaterniond(rotationOf(body_anatomy[b], hand, rest))};
   return poses;
-}
-
-TrackedHand withinReach(const TrackedHand& tracked) {
-  static const std::array<TrackedHand, 2> middles = {middleOfReach(Side::left), middleOfReach(Side::right)};
-  const TrackedHand& middle = middles[static_cast<int>(tracked.side)];
-  const Vector3d palm_centre = bodyCentres(middle)[palm_body];
-  const double scale = personScale(tracked);
-  TrackedHand hand = tracked;
-  BodyPoses poses = bodyPoses(hand, middle);
-  for (int b = 1; b < body_count; ++b) {
-    const BodyAnatomy& anatomy = body_anatomy[b];
-    const int finger = (b - 1) / 3, tip = fingers[finger].tip();
-    const bool thumb_root = anatomy.from == thumb_metacarpal;
-    // What is beyond a joint moves and turns with it.
-    const auto move = [&](int first, const Vector3d& by) {
-      for (int j = first; j <= tip; ++j) hand.joints[j].position += by;
-    };
-    if (anatomy.parent == palm_body) {
-      const BodyPose& palm_pose = poses[palm_body];
-      const Vector3d in_palm = scale * (middle.joints[anatomy.from].position - palm_centre);
-      const Vector3d off =
-          hand.joints[anatomy.from].position - palm_pose.position - palm_pose.rotation * in_palm;
-      const double most = scale * (thumb_root ? thumb_root_off : finger_root_off);
-      if (off.norm() > most) move(anatomy.from, atMost(most, off) - off);
-    }
-    const Vector3d joint = hand.joints[anatomy.from].position,
-                   bone = hand.joints[anatomy.to].position - joint;
-    const double usual =
-        scale * (middle.joints[anatomy.to].position - middle.joints[anatomy.from].position).norm();
-    const double length = bone.norm(), within = std::clamp(length, shortest * usual, longest * usual);
-    if (within != length) move(anatomy.to, (within / std::max(1e-9, length) - 1.0) * bone);
-    const Quaterniond back = poses[anatomy.parent].rotation * poses[b].rotation.conjugate();
-    const double angle = back.angularDistance(Quaterniond::Identity());
-    const double most = thumb_root ? thumb_root_reach : joint_reach;
-    if (!(angle > most)) continue;
-    const Quaterniond turn = Quaterniond::Identity().slerp(1.0 - most / angle, back);
-    for (int j = anatomy.from; j <= tip; ++j) {
-      hand.joints[j].position = joint + turn * (hand.joints[j].position - joint);
-      hand.joints[j].orientation = turn * hand.joints[j].orientation;
-    }
-    for (int c = b; c <= 3 * finger + 3; ++c) poses[c].rotation = turn * poses[c].rotation;
-  }
-  return hand;
 }
 
 HandBodies::HandBodies(const Couplings& couplings, const std::array<double, body_count>& mass,

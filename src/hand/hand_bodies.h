@@ -40,13 +40,6 @@ std::array<Eigen::Vector3d, body_count> bodyCentres(const TrackedHand& hand);
 /// (Umeyama 1991) of its joints, so it does not depend on how a tracker turns the palm's frame.
 BodyPoses bodyPoses(const TrackedHand& hand, const TrackedHand& rest);
 
-/// The hand as anatomy lets it be: capsule and ligaments end how far a bone turns on the one before it, and
-/// bones of one person are in proportion. From the root on, what is tracked farther from the middle of its
-/// reach is turned back, a bone much shorter or longer than the others say is given a length, and a finger's
-/// root far from its place in the palm is led there, each with all that is beyond it. A hand within reach
-/// stays as it is.
-TrackedHand withinReach(const TrackedHand& tracked);
-
 /// Stiffness of the couplings that pull bodies to the tracked pose; damping is critical. Farther away than
 /// `reach` they pull no harder, as muscles do: however deep the tracked hand is in hard clay, the clay can
 /// hold the virtual one.

@@ -65,7 +65,7 @@ KinematicHands::KinematicHands(double spacing, SkinKind kind) : spacing_(spacing
 
 std::shared_ptr<const SkinTemplate> KinematicHands::templateFor(const TrackedHand& hand) {
   auto& skin = templates_[static_cast<int>(hand.side)];
-  const double scale = std::clamp(personScale(hand), 0.4, 2.0);
+  const double scale = handScale(hand);
   if (std::abs(scale / skin->scale - 1.0) > person_change)
     skin = std::make_shared<SkinTemplate>(
         makeSkinTemplate(hand.side, std::round(scale / scale_step) * scale_step, spacing_, kind_));

@@ -61,7 +61,9 @@ NeoHookean::NeoHookean(const FleshMesh& mesh, const Elasticity& material)
     Batch& b = batches_.emplace_back();
     for (int lane = 0; lane < width; ++lane) {
       const bool used = lane < static_cast<int>(batch.size());
-      for (int k = 0; k < 4; ++k) b.node[k][lane] = used ? tetrahedra_[batch[lane]][k] : unused_ + k;
+      for (int k = 0; k < 4; ++k)
+        b.slot[k][lane] =
+            slot_size * static_cast<std::uint32_t>(used ? tetrahedra_[batch[lane]][k] : unused_ + k);
     }
     for (const int i : batch) {
       sorted.push_back(tetrahedra_[i]);
@@ -80,7 +82,7 @@ void NeoHookean::rest(double scale) {
   std::size_t i = 0;
   for (Batch& b : batches_) {
     for (int lane = 0; lane < width; ++lane) {
-      if (b.node[0][lane] == unused_) {  // moves nothing: its nodes have no inverse mass
+      if (isUnused(b, lane)) {  // moves nothing: its nodes have no inverse mass
         for (int k = 0; k < 6; ++k) b.metric[k][lane] = b.edges[k][lane] = 0.0F;
         b.determinant[lane] = 1.0F;
         b.compliance_h[lane] = b.compliance_s[lane] = 1.0F;
@@ -103,106 +105,99 @@ void NeoHookean::rest(double scale) {
   }
 }
 
-/// det F - 1, the square of C_S, the gradients of det F and of half that square by the nodes, inverse masses.
+namespace {
+
+TACTILE_CLAY_INLINE LaneVector cross(const LaneVector& p, const LaneVector& q) {
+  return {p.y * q.z - p.z * q.y, p.z * q.x - p.x * q.z, p.x * q.y - p.y * q.x};
+}
+TACTILE_CLAY_INLINE LaneVector combined(const Lane& a, const LaneVector& p, const Lane& b,
+                                        const LaneVector& q, const Lane& c, const LaneVector& r) {
+  return {a * p.x + b * q.x + c * r.x, a * p.y + b * q.y + c * r.y, a * p.z + b * q.z + c * r.z};
+}
+TACTILE_CLAY_INLINE LaneVector oppositeOfSum(const LaneVector& p, const LaneVector& q, const LaneVector& r) {
+  return {-(p.x + q.x + r.x), -(p.y + q.y + r.y), -(p.z + q.z + r.z)};
+}
+/// (p, q, r) L (p, q, r)^T. \param l xx yy zz xy xz yz
+TACTILE_CLAY_INLINE Lane quadratic(const Lane (&l)[6], const Lane& p, const Lane& q, const Lane& r) {
+  return p * (l[0] * p + 2.0F * (l[3] * q + l[4] * r)) + q * (l[1] * q + 2.0F * l[5] * r) + l[2] * r * r;
+}
+
+}  // namespace
+
+/// det F - 1, the square of C_S, the gradients of det F and of half that square by the nodes, their mobility.
 struct NeoHookean::Gradients {
   Lane swelling, shear;
-  std::array<Vector, 4> h, s;
-  std::array<Lane, 4> w;
+  LaneVector h[4], s[4];
+  Lane w[4];
 };
 
-NeoHookean::Gradients NeoHookean::gradients(const Batch& b, const std::vector<FleshNode>& nodes) {
+TACTILE_CLAY_INLINE NeoHookean::Gradients NeoHookean::gradients(const Batch& b, const float* nodes) {
   Gradients g;
-  std::array<Vector, 4> x;
-  for (int k = 0; k < 4; ++k)
-    for (int lane = 0; lane < width; ++lane) {
-      const FleshNode& n = nodes[b.node[k][lane]];
-      x[k].x[lane] = n[0], x[k].y[lane] = n[1], x[k].z[lane] = n[2], g.w[k][lane] = n[3];
-    }
-  std::array<Vector, 3> e;
-  for (int k = 0; k < 3; ++k) {
-    e[k].x = x[k + 1].x - x[0].x;
-    e[k].y = x[k + 1].y - x[0].y;
-    e[k].z = x[k + 1].z - x[0].z;
-  }
+  LaneVector x[4];
+  for (int k = 0; k < 4; ++k) x[k] = gather(nodes, b.slot[k].data(), g.w[k]);
+  const LaneVector e[3] = {difference(x[1], x[0]), difference(x[2], x[0]), difference(x[3], x[0])};
+  const Lane determinant = load(b.determinant);
   // d det F / d edges = det B times the cofactors of the edges
-  for (int k = 0; k < 3; ++k) {
-    const Vector &p = e[(k + 1) % 3], &q = e[(k + 2) % 3];
-    g.h[k + 1].x = b.determinant * (p.y * q.z - p.z * q.y);
-    g.h[k + 1].y = b.determinant * (p.z * q.x - p.x * q.z);
-    g.h[k + 1].z = b.determinant * (p.x * q.y - p.y * q.x);
-  }
-  const Lane det = e[0].x * g.h[1].x + e[0].y * g.h[1].y + e[0].z * g.h[1].z;
+  for (int k = 0; k < 3; ++k) g.h[k + 1] = times(determinant, cross(e[(k + 1) % 3], e[(k + 2) % 3]));
+  const Lane det = dot(e[0], g.h[1]);
   g.swelling = det - 1.0F;
   // d (|F|^2 / 2) / d edges = edges B B^T
-  const auto& m = b.metric;
-  const auto row = [&](Lane Vector::*c) {
-    g.s[1].*c = e[0].*c * m[0] + e[1].*c * m[3] + e[2].*c * m[4];
-    g.s[2].*c = e[0].*c * m[3] + e[1].*c * m[1] + e[2].*c * m[5];
-    g.s[3].*c = e[0].*c * m[4] + e[1].*c * m[5] + e[2].*c * m[2];
-  };
-  row(&Vector::x), row(&Vector::y), row(&Vector::z);
-  Lane square = Lane::Zero();
-  for (int k = 0; k < 3; ++k) square += e[k].x * g.s[k + 1].x + e[k].y * g.s[k + 1].y + e[k].z * g.s[k + 1].z;
+  Lane m[6], l[6];
+  for (int k = 0; k < 6; ++k) m[k] = load(b.metric[k]), l[k] = load(b.edges[k]);
+  g.s[1] = combined(m[0], e[0], m[3], e[1], m[4], e[2]);
+  g.s[2] = combined(m[3], e[0], m[1], e[1], m[5], e[2]);
+  g.s[3] = combined(m[4], e[0], m[5], e[1], m[2], e[2]);
+  Lane square{};
+  for (int k = 0; k < 3; ++k) square += dot(e[k], g.s[k + 1]);
   const Lane cofactors = det - 2.0F;
-  for (int k = 1; k < 4; ++k) {
-    g.s[k].x += cofactors * g.h[k].x;
-    g.s[k].y += cofactors * g.h[k].y;
-    g.s[k].z += cofactors * g.h[k].z;
-  }
+  for (int k = 1; k < 4; ++k) add(g.s[k], times(cofactors, g.h[k]));
   // Near rest the terms cancel to rounding; there C_S^2 is half the square of its half's derivative by F.
-  Lane derivative = Lane::Zero();
-  const auto& l = b.edges;
-  const auto along = [&](Lane Vector::*c) {
-    const Lane &p = g.s[1].*c, &q = g.s[2].*c, &r = g.s[3].*c;
-    derivative +=
-        p * (l[0] * p + 2.0F * (l[3] * q + l[4] * r)) + q * (l[1] * q + 2.0F * l[5] * r) + l[2] * r * r;
-  };
-  along(&Vector::x), along(&Vector::y), along(&Vector::z);
+  const Lane derivative = quadratic(l, g.s[1].x, g.s[2].x, g.s[3].x) +
+                          quadratic(l, g.s[1].y, g.s[2].y, g.s[3].y) +
+                          quadratic(l, g.s[1].z, g.s[2].z, g.s[3].z);
   const Lane exact = square + det * det - 4.0F * det;
-  g.shear = (exact < small_shear).select(0.5F * derivative, exact);
-  for (auto* part : {&g.h, &g.s}) {
-    (*part)[0].x = -((*part)[1].x + (*part)[2].x + (*part)[3].x);
-    (*part)[0].y = -((*part)[1].y + (*part)[2].y + (*part)[3].y);
-    (*part)[0].z = -((*part)[1].z + (*part)[2].z + (*part)[3].z);
-  }
+  g.shear = exact < small_shear ? 0.5F * derivative : exact;
+  g.h[0] = oppositeOfSum(g.h[1], g.h[2], g.h[3]);
+  g.s[0] = oppositeOfSum(g.s[1], g.s[2], g.s[3]);
   return g;
+}
+
+/// \return the lanes that had little volume
+TACTILE_CLAY_MULTIVERSION
+unsigned NeoHookean::projectBatch(const Batch& b, float* nodes) {
+  const Gradients g = gradients(b, nodes);
+  // J W J^T of the two; C_S taken times itself, so that nothing is divided by it where it is zero
+  Lane ss{}, sh{}, h2{};
+  for (int k = 0; k < 4; ++k) {
+    ss += g.w[k] * dot(g.s[k], g.s[k]);
+    sh += g.w[k] * dot(g.s[k], g.h[k]);
+    h2 += g.w[k] * dot(g.h[k], g.h[k]);
+  }
+  const Lane shear = g.shear + tiny_shear;
+  const Lane a = ss + load(b.compliance_s) * shear, d = h2 + load(b.compliance_h);
+  const Lane per_determinant = 1.0F / (a * d - sh * sh);
+  const Lane by_s = per_determinant * (sh * g.swelling - d * shear);
+  const Lane by_h = per_determinant * (sh * shear - a * g.swelling);
+  for (int k = 0; k < 4; ++k) {
+    LaneVector way = times(by_s, g.s[k]);
+    add(way, times(by_h, g.h[k]));
+    float moves[lane_width * slot_size];
+    scatter(times(g.w[k], way), moves, slot_size);
+    for (int lane = 0; lane < width; ++lane) {
+      float* node = nodes + b.slot[k][lane];
+      storeSlot(node, slot(node) + slot(moves + slot_size * lane));
+    }
+  }
+  return bits(g.swelling < squeezed_below - 1.0F);
 }
 
 void NeoHookean::project(std::vector<FleshNode>& nodes, std::vector<int>& squeezed) const {
   squeezed.clear();
-  int first = 0;  // lane of the batch
-  for (const Batch& b : batches_) {
-    const Gradients g = gradients(b, nodes);
-    if ((g.swelling < squeezed_below - 1.0F).any())
-      for (int lane = 0; lane < width; ++lane) {
-        if (g.swelling[lane] < squeezed_below - 1.0F && b.node[0][lane] != unused_)
-          squeezed.push_back(first + lane);
-      }
-    first += width;
-    // J W J^T of the two; C_S taken times itself, so that nothing is divided by it where it is zero
-    Lane ss = Lane::Zero(), sh = Lane::Zero(), h2 = Lane::Zero();
-    for (int k = 0; k < 4; ++k) {
-      const Vector &p = g.s[k], &q = g.h[k];
-      const Lane& w = g.w[k];
-      ss += w * (p.x * p.x + p.y * p.y + p.z * p.z);
-      sh += w * (p.x * q.x + p.y * q.y + p.z * q.z);
-      h2 += w * (q.x * q.x + q.y * q.y + q.z * q.z);
-    }
-    const Lane shear = g.shear + tiny_shear;
-    const Lane a = ss + b.compliance_s * shear, d = h2 + b.compliance_h;
-    const Lane per_determinant = 1.0F / (a * d - sh * sh);
-    const Lane by_s = per_determinant * (sh * g.swelling - d * shear);
-    const Lane by_h = per_determinant * (sh * shear - a * g.swelling);
-    for (int k = 0; k < 4; ++k) {
-      const Lane dx = g.w[k] * (by_s * g.s[k].x + by_h * g.h[k].x);
-      const Lane dy = g.w[k] * (by_s * g.s[k].y + by_h * g.h[k].y);
-      const Lane dz = g.w[k] * (by_s * g.s[k].z + by_h * g.h[k].z);
-      for (int lane = 0; lane < width; ++lane) {
-        FleshNode& n = nodes[b.node[k][lane]];
-        n[0] += dx[lane], n[1] += dy[lane], n[2] += dz[lane];
-      }
-    }
-  }
+  for (std::size_t i = 0; i < batches_.size(); ++i)
+    if (const unsigned lanes = projectBatch(batches_[i], nodes.front().data()); lanes != 0)
+      for (int lane = 0; lane < width; ++lane)
+        if ((lanes >> lane & 1U) != 0 && !isUnused(batches_[i], lane))
+          squeezed.push_back(static_cast<int>(i) * width + lane);
 }
 
 void NeoHookean::limit(const std::vector<int>& squeezed, std::vector<FleshNode>& nodes,
@@ -249,16 +244,21 @@ void NeoHookean::limit(const std::vector<int>& squeezed, std::vector<FleshNode>&
 
 std::array<int, 4> NeoHookean::corners(int tetrahedron) const {
   std::array<int, 4> n;
-  for (int k = 0; k < 4; ++k) n[k] = batches_[tetrahedron / width].node[k][tetrahedron % width];
+  for (int k = 0; k < 4; ++k)
+    n[k] = static_cast<int>(batches_[tetrahedron / width].slot[k][tetrahedron % width] / slot_size);
   return n;
+}
+
+float NeoHookean::volumeShare(int tetrahedron, const std::array<Eigen::Vector3f, 4>& x) const {
+  return batches_[tetrahedron / width].determinant[tetrahedron % width] *
+         (x[1] - x[0]).dot((x[2] - x[0]).cross(x[3] - x[0]));
 }
 
 float NeoHookean::volumeShare(int tetrahedron, const std::vector<FleshNode>& nodes) const {
   const std::array<int, 4> n = corners(tetrahedron);
-  const Eigen::Vector3f o = nodes[n[0]].head<3>();
-  const Eigen::Vector3f p = nodes[n[1]].head<3>() - o, q = nodes[n[2]].head<3>() - o,
-                        r = nodes[n[3]].head<3>() - o;
-  return batches_[tetrahedron / width].determinant[tetrahedron % width] * p.dot(q.cross(r));
+  std::array<Eigen::Vector3f, 4> x;
+  for (int k = 0; k < 4; ++k) x[k] = nodes[n[k]].head<3>();
+  return volumeShare(tetrahedron, x);
 }
 
 std::vector<double> NeoHookean::stiffness() const {

@@ -2,9 +2,11 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "hand/flesh_mesh.h"
+#include "lanes/lanes.h"
 
 namespace tactile_clay::hand {
 
@@ -50,7 +52,8 @@ class NeoHookean {
 
   /// Nodes of a tetrahedron that `project` told.
   std::array<int, 4> corners(int tetrahedron) const;
-  /// Its volume, of that at rest; negative: inside out.
+  /// Its volume, of that at rest, with these corners; negative: inside out.
+  float volumeShare(int tetrahedron, const std::array<Eigen::Vector3f, 4>& corners) const;
   float volumeShare(int tetrahedron, const std::vector<FleshNode>& nodes) const;
 
   std::vector<double> stiffness() const;  // N/m, of the flesh at rest against moving one node
@@ -60,21 +63,21 @@ class NeoHookean {
   std::size_t size() const { return tetrahedra_.size(); }
 
  private:
-  static constexpr int width = 8;
-  using Lane = Eigen::Array<float, width, 1>;
-  struct Vector {
-    Lane x, y, z;
-  };
+  static constexpr int width = lane_width;
   /// Eight tetrahedra; a lane that is not used holds four nodes that belong to nobody.
   struct Batch {
-    std::array<std::array<int, width>, 4> node;
+    std::array<std::array<std::uint32_t, width>, 4> slot;  // of the nodes
     // With B the inverse of the rest edges, xx yy zz xy xz yz: B B^T, 1/m^2, and its inverse, m^2.
-    std::array<Lane, 6> metric, edges;
-    Lane determinant;                 // 1/m^3, of B
-    Lane compliance_h, compliance_s;  // 1/(N m)
+    float metric[6][width], edges[6][width];
+    float determinant[width];                        // 1/m^3, of B
+    float compliance_h[width], compliance_s[width];  // 1/(N m)
   };
   struct Gradients;
-  static Gradients gradients(const Batch& batch, const std::vector<FleshNode>& nodes);
+  static Gradients gradients(const Batch& batch, const float* nodes);
+  static unsigned projectBatch(const Batch& batch, float* nodes);
+  bool isUnused(const Batch& b, int lane) const {
+    return b.slot[0][lane] == slot_size * static_cast<std::uint32_t>(unused_);
+  }
 
   std::vector<std::array<int, 4>> tetrahedra_;
   std::vector<Eigen::Matrix3d> inverse_edges_;  // B at scale 1

@@ -9,7 +9,7 @@
 
 #include "hand/anatomy.h"
 #include "hand/hand_check.h"
-#include "hand/hand_pose.h"
+#include "hand/reach.h"
 
 namespace tactile_clay::hand {
 namespace {
@@ -116,7 +116,7 @@ Vector3d SoftHand::skinned(int n, const BodyPoses& poses) const {
 
 void SoftHand::place(const TrackedHand& tracked) {
   const TrackedHand hand = withinReach(tracked);
-  resize(std::clamp(personScale(hand), 0.4, 2.0));
+  resize(handScale(hand));
   target_ = bodyPoses(hand, anatomy_->rest);
   bodies_.place(target_);
   for (std::size_t n = 0; n < anatomy_->bindings.size(); ++n)
@@ -127,7 +127,7 @@ void SoftHand::place(const TrackedHand& tracked) {
 
 void SoftHand::advance(const TrackedHand& tracked, double dt) {
   const TrackedHand hand = withinReach(tracked);
-  const double scale = std::clamp(personScale(hand), 0.4, 2.0);
+  const double scale = handScale(hand);
   if (std::abs(scale / scale_ - 1.0) > resize_from) resize(scale);
   const BodyPoses from = target_, to = bodyPoses(hand, anatomy_->rest);
   bodies_.joints(hand, to);
@@ -187,10 +187,21 @@ void SoftHand::findInverted() {
     while (known != before.end() && known->tetrahedron < t) ++known;
     int steps = known != before.end() && known->tetrahedron == t ? known->steps : 0;
     const float share = flesh_.volumeShare(t, nodes_);
-    if (share > (steps > healing_time ? room : 0.0F)) continue;
-    if (share <= 0.0F && steps > healing_time + trial) steps = 0;  // room was not what it needs
+    if (share > 0.0F) {
+      if (steps <= healing_time || (share > room && hasRoomAtHome(t))) continue;
+      steps = healing_time;
+    } else if (steps > healing_time + trial) {
+      steps = 0;  // room was not what it needs
+    }
     inverted_.push_back({t, steps + 1});
   }
+}
+
+bool SoftHand::hasRoomAtHome(int tetrahedron) const {
+  std::array<Vector3f, 4> home;
+  const std::array<int, 4> corners = flesh_.corners(tetrahedron);
+  for (int k = 0; k < 4; ++k) home[k] = skinned(corners[k], bodies_.poses()).cast<float>();
+  return flesh_.volumeShare(tetrahedron, home) > room;
 }
 
 // Not on a bone that the clay presses: what leads flesh back there would carry the load beside the bone.
@@ -336,7 +347,7 @@ const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,
       if (!anatomy)
         anatomy = std::make_shared<SoftHandTemplate>(
             makeSoftHandTemplate(hand.side, parameters_.finger_cell, parameters_.palm_cell));
-      const double scale = std::clamp(personScale(hand), 0.4, 2.0);
+      const double scale = handScale(hand);
       KinematicHands sampler(spacing_, SkinKind::soft);
       const Skin& skin = sampler.update({restHand(hand.side, scale)}, stamp);
       present.emplace(

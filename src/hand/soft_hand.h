@@ -77,6 +77,7 @@ class SoftHand {
   void rememberPoints();
   void collect(double h);
   void findInverted();
+  bool hasRoomAtHome(int tetrahedron) const;
   void heal();
   Eigen::Vector3d skinned(int node, const BodyPoses& poses) const;
   bool sane() const;

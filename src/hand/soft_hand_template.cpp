@@ -63,7 +63,8 @@ std::vector<Core> cores(const TrackedHand& hand) {
   return all;
 }
 
-NodeBinding bind(const Vector3d& x, const std::vector<Core>& all) {
+/// \param may_be_bone else what is inside a bone is flesh too
+NodeBinding bind(const Vector3d& x, const std::vector<Core>& all, bool may_be_bone) {
   std::array<double, body_count> distance;
   distance.fill(std::numeric_limits<double>::infinity());
   for (const Core& core : all) distance[core.body] = std::min(distance[core.body], core.capsule.distance(x));
@@ -74,7 +75,7 @@ NodeBinding bind(const Vector3d& x, const std::vector<Core>& all) {
   const auto next = std::min_element(distance.begin(), distance.end());
   const double e = *next;
   // What lies inside two bones belongs to neither.
-  if (d < 0.0 && e >= 0.0) return {body, true, body, 0.0F};
+  if (may_be_bone && d < 0.0 && e >= 0.0) return {body, true, body, 0.0F};
   const double near = std::max(d, 1e-4), far = std::max(e, 1e-4);
   return {body, false, static_cast<int>(next - distance.begin()),
           static_cast<float>(near * near / (near * near + far * far))};
@@ -82,15 +83,21 @@ NodeBinding bind(const Vector3d& x, const std::vector<Core>& all) {
 
 void append(SoftHandTemplate& hand, const FleshMesh& part, const std::vector<Core>& all) {
   std::vector<NodeBinding> bindings;
-  for (const Vector3d& x : part.nodes) bindings.push_back(bind(x, all));
-  const auto insideBone = [&](const std::array<int, 4>& t) {
-    return std::all_of(t.begin(), t.end(),
-                       [&](int n) { return bindings[n].rigid && bindings[n].body == bindings[t[0]].body; });
+  for (const Vector3d& x : part.nodes) bindings.push_back(bind(x, all, true));
+  const auto inBones = [&](const std::array<int, 4>& t) {
+    return std::all_of(t.begin(), t.end(), [&](int n) { return bindings[n].rigid; });
   };
+  const auto ofOneBody = [&](const std::array<int, 4>& t) {
+    return std::all_of(t.begin(), t.end(), [&](int n) { return bindings[n].body == bindings[t[0]].body; });
+  };
+  // Between two bones there is flesh, or nothing could keep it right side out.
+  for (const auto& t : part.tetrahedra)
+    if (inBones(t) && !ofOneBody(t))
+      for (const int n : t) bindings[n] = bind(part.nodes[n], all, false);
   // Nodes of bone that carry neither flesh nor skin are left out.
   std::vector<int> renamed(part.nodes.size(), -1);
   for (const auto& t : part.tetrahedra)
-    if (!insideBone(t))
+    if (!inBones(t))
       for (const int n : t) renamed[n] = 0;
   for (const auto& t : part.triangles)
     for (const int n : t) renamed[n] = 0;
@@ -101,7 +108,7 @@ void append(SoftHandTemplate& hand, const FleshMesh& part, const std::vector<Cor
     hand.bindings.push_back(bindings[n]);
   }
   for (std::array<int, 4> t : part.tetrahedra) {
-    if (insideBone(t)) continue;
+    if (inBones(t)) continue;
     for (int& n : t) n = renamed[n];
     hand.mesh.tetrahedra.push_back(t);
   }

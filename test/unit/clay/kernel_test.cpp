@@ -4,8 +4,8 @@
 
 #include <Eigen/Core>
 
-#include "clay/lanes.h"
 #include "clay/lattice.h"
+#include "lanes/lanes.h"
 
 namespace tactile_clay::clay {
 namespace {

@@ -7,10 +7,11 @@
 #include <emmintrin.h>
 #endif
 
-namespace tactile_clay::clay {
+namespace tactile_clay {
 
-/// Pair loops run over lanes of eight neighbours. The lane width is a property of the data, not of the
-/// processor, so that sums are formed in the same order, and results are equal to the bit, on every machine.
+/// Loops run over lanes of eight: neighbours of a particle, tetrahedra of flesh. The lane width is a property
+/// of the data, not of the processor, so that sums are formed in the same order, and results are equal to the
+/// bit, on every machine.
 constexpr int lane_width = 8;
 using Lane = float __attribute__((vector_size(32)));
 using HalfLane = float __attribute__((vector_size(16)));
@@ -255,4 +256,4 @@ TACTILE_CLAY_INLINE Lane gatherNumbers(const float* numbers, const std::uint32_t
   return Lane{of[0], of[1], of[2], of[3], of[4], of[5], of[6], of[7]};
 }
 
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay

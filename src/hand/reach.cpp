@@ -1,0 +1,157 @@
+#include "hand/reach.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "hand/anatomy.h"
+#include "hand/hand_bodies.h"
+#include "hand/hand_pose.h"
+
+namespace tactile_clay::hand {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+// rad, how far a bone turns from the middle of its reach: the thumb's metacarpal, any other. Tracked ones of
+// six recordings come to 46 and 74 degrees; the flesh about a thumb has no room a little farther in the palm.
+constexpr double thumb_root_reach = 46.0 * M_PI / 180.0, joint_reach = 75.0 * M_PI / 180.0;
+constexpr double twist_reach = 30.0 * M_PI / 180.0;  // of it about the bone itself
+// How far hands differ in their proportions, at scale 1: m, of the root of the thumb and of a finger from
+// where the palm has it; lengths of bones. Tracked ones come to 11 mm, 4.4 mm, and 0.87 to 1.14.
+constexpr double thumb_root_off = 0.014, finger_root_off = 0.006, shortest = 0.8, longest = 1.25;
+
+TrackedHand middleOfReach(Side side) {
+  HandPose pose;
+  pose.side = side;
+  for (FingerAngles& finger : pose.fingers) finger.flexion.fill(0.47);
+  pose.fingers[0].flexion = {0.05, 0.0, 0.0};
+  pose.fingers[0].abduction = 0.5;
+  return forwardKinematics(pose);
+}
+
+/// A hand with every bone in the middle of its reach.
+struct Middle {
+  TrackedHand hand;
+  Vector3d palm_centre;  // m
+
+  explicit Middle(Side side) : hand(middleOfReach(side)), palm_centre(bodyCentres(hand)[palm_body]) {}
+  static const Middle& of(Side side) {
+    static const std::array<Middle, 2> middles = {Middle(Side::left), Middle(Side::right)};
+    return middles[static_cast<int>(side)];
+  }
+};
+
+/// One finger of a tracked hand, which is led.
+class Finger {
+ public:
+  /// \param poses of the bodies, relative to those of the middle
+  Finger(int finger, double scale, TrackedHand& hand, BodyPoses& poses)
+      : middle_(Middle::of(hand.side)),
+        joints_(fingers[finger]),
+        body_(3 * finger + 1),
+        scale_(scale),
+        root_off_(scale * (finger == 0 ? thumb_root_off : finger_root_off)),
+        hand_(hand),
+        poses_(poses) {}
+
+  /// How far it is from any person's in its proportions: up to 1 it may be one's.
+  double strangeness() const {
+    double stretch = 0.0;
+    for (int b = body_; b < body_ + 3; ++b) {
+      const double logarithm = std::log(std::max(1e-9, bone(b).norm()) / usualLength(b));
+      stretch = std::max(stretch, logarithm / std::log(logarithm < 0.0 ? shortest : longest));
+    }
+    return std::hypot((at(root()) - usualPlace(root())).norm() / root_off_, stretch);
+  }
+
+  void rest() {
+    for (int j = joints_.first; j <= joints_.tip(); ++j) {
+      at(j) = usualPlace(j);
+      hand_.joints[j].orientation = poses_[palm_body].rotation * middle_.hand.joints[j].orientation;
+    }
+  }
+
+  /// \param room share of the reach that it has
+  void lead(double room) {
+    const Vector3d off = at(root()) - usualPlace(root());
+    if (off.norm() > room * root_off_) move(root(), (room * root_off_ / off.norm() - 1.0) * off);
+    if (joints_.first != root() && room < 1.0)
+      at(joints_.first) = usualPlace(joints_.first) + room * (at(joints_.first) - usualPlace(joints_.first));
+    for (int b = body_; b < body_ + 3; ++b) {
+      const double usual = usualLength(b), length = bone(b).norm();
+      const double within =
+          std::clamp(length, std::pow(shortest, room) * usual, std::pow(longest, room) * usual);
+      if (within != length) move(body_anatomy[b].to, (within / length - 1.0) * bone(b));
+      untwist(b, room * twist_reach);
+      turnBack(b, room * (body_anatomy[b].from == thumb_metacarpal ? thumb_root_reach : joint_reach));
+    }
+  }
+
+ private:
+  int root() const { return body_anatomy[body_].from; }
+  Vector3d& at(int j) { return hand_.joints[j].position; }
+  const Vector3d& at(int j) const { return hand_.joints[j].position; }
+  Vector3d bone(int b) const { return at(body_anatomy[b].to) - at(body_anatomy[b].from); }
+
+  Vector3d usualPlace(int j) const {
+    const Vector3d in_palm = scale_ * (middle_.hand.joints[j].position - middle_.palm_centre);
+    return poses_[palm_body].position + poses_[palm_body].rotation * in_palm;
+  }
+  double usualLength(int b) const {
+    const auto& joints = middle_.hand.joints;
+    return scale_ * (joints[body_anatomy[b].to].position - joints[body_anatomy[b].from].position).norm();
+  }
+
+  // What is beyond a joint moves and turns with it.
+  void move(int first, const Vector3d& by) {
+    for (int j = first; j <= joints_.tip(); ++j) at(j) += by;
+  }
+  void turn(int b, const Quaterniond& by) {
+    const Vector3d joint = at(body_anatomy[b].from);
+    for (int j = body_anatomy[b].from; j <= joints_.tip(); ++j) {
+      at(j) = joint + by * (at(j) - joint);
+      hand_.joints[j].orientation = by * hand_.joints[j].orientation;
+    }
+    for (int c = b; c < body_ + 3; ++c) poses_[c].rotation = by * poses_[c].rotation;
+  }
+  void untwist(int b, double reach) {
+    const Vector3d axis = bone(b).normalized();
+    const Quaterniond back = poses_[body_anatomy[b].parent].rotation * poses_[b].rotation.conjugate();
+    const double twist = std::remainder(2.0 * std::atan2(back.vec().dot(axis), back.w()), 2.0 * M_PI);
+    const double beyond = twist - std::clamp(twist, -reach, reach);
+    if (beyond != 0.0) turn(b, Quaterniond(Eigen::AngleAxisd(beyond, axis)));
+  }
+  void turnBack(int b, double reach) {
+    const Quaterniond back = poses_[body_anatomy[b].parent].rotation * poses_[b].rotation.conjugate();
+    const double angle = back.angularDistance(Quaterniond::Identity());
+    if (angle > reach) turn(b, Quaterniond::Identity().slerp(1.0 - reach / angle, back));
+  }
+
+  const Middle& middle_;
+  const FingerJoints joints_;
+  const int body_;  // the first of its three
+  const double scale_, root_off_;
+  TrackedHand& hand_;
+  BodyPoses& poses_;
+};
+
+}  // namespace
+
+TrackedHand withinReach(const TrackedHand& tracked) {
+  TrackedHand hand = tracked;
+  BodyPoses poses = bodyPoses(hand, Middle::of(hand.side).hand);
+  for (int f = 0; f < finger_count; ++f) {
+    Finger finger(f, handScale(tracked), hand, poses);
+    const double strangeness = finger.strangeness();
+    if (strangeness < 2.0)
+      finger.lead(std::min(1.0, 2.0 - strangeness));
+    else
+      finger.rest();
+  }
+  return hand;
+}
+
+}  // namespace tactile_clay::hand

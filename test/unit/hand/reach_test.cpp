@@ -1,0 +1,168 @@
+#include "hand/reach.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+#include "hand/anatomy.h"
+#include "hand/hand_bodies.h"
+#include "hand/hand_pose.h"
+#include "support/hand_recording.h"
+
+namespace tactile_clay::hand {
+namespace {
+
+using Eigen::Vector3d;
+
+HandPose bent(const FingerAngles& thumb, double flexion) {
+  HandPose pose;
+  for (FingerAngles& finger : pose.fingers) finger.flexion.fill(flexion);
+  pose.fingers[0] = thumb;
+  return pose;
+}
+
+double farthest(const TrackedHand& a, const TrackedHand& b) {
+  double most = 0.0;
+  for (int j = 0; j < joint_count; ++j)
+    most = std::max(most, (a.joints[j].position - b.joints[j].position).norm());
+  return most;
+}
+
+// Whatever the sides: the palm stays, bones keep their lengths, a second time changes nothing.
+TEST(WithinReach, TurnsBackWhatIsOutsideAndOnlyThat) {
+  for (const Side side : {Side::left, Side::right})
+    for (HandPose pose :
+         {bent({}, 0.0), bent({{0.6, 0.5, 0.8}, 0.35}, 1.5), bent({{0.6, 0.5, 0.8}, -0.6}, 0.0),
+          bent({}, 2.5), bent({{-1.0, -2.0, -2.0}, 2.0}, -1.5)}) {
+      const bool possible = pose.fingers[0].abduction > -0.5 && std::abs(pose.fingers[1].flexion[0]) < 1.6 &&
+                            pose.fingers[1].flexion[0] > -0.1;
+      pose.side = side;
+      pose.scale = 0.9;
+      pose.wrist =
+          Eigen::Translation3d(0.1, 0.2, 0.3) * Eigen::AngleAxisd(1.0, Vector3d(1, 2, 3).normalized());
+      const TrackedHand tracked = forwardKinematics(pose), hand = withinReach(tracked);
+      if (possible)
+        EXPECT_EQ(farthest(hand, tracked), 0.0);
+      else
+        EXPECT_GT(farthest(hand, tracked), 0.01);
+      EXPECT_LT(farthest(withinReach(hand), hand), 1e-9);
+      for (int j = 0; j < joint_count; ++j) {
+        const int parent = joint_anatomy[j].parent;
+        const auto length = [&](const TrackedHand& h) {
+          return (h.joints[j].position - h.joints[parent].position).norm();
+        };
+        EXPECT_NEAR(length(hand), length(tracked), 1e-9) << j;
+      }
+    }
+}
+
+// The farther a finger's root or its bones are from a hand's, the less reach the finger has; what is beyond a
+// joint goes with it. \param strangeness how far, in allowances
+TEST(WithinReach, LeadsRootsOfFingersToTheirPlace) {
+  const TrackedHand possible = forwardKinematics(bent({}, 0.5));
+  struct Root {
+    Joint joint, tip;
+    double reach;  // m
+  };
+  for (const Root& root : {Root{ring_proximal, ring_tip, 0.006}, {thumb_metacarpal, thumb_tip, 0.014}})
+    for (const double share : {0.8, 1.25, 1.75}) {
+      // The palm follows a root by a ninth; a thumb's is no part of it.
+      const double follows = root.joint == thumb_metacarpal ? 1.0 : 8.0 / 9.0;
+      TrackedHand off = possible;
+      const Vector3d normal = possible.joints[palm].orientation * Vector3d::UnitY();
+      for (int j = root.joint; j <= root.tip; ++j)
+        off.joints[j].position += share * root.reach / follows * normal;
+      const TrackedHand hand = withinReach(off);
+      const BodyPose palm_pose = bodyPoses(off, possible)[palm_body];
+      const Vector3d in_palm = possible.joints[root.joint].position - bodyCentres(possible)[palm_body];
+      const Vector3d place = palm_pose.position + palm_pose.rotation * in_palm;
+      const double was = (off.joints[root.joint].position - place).norm() / root.reach;
+      EXPECT_NEAR((hand.joints[root.joint].position - place).norm(), std::min(was, 2.0 - was) * root.reach,
+                  1e-5)
+          << root.joint << ' ' << share;
+    }
+}
+
+TEST(WithinReach, GivesBonesTheirLength) {
+  const TrackedHand possible = forwardKinematics(bent({}, 0.47));
+  const Vector3d bone = possible.joints[ring_intermediate].position - possible.joints[ring_proximal].position;
+  for (const double stretch : {0.75, 0.85, 1.0, 1.2, 1.4}) {
+    TrackedHand odd = possible;
+    for (const Joint joint : {ring_intermediate, ring_distal, ring_tip})
+      odd.joints[joint].position += (stretch - 1.0) * bone;
+    const TrackedHand hand = withinReach(odd);
+    const double strangeness = std::log(stretch) / std::log(stretch < 1.0 ? 0.8 : 1.25);
+    const double length =
+        strangeness <= 1.0 ? stretch : std::pow(stretch < 1.0 ? 0.8 : 1.25, 2.0 - strangeness);
+    for (int j = 0; j < joint_count; ++j) {
+      const bool beyond = j >= ring_intermediate && j <= ring_tip;
+      const Vector3d expected =
+          possible.joints[j].position + (beyond ? Vector3d((length - 1.0) * bone) : Vector3d::Zero());
+      EXPECT_LT((hand.joints[j].position - expected).norm(), 1e-6) << stretch << ' ' << j;
+    }
+  }
+}
+
+TEST(WithinReach, WhatIsNoFingerRestsInTheMiddle) {
+  const TrackedHand middle = forwardKinematics(bent({{0.05, 0.0, 0.0}, 0.5}, 0.47));
+  for (const double stretch : {0.0, 0.2, 3.0}) {
+    TrackedHand odd = forwardKinematics(bent({{0.05, 0.0, 0.0}, 0.5}, 1.2));
+    for (const Joint joint : {ring_intermediate, ring_distal, ring_tip})
+      odd.joints[joint].position +=
+          (stretch - 1.0) * (odd.joints[ring_intermediate].position - odd.joints[ring_proximal].position);
+    const TrackedHand hand = withinReach(odd);
+    for (int j = ring_metacarpal; j <= ring_tip; ++j)
+      EXPECT_LT((hand.joints[j].position - middle.joints[j].position).norm(), 1e-6) << stretch << ' ' << j;
+    EXPECT_EQ(hand.joints[index_tip].position, odd.joints[index_tip].position);
+  }
+}
+
+// On the way from a hand to what is none it is led ever more, but at no place leaps: of steps a quarter as
+// long, none leads it much more than a quarter as far.
+TEST(WithinReach, LeadsWithoutLeaps) {
+  const TrackedHand possible = forwardKinematics(bent({{0.3, 0.2, 0.2}, 0.2}, 0.9));
+  for (const int seed : {1, 2, 3, 4}) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal;
+    std::array<Vector3d, joint_count> way;  // m
+    for (Vector3d& v : way) v = 0.02 * Vector3d(normal(random), normal(random), normal(random));
+    const auto longest_move = [&](int steps) {
+      double most = 0.0;
+      TrackedHand before = withinReach(possible);
+      for (int k = 1; k <= steps; ++k) {
+        TrackedHand odd = possible;
+        for (int j = 0; j < joint_count; ++j) odd.joints[j].position += k * way[j] / steps;
+        const TrackedHand hand = withinReach(odd);
+        most = std::max(most, farthest(hand, before));
+        before = hand;
+      }
+      return most;
+    };
+    EXPECT_LT(longest_move(16000), 0.3 * longest_move(4000)) << seed;
+  }
+}
+
+TEST(WithinReach, RecordedHandsAre) {
+  int hands = 0, changed = 0;
+  for (const char* name : {"both_hands_low_confidence", "finger_tap", "grab", "left_or_right",
+                           "pinch_and_move", "three_claps"}) {
+    const auto frames = recordedFrames(name);
+    if (!frames) GTEST_SKIP() << handRecording(name) << " is not here";
+    for (const TrackedFrame& frame : *frames)
+      for (const TrackedHand& hand : frame.hands) {
+        const double most = farthest(withinReach(hand), hand);
+        EXPECT_LT(most, 5e-4) << name;
+        ++hands;
+        changed += most > 0.0;
+      }
+  }
+  std::printf("  %d of %d recorded hands turned back\n", changed, hands);
+  EXPECT_LT(changed, hands / 100);
+}
+
+}  // namespace
+}  // namespace tactile_clay::hand
