@@ -60,6 +60,28 @@ TEST(WithinReach, TurnsBackWhatIsOutsideAndOnlyThat) {
     }
 }
 
+TEST(WithinReach, TurnsBackABoneThatIsTurnedAboutItself) {
+  const TrackedHand middle = forwardKinematics(bent({{0.05, 0.0, 0.0}, 0.5}, 0.47));
+  const Vector3d joint = middle.joints[ring_intermediate].position;
+  const auto turned = [&](double angle) {
+    TrackedHand hand = middle;
+    const Eigen::AngleAxisd turn(angle, (middle.joints[ring_distal].position - joint).normalized());
+    for (int j = ring_intermediate; j <= ring_tip; ++j) {
+      hand.joints[j].position = joint + turn * (middle.joints[j].position - joint);
+      hand.joints[j].orientation = turn * middle.joints[j].orientation;
+    }
+    return hand;
+  };
+  constexpr double most = 30.0 * M_PI / 180.0;
+  for (const double angle : {-2.5, -1.0, -0.4, 0.3, 1.2}) {
+    const TrackedHand hand = withinReach(turned(angle)), expected = turned(std::clamp(angle, -most, most));
+    EXPECT_LT(farthest(hand, expected), 1e-6) << angle;
+    EXPECT_LT(hand.joints[ring_distal].orientation.angularDistance(expected.joints[ring_distal].orientation),
+              1e-6)
+        << angle;
+  }
+}
+
 // The farther a finger's root or its bones are from a hand's, the less reach the finger has; what is beyond a
 // joint goes with it. \param strangeness how far, in allowances
 TEST(WithinReach, LeadsRootsOfFingersToTheirPlace) {
