@@ -2,14 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <stdexcept>
 
 #include "hand/anatomy.h"
 #include "hand/hand_pose.h"
-#include "hand/skin_template.h"
-#include "support/hand_recording.h"
 #include "support/pressed_hand.h"
 
 namespace tactile_clay::hand {
@@ -49,6 +48,16 @@ TEST(SoftHand, LossJumpAndStandingClock) {
   SoftHandParameters rubber;
   rubber.poisson = 0.5;
   EXPECT_THROW(SoftHands(spacing, rubber), std::invalid_argument);
+}
+
+// Else bones alone would decide whether it is right side out.
+TEST(SoftHandTemplate, EveryTetrahedronHasACornerOfFlesh) {
+  for (const Side side : {Side::left, Side::right}) {
+    const SoftHandParameters shipped;
+    const SoftHandTemplate hand = makeSoftHandTemplate(side, shipped.finger_cell, shipped.palm_cell);
+    for (const auto& t : hand.mesh.tetrahedra)
+      EXPECT_TRUE(std::any_of(t.begin(), t.end(), [&](int n) { return !hand.bindings[n].rigid; }));
+  }
 }
 
 // A few frames of each kind of trouble, so that the sanitizers see all of the code: test/stability has the
