@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clay/lane_matrix.h"
 #include "clay/lattice.h"
 #include "clay/threads.h"
+#include "lanes/lane_matrix.h"
 #include "lanes/lanes.h"
 
 namespace tactile_clay::clay {
@@ -57,7 +57,7 @@ void measureRatios(const Pairs pairs, const Kernel& kernel, float lattice_sum, s
       const LaneVector x = loadVector(pairs.x, pairs.y, pairs.z, p);
       total += kernel.value(root(dot(x, x)));
     }
-    ratio[i] = (tactile_clay::sum(total) + kernel.sigma) / lattice_sum;
+    ratio[i] = (sum(total) + kernel.sigma) / lattice_sum;
   }
 }
 

@@ -6,10 +6,10 @@
 #include "clay/bonds.h"
 #include "clay/contacts.h"
 #include "clay/kernel.h"
-#include "clay/lane_matrix.h"
 #include "clay/material.h"
 #include "clay/neighbourhood.h"
 #include "clay/particles.h"
+#include "lanes/lane_matrix.h"
 
 namespace tactile_clay::clay {
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lanes/lane_matrix.h"
+
 namespace tactile_clay::hand {
 namespace {
 
@@ -91,7 +93,7 @@ void NeoHookean::rest(double scale) {
       const Eigen::Matrix3d inverse = inverse_edges_[i] / scale;
       const Eigen::Matrix3d metric = inverse * inverse.transpose();
       const Eigen::Matrix3d edge_products = metric.inverse();
-      constexpr int entries[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+      constexpr int entries[6][2] = {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {2, 0}, {0, 1}};  // as in Symmetric
       for (int k = 0; k < 6; ++k) {
         b.metric[k][lane] = static_cast<float>(metric(entries[k][0], entries[k][1]));
         b.edges[k][lane] = static_cast<float>(edge_products(entries[k][0], entries[k][1]));
@@ -110,16 +112,15 @@ namespace {
 TACTILE_CLAY_INLINE LaneVector cross(const LaneVector& p, const LaneVector& q) {
   return {p.y * q.z - p.z * q.y, p.z * q.x - p.x * q.z, p.x * q.y - p.y * q.x};
 }
-TACTILE_CLAY_INLINE LaneVector combined(const Lane& a, const LaneVector& p, const Lane& b,
-                                        const LaneVector& q, const Lane& c, const LaneVector& r) {
-  return {a * p.x + b * q.x + c * r.x, a * p.y + b * q.y + c * r.y, a * p.z + b * q.z + c * r.z};
+TACTILE_CLAY_INLINE LaneVector oppositeOfSum(const Columns& a) {
+  return {-(a.x.x + a.y.x + a.z.x), -(a.x.y + a.y.y + a.z.y), -(a.x.z + a.y.z + a.z.z)};
 }
-TACTILE_CLAY_INLINE LaneVector oppositeOfSum(const LaneVector& p, const LaneVector& q, const LaneVector& r) {
-  return {-(p.x + q.x + r.x), -(p.y + q.y + r.y), -(p.z + q.z + r.z)};
+TACTILE_CLAY_INLINE Symmetric loadSymmetric(const float (&a)[6][lane_width]) {
+  return {load(a[0]), load(a[1]), load(a[2]), load(a[3]), load(a[4]), load(a[5])};
 }
-/// (p, q, r) L (p, q, r)^T. \param l xx yy zz xy xz yz
-TACTILE_CLAY_INLINE Lane quadratic(const Lane (&l)[6], const Lane& p, const Lane& q, const Lane& r) {
-  return p * (l[0] * p + 2.0F * (l[3] * q + l[4] * r)) + q * (l[1] * q + 2.0F * l[5] * r) + l[2] * r * r;
+/// (p, q, r) L (p, q, r)^T.
+TACTILE_CLAY_INLINE Lane quadratic(const Symmetric& l, const Lane& p, const Lane& q, const Lane& r) {
+  return p * (l.xx * p + 2.0F * (l.xy * q + l.zx * r)) + q * (l.yy * q + 2.0F * l.yz * r) + l.zz * r * r;
 }
 
 }  // namespace
@@ -135,30 +136,25 @@ TACTILE_CLAY_INLINE NeoHookean::Gradients NeoHookean::gradients(const Batch& b, 
   Gradients g;
   LaneVector x[4];
   for (int k = 0; k < 4; ++k) x[k] = gather(nodes, b.slot[k].data(), g.w[k]);
-  const LaneVector e[3] = {difference(x[1], x[0]), difference(x[2], x[0]), difference(x[3], x[0])};
-  const Lane determinant = load(b.determinant);
+  const Columns e{difference(x[1], x[0]), difference(x[2], x[0]), difference(x[3], x[0])};
   // d det F / d edges = det B times the cofactors of the edges
-  for (int k = 0; k < 3; ++k) g.h[k + 1] = times(determinant, cross(e[(k + 1) % 3], e[(k + 2) % 3]));
-  const Lane det = dot(e[0], g.h[1]);
+  const Lane determinant = load(b.determinant);
+  const Columns h{times(determinant, cross(e.y, e.z)), times(determinant, cross(e.z, e.x)),
+                  times(determinant, cross(e.x, e.y))};
+  const Lane det = dot(e.x, h.x);
   g.swelling = det - 1.0F;
   // d (|F|^2 / 2) / d edges = edges B B^T
-  Lane m[6], l[6];
-  for (int k = 0; k < 6; ++k) m[k] = load(b.metric[k]), l[k] = load(b.edges[k]);
-  g.s[1] = combined(m[0], e[0], m[3], e[1], m[4], e[2]);
-  g.s[2] = combined(m[3], e[0], m[1], e[1], m[5], e[2]);
-  g.s[3] = combined(m[4], e[0], m[5], e[1], m[2], e[2]);
-  Lane square{};
-  for (int k = 0; k < 3; ++k) square += dot(e[k], g.s[k + 1]);
-  const Lane cofactors = det - 2.0F;
-  for (int k = 1; k < 4; ++k) add(g.s[k], times(cofactors, g.h[k]));
+  Columns s = times(e, columnsOf(loadSymmetric(b.metric)));
+  const Lane square = dot(e, s), cofactors = det - 2.0F;
+  add(s.x, times(cofactors, h.x)), add(s.y, times(cofactors, h.y)), add(s.z, times(cofactors, h.z));
   // Near rest the terms cancel to rounding; there C_S^2 is half the square of its half's derivative by F.
-  const Lane derivative = quadratic(l, g.s[1].x, g.s[2].x, g.s[3].x) +
-                          quadratic(l, g.s[1].y, g.s[2].y, g.s[3].y) +
-                          quadratic(l, g.s[1].z, g.s[2].z, g.s[3].z);
+  const Symmetric l = loadSymmetric(b.edges);
+  const Lane derivative = quadratic(l, s.x.x, s.y.x, s.z.x) + quadratic(l, s.x.y, s.y.y, s.z.y) +
+                          quadratic(l, s.x.z, s.y.z, s.z.z);
   const Lane exact = square + det * det - 4.0F * det;
   g.shear = exact < small_shear ? 0.5F * derivative : exact;
-  g.h[0] = oppositeOfSum(g.h[1], g.h[2], g.h[3]);
-  g.s[0] = oppositeOfSum(g.s[1], g.s[2], g.s[3]);
+  g.h[0] = oppositeOfSum(h), g.h[1] = h.x, g.h[2] = h.y, g.h[3] = h.z;
+  g.s[0] = oppositeOfSum(s), g.s[1] = s.x, g.s[2] = s.y, g.s[3] = s.z;
   return g;
 }
 

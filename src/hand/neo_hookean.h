@@ -67,7 +67,7 @@ class NeoHookean {
   /// Eight tetrahedra; a lane that is not used holds four nodes that belong to nobody.
   struct Batch {
     std::array<std::array<std::uint32_t, width>, 4> slot;  // of the nodes
-    // With B the inverse of the rest edges, xx yy zz xy xz yz: B B^T, 1/m^2, and its inverse, m^2.
+    // With B the inverse of the rest edges, as Symmetric: B B^T, 1/m^2, and its inverse, m^2.
     float metric[6][width], edges[6][width];
     float determinant[width];                        // 1/m^3, of B
     float compliance_h[width], compliance_s[width];  // 1/(N m)

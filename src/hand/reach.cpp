@@ -117,15 +117,19 @@ class Finger {
     }
     for (int c = b; c < body_ + 3; ++c) poses_[c].rotation = by * poses_[c].rotation;
   }
+  // What turns a bone to the middle of its reach.
+  Quaterniond toMiddle(int b) const {
+    return poses_[body_anatomy[b].parent].rotation * poses_[b].rotation.conjugate();
+  }
   void untwist(int b, double reach) {
     const Vector3d axis = bone(b).normalized();
-    const Quaterniond back = poses_[body_anatomy[b].parent].rotation * poses_[b].rotation.conjugate();
+    const Quaterniond back = toMiddle(b);
     const double twist = std::remainder(2.0 * std::atan2(back.vec().dot(axis), back.w()), 2.0 * M_PI);
     const double beyond = twist - std::clamp(twist, -reach, reach);
     if (beyond != 0.0) turn(b, Quaterniond(Eigen::AngleAxisd(beyond, axis)));
   }
   void turnBack(int b, double reach) {
-    const Quaterniond back = poses_[body_anatomy[b].parent].rotation * poses_[b].rotation.conjugate();
+    const Quaterniond back = toMiddle(b);
     const double angle = back.angularDistance(Quaterniond::Identity());
     if (angle > reach) turn(b, Quaterniond::Identity().slerp(1.0 - reach / angle, back));
   }
@@ -143,8 +147,9 @@ class Finger {
 TrackedHand withinReach(const TrackedHand& tracked) {
   TrackedHand hand = tracked;
   BodyPoses poses = bodyPoses(hand, Middle::of(hand.side).hand);
+  const double scale = handScale(tracked);
   for (int f = 0; f < finger_count; ++f) {
-    Finger finger(f, handScale(tracked), hand, poses);
+    Finger finger(f, scale, hand, poses);
     const double strangeness = finger.strangeness();
     if (strangeness < 2.0)
       finger.lead(std::min(1.0, 2.0 - strangeness));

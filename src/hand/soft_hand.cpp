@@ -179,7 +179,8 @@ void SoftHand::step(const BodyPoses& target, const BodyPoses& before, double h) 
 
 // Flesh that was torn inside out, as by a pose that no hand can take, is led back to where its bones would
 // put it (`heal`). In the fold of a bent finger they would put it inside out as well: what stays so, though
-// it had time to heal, is caught, and gets its least volume (`collect`) until it has room by itself.
+// it had time to heal, is caught, and gets its least volume (`collect`) until it has room by itself and its
+// bones leave it some.
 void SoftHand::findInverted() {
   const std::vector<Inverted> before = std::exchange(inverted_, {});
   auto known = before.begin();

@@ -83,9 +83,9 @@ TEST(WithinReach, TurnsBackABoneThatIsTurnedAboutItself) {
 }
 
 // The farther a finger's root or its bones are from a hand's, the less reach the finger has; what is beyond a
-// joint goes with it. \param strangeness how far, in allowances
+// joint goes with it.
 TEST(WithinReach, LeadsRootsOfFingersToTheirPlace) {
-  const TrackedHand possible = forwardKinematics(bent({}, 0.5));
+  const TrackedHand possible = forwardKinematics(bent({{0.05, 0.0, 0.0}, 0.5}, 0.47));
   struct Root {
     Joint joint, tip;
     double reach;  // m
@@ -104,13 +104,16 @@ TEST(WithinReach, LeadsRootsOfFingersToTheirPlace) {
       const Vector3d place = palm_pose.position + palm_pose.rotation * in_palm;
       const double was = (off.joints[root.joint].position - place).norm() / root.reach;
       EXPECT_NEAR((hand.joints[root.joint].position - place).norm(), std::min(was, 2.0 - was) * root.reach,
-                  1e-5)
+                  1e-6)
           << root.joint << ' ' << share;
+      const Vector3d shift = hand.joints[root.joint].position - off.joints[root.joint].position;
+      for (int j = root.joint; j <= root.tip; ++j)
+        EXPECT_LT((hand.joints[j].position - off.joints[j].position - shift).norm(), 1e-9) << j;
     }
 }
 
 TEST(WithinReach, GivesBonesTheirLength) {
-  const TrackedHand possible = forwardKinematics(bent({}, 0.47));
+  const TrackedHand possible = forwardKinematics(bent({}, 0.5));
   const Vector3d bone = possible.joints[ring_intermediate].position - possible.joints[ring_proximal].position;
   for (const double stretch : {0.75, 0.85, 1.0, 1.2, 1.4}) {
     TrackedHand odd = possible;
@@ -124,7 +127,7 @@ TEST(WithinReach, GivesBonesTheirLength) {
       const bool beyond = j >= ring_intermediate && j <= ring_tip;
       const Vector3d expected =
           possible.joints[j].position + (beyond ? Vector3d((length - 1.0) * bone) : Vector3d::Zero());
-      EXPECT_LT((hand.joints[j].position - expected).norm(), 1e-6) << stretch << ' ' << j;
+      EXPECT_LT((hand.joints[j].position - expected).norm(), 1e-9) << stretch << ' ' << j;
     }
   }
 }

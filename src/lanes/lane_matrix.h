@@ -5,14 +5,14 @@
 
 #include "lanes/lanes.h"
 
-namespace tactile_clay::clay {
+namespace tactile_clay {
 
-/// Symmetric 3 x 3 matrices of eight particles.
+/// Eight symmetric 3 x 3 matrices.
 struct Symmetric {
   Lane xx, yy, zz, yz, zx, xy;
 };
 
-/// 3 x 3 matrices of eight particles.
+/// Eight 3 x 3 matrices.
 struct Columns {
   LaneVector x, y, z;
 };
@@ -73,4 +73,4 @@ struct Totals {
   }
 };
 
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay
