@@ -187,20 +187,26 @@ unsigned NeoHookean::projectBatch(const Batch& b, float* nodes) {
   return bits(g.swelling < squeezed_below - 1.0F);
 }
 
+void NeoHookean::appendUsed(std::vector<int>& tetrahedra, std::size_t batch, unsigned lanes) const {
+  if (lanes == 0) return;
+  for (int lane = 0; lane < width; ++lane)
+    if ((lanes >> lane & 1U) != 0 && !isUnused(batches_[batch], lane))
+      tetrahedra.push_back(static_cast<int>(batch) * width + lane);
+}
+
 void NeoHookean::project(std::vector<FleshNode>& nodes, std::vector<int>& squeezed) const {
   squeezed.clear();
   for (std::size_t i = 0; i < batches_.size(); ++i)
-    if (const unsigned lanes = projectBatch(batches_[i], nodes.front().data()); lanes != 0)
-      for (int lane = 0; lane < width; ++lane)
-        if ((lanes >> lane & 1U) != 0 && !isUnused(batches_[i], lane))
-          squeezed.push_back(static_cast<int>(i) * width + lane);
+    appendUsed(squeezed, i, projectBatch(batches_[i], nodes.front().data()));
 }
 
 void NeoHookean::limit(const std::vector<int>& squeezed, std::vector<FleshNode>& nodes,
                        std::vector<Eigen::Vector3f>& reaction) const {
   using Eigen::Vector3f;
-  std::vector<int> close = squeezed;
-  for (int sweep = 0; sweep < limit_sweeps && !close.empty(); ++sweep) {
+  std::vector<int> close;
+  bool all_of_them = true;  // or the close ones alone
+  for (int sweep = 1; sweep <= limit_sweeps; ++sweep) {
+    if (all_of_them) close = squeezed;
     bool all_have_it = true;
     std::size_t kept = 0;
     for (const int t : close) {
@@ -213,7 +219,7 @@ void NeoHookean::limit(const std::vector<int>& squeezed, std::vector<FleshNode>&
       std::array<Vector3f, 4> g;
       g[1] = b.determinant[lane] * q.cross(r);
       const float volume = p.dot(g[1]);
-      if (sweep == 0 && volume > close_to_least) continue;  // too far from it for what its neighbours do
+      if (all_of_them && volume > close_to_least) continue;
       close[kept++] = t;
       const float lacking = least_volume - volume;
       if (!(lacking > 0.0F)) continue;
@@ -234,8 +240,25 @@ void NeoHookean::limit(const std::vector<int>& squeezed, std::vector<FleshNode>&
       }
     }
     close.resize(kept);
-    if (all_have_it) break;
+    if (all_of_them && all_have_it) break;
+    all_of_them = all_have_it || sweep % 4 == 0;  // neighbours may have squeezed one that was not close
   }
+}
+
+TACTILE_CLAY_MULTIVERSION
+unsigned NeoHookean::invertedLanes(const Batch& b, const float* nodes) {
+  LaneVector x[4];
+  Lane unused;
+  for (int k = 0; k < 4; ++k) x[k] = gather(nodes, b.slot[k].data(), unused);
+  const LaneVector p = difference(x[1], x[0]), q = difference(x[2], x[0]), r = difference(x[3], x[0]);
+  return bits(load(b.determinant) * dot(p, cross(q, r)) <= 0.0F);
+}
+
+std::vector<int> NeoHookean::inverted(const std::vector<FleshNode>& nodes) const {
+  std::vector<int> found;
+  for (std::size_t i = 0; i < batches_.size(); ++i)
+    appendUsed(found, i, invertedLanes(batches_[i], nodes.front().data()));
+  return found;
 }
 
 std::array<int, 4> NeoHookean::corners(int tetrahedron) const {
@@ -278,13 +301,6 @@ double NeoHookean::energy(const std::vector<FleshNode>& nodes) const {
            (material_.mu * (f.squaredNorm() + j * j - 4.0 * j) + material_.lambda * (j - 1.0) * (j - 1.0));
   }
   return sum;
-}
-
-int NeoHookean::inverted(const std::vector<FleshNode>& nodes) const {
-  int count = 0;
-  for (std::size_t i = 0; i < tetrahedra_.size(); ++i)
-    count += (edges(tetrahedra_[i], nodes) * inverse_edges_[i]).determinant() <= 0.0;
-  return count;
 }
 
 }  // namespace tactile_clay::hand

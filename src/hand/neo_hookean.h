@@ -50,7 +50,7 @@ class NeoHookean {
   void limit(const std::vector<int>& squeezed, std::vector<FleshNode>& nodes,
              std::vector<Eigen::Vector3f>& reaction) const;
 
-  /// Nodes of a tetrahedron that `project` told.
+  /// Nodes of a tetrahedron, numbered as `project` and `inverted` tell them.
   std::array<int, 4> corners(int tetrahedron) const;
   /// Its volume, of that at rest, with these corners; negative: inside out.
   float volumeShare(int tetrahedron, const std::array<Eigen::Vector3f, 4>& corners) const;
@@ -58,8 +58,8 @@ class NeoHookean {
 
   std::vector<double> stiffness() const;  // N/m, of the flesh at rest against moving one node
 
-  double energy(const std::vector<FleshNode>& nodes) const;  // J, 0 at rest
-  int inverted(const std::vector<FleshNode>& nodes) const;   // tetrahedra with det F <= 0
+  double energy(const std::vector<FleshNode>& nodes) const;              // J, 0 at rest
+  std::vector<int> inverted(const std::vector<FleshNode>& nodes) const;  // with det F <= 0, in rising order
   std::size_t size() const { return tetrahedra_.size(); }
 
  private:
@@ -75,6 +75,8 @@ class NeoHookean {
   struct Gradients;
   static Gradients gradients(const Batch& batch, const float* nodes);
   static unsigned projectBatch(const Batch& batch, float* nodes);
+  static unsigned invertedLanes(const Batch& batch, const float* nodes);
+  void appendUsed(std::vector<int>& tetrahedra, std::size_t batch, unsigned lanes) const;
   bool isUnused(const Batch& b, int lane) const {
     return b.slot[0][lane] == slot_size * static_cast<std::uint32_t>(unused_);
   }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "hand/anatomy.h"
+#include "hand/capsule.h"
 #include "hand/hand_bodies.h"
 #include "hand/hand_pose.h"
 
@@ -22,6 +23,8 @@ constexpr double twist_reach = 30.0 * M_PI / 180.0;  // of it about the bone its
 // How far hands differ in their proportions, at scale 1: m, of the root of the thumb and of a finger from
 // where the palm has it; lengths of bones. Tracked ones come to 11 mm, 4.4 mm, and 0.87 to 1.14.
 constexpr double thumb_root_off = 0.014, finger_root_off = 0.006, shortest = 0.8, longest = 1.25;
+// m, at scale 1, from the middle of the thumb's metacarpal to the index finger's: tracked ones come to 20.
+constexpr double thumb_closest = 0.018;
 
 TrackedHand middleOfReach(Side side) {
   HandPose pose;
@@ -64,7 +67,8 @@ class Finger {
       const double logarithm = std::log(std::max(1e-9, bone(b).norm()) / usualLength(b));
       stretch = std::max(stretch, logarithm / std::log(logarithm < 0.0 ? shortest : longest));
     }
-    return std::hypot((at(root()) - usualPlace(root())).norm() / root_off_, stretch);
+    const double proportions = std::hypot((at(root()) - usualPlace(root())).norm() / root_off_, stretch);
+    return root() == thumb_metacarpal ? std::max(proportions, closeness()) : proportions;
   }
 
   void rest() {
@@ -103,6 +107,16 @@ class Finger {
   double usualLength(int b) const {
     const auto& joints = middle_.hand.joints;
     return scale_ * (joints[body_anatomy[b].to].position - joints[body_anatomy[b].from].position).norm();
+  }
+
+  // Of the thumb's metacarpal to the index finger's: 0 in the middle of its reach, up to 1 it may be a
+  // hand's.
+  double closeness() const {
+    const Vector3d centre = 0.5 * (at(thumb_metacarpal) + at(thumb_proximal));
+    const Vector3d usual_centre = 0.5 * (usualPlace(thumb_metacarpal) + usualPlace(thumb_proximal));
+    const Capsule index{usualPlace(index_metacarpal), usualPlace(index_proximal), 0.0, 0.0};
+    const double usual = index.distance(usual_centre);
+    return (usual - index.distance(centre)) / (usual - scale_ * thumb_closest);
   }
 
   // What is beyond a joint moves and turns with it.

@@ -17,14 +17,16 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr double farthest_jump = 0.5;   // m between two samples; the hand starts anew there
-constexpr double longest_frame = 0.1;   // s simulated for one sample
-constexpr double load_lifetime = 0.1;   // s
-constexpr double resize_from = 0.01;    // relative change of the person's size
-constexpr float healing = 0.3F;         // of the way back, a step and inverted tetrahedron
-constexpr int healing_time = 16;        // steps, before flesh that stays inside out counts as caught
-constexpr int trial = 8;                // steps, in which its least volume is to help what is caught
-constexpr float room = 0.6F;            // volume, of that at rest, with which it no longer does
+// Of the palm between two samples; the hand starts anew there.
+constexpr double farthest_jump = 0.5;  // m
+constexpr double farthest_turn = 2.0;  // rad
+constexpr double longest_frame = 0.1;  // s simulated for one sample
+constexpr double load_lifetime = 0.1;  // s
+constexpr double resize_from = 0.01;   // relative change of the person's size
+constexpr float healing = 0.3F;        // of the way back, a step and inverted tetrahedron
+constexpr int healing_time = 16;       // steps, before flesh that stays inside out counts as caught
+constexpr int trial = 8;               // steps, in which its least volume is to help what is caught
+constexpr float room = 0.6F;           // volume, of that at rest, with which flesh no longer turns inside out
 constexpr std::size_t remembered = 16;  // skins
 constexpr double seconds_a_nano = 1e-9;
 
@@ -121,6 +123,7 @@ void SoftHand::place(const TrackedHand& tracked) {
   bodies_.place(target_);
   for (std::size_t n = 0; n < anatomy_->bindings.size(); ++n)
     nodes_[n].head<3>() = skinned(static_cast<int>(n), target_).cast<float>();
+  inverted_.clear();
   rememberPoints();
   loads_.reset();
 }
@@ -148,6 +151,12 @@ void SoftHand::advance(const TrackedHand& tracked, double dt) {
   }
 }
 
+bool SoftHand::leaps(const TrackedHand& tracked) const {
+  const BodyPose now = bodyPoses(tracked, anatomy_->rest)[palm_body], &last = target_[palm_body];
+  return (now.position - last.position).norm() > farthest_jump ||
+         now.rotation.angularDistance(last.rotation) > farthest_turn;
+}
+
 bool SoftHand::sane() const {
   for (std::size_t n = 0; n < anatomy_->bindings.size(); ++n)
     if (!((nodes_[n].head<3>().cast<double>() - target_[palm_body].position).norm() < 1.0)) return false;
@@ -165,6 +174,9 @@ void SoftHand::step(const BodyPoses& target, const BodyPoses& before, double h) 
   }
   loads_.apply(nodes_);
   flesh_.project(nodes_, squeezed_);
+  for (const auto& [t, steps] : inverted_) squeezed_.push_back(t);
+  std::sort(squeezed_.begin(), squeezed_.end());
+  squeezed_.erase(std::unique(squeezed_.begin(), squeezed_.end()), squeezed_.end());
   loads_.project(nodes_);
   rememberPoints();
   const BodyPoses predicted = bodies_.poses();
@@ -180,21 +192,22 @@ void SoftHand::step(const BodyPoses& target, const BodyPoses& before, double h) 
 // Flesh that was torn inside out, as by a pose that no hand can take, is led back to where its bones would
 // put it (`heal`). In the fold of a bent finger they would put it inside out as well: what stays so, though
 // it had time to heal, is caught, and gets its least volume (`collect`) until it has room by itself and its
-// bones leave it some.
+// bones leave it some. Where they do and it finds none, as in a tangle, it is led back again.
 void SoftHand::findInverted() {
-  const std::vector<Inverted> before = std::exchange(inverted_, {});
-  auto known = before.begin();
-  for (const int t : squeezed_) {  // in rising order
-    while (known != before.end() && known->tetrahedron < t) ++known;
-    int steps = known != before.end() && known->tetrahedron == t ? known->steps : 0;
+  for (const int t : flesh_.inverted(nodes_)) inverted_.try_emplace(t, 0);
+  for (auto it = inverted_.begin(); it != inverted_.end();) {
+    auto& [t, steps] = *it;
     const float share = flesh_.volumeShare(t, nodes_);
-    if (share > 0.0F) {
-      if (steps <= healing_time || (share > room && hasRoomAtHome(t))) continue;
-      steps = healing_time;
-    } else if (steps > healing_time + trial) {
-      steps = 0;  // room was not what it needs
+    const bool caught = steps > healing_time, tried = steps > healing_time + trial;
+    if (share > 0.0F && (!caught || ((share > room || tried) && hasRoomAtHome(t)))) {
+      it = inverted_.erase(it);
+      continue;
     }
-    inverted_.push_back({t, steps + 1});
+    if (share > 0.0F && !hasRoomAtHome(t))
+      steps = healing_time + 1;
+    else
+      steps = tried ? 1 : steps + 1;
+    ++it;
   }
 }
 
@@ -208,9 +221,9 @@ bool SoftHand::hasRoomAtHome(int tetrahedron) const {
 // Not on a bone that the clay presses: what leads flesh back there would carry the load beside the bone.
 void SoftHand::heal() {
   const std::array<bool, body_count> pressed = loads_.pressed();
-  for (const Inverted& it : inverted_) {
-    if (it.steps > healing_time) continue;
-    for (const int n : flesh_.corners(it.tetrahedron)) {
+  for (const auto& [t, steps] : inverted_) {
+    if (steps > healing_time) continue;
+    for (const int n : flesh_.corners(t)) {
       const NodeBinding& binding = anatomy_->bindings[n];
       if (binding.rigid || pressed[binding.body]) continue;
       const Vector3f home = skinned(n, bodies_.poses()).cast<float>();
@@ -263,7 +276,7 @@ void SoftHand::collect(double h) {
     node << at.cast<float>(), 0.0F;
   }
   const bool caught = std::any_of(inverted_.begin(), inverted_.end(),
-                                  [](const Inverted& it) { return it.steps > healing_time; });
+                                  [](const auto& it) { return it.second > healing_time; });
   if (caught || (!loads_.empty() && !squeezed_.empty())) {
     reaction_.assign(nodes_.size(), Vector3f::Zero());
     flesh_.limit(squeezed_, nodes_, reaction_);
@@ -341,8 +354,7 @@ const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,
     const int side = static_cast<int>(hand.side);
     seen[side] = true;
     std::optional<Present>& present = hands_[side];
-    const Vector3d& palm_position = hand.joints[palm].position;
-    bool goes_on = present.has_value() && (palm_position - present->palm_position).norm() <= farthest_jump;
+    const bool goes_on = present.has_value() && !present->soft.leaps(hand);
     if (!present) {
       auto& anatomy = templates_[side];
       if (!anatomy)
@@ -351,8 +363,7 @@ const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,
       const double scale = handScale(hand);
       KinematicHands sampler(spacing_, SkinKind::soft);
       const Skin& skin = sampler.update({restHand(hand.side, scale)}, stamp);
-      present.emplace(
-          Present{SoftHand(anatomy, skin, scale, parameters_), palm_position, stamp, number_, {}});
+      present.emplace(Present{SoftHand(anatomy, skin, scale, parameters_), stamp, number_, {}});
     }
     const double dt = seconds_a_nano * static_cast<double>((stamp - present->stamp).count());
     if (!goes_on) {
@@ -376,7 +387,6 @@ const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,
     join(skin_.side, skin.side);
     join(skin_.region, skin.region);
     present->skin = std::move(skin);
-    present->palm_position = palm_position;
     present->stamp = stamp;
     past.points[side] = present->soft.loadPoints();
   }

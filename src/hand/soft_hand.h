@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -39,6 +40,8 @@ class SoftHand {
   SoftHand(std::shared_ptr<const SoftHandTemplate> anatomy, const Skin& skin, double skin_scale,
            const SoftHandParameters& parameters);
 
+  /// Whether the tracked hand is farther from its last pose than a hand moves from one sample to the next.
+  bool leaps(const TrackedHand& tracked) const;
   /// Puts the hand at rest at a tracked pose, without loads.
   void place(const TrackedHand& tracked);
   /// Advances by dt s while the tracked hand moves to its new pose. Starts anew if it is lost in numbers.
@@ -62,7 +65,7 @@ class SoftHand {
   std::array<Eigen::Vector3d, joint_count> joints() const;
   Eigen::Vector3d force() const { return loads_.force(); }  // N, of the loads in the last step
   double energy() const;                                    // J, kinetic, elastic and of the couplings
-  int inverted() const { return flesh_.inverted(nodes_); }
+  int inverted() const { return static_cast<int>(flesh_.inverted(nodes_).size()); }
   std::size_t tetrahedra() const { return flesh_.size(); }
   std::size_t nodes() const { return anatomy_->mesh.nodes.size(); }
   /// Node of the flesh, m; as in the mesh of its template.
@@ -82,10 +85,6 @@ class SoftHand {
   Eigen::Vector3d skinned(int node, const BodyPoses& poses) const;
   bool sane() const;
 
-  struct Inverted {
-    int tetrahedron, steps;
-  };
-
   std::shared_ptr<const SoftHandTemplate> anatomy_;
   SoftHandParameters parameters_;
   std::array<Eigen::Vector3d, body_count> centre_;  // of the bodies at rest, scale 1
@@ -99,8 +98,8 @@ class SoftHand {
   std::array<double, body_count> flesh_stiffness_;  // N/m, with which flesh carries the body along
   std::vector<Eigen::Vector3d> in_body_;            // m, of each node of bone
   BodyPoses target_;
-  std::vector<Inverted> inverted_;         // tetrahedra, and for how long they have been
-  std::vector<int> squeezed_;              // tetrahedra, in the last step
+  std::map<int, int> inverted_;            // tetrahedra, and for how many steps they have been
+  std::vector<int> squeezed_;              // tetrahedra, in the last step, with the inverted ones
   std::vector<Eigen::Vector3f> reaction_;  // N, of squeezed flesh on the nodes of bone, in the last step
   BoundSkin skin_;
   SkinLoads loads_;
@@ -132,7 +131,6 @@ class SoftHands {
  private:
   struct Present {
     SoftHand soft;
-    Eigen::Vector3d palm_position;
     std::chrono::nanoseconds stamp;
     std::uint64_t since;  // number of the skin in which it appeared
     Skin skin;            // the last one

@@ -609,6 +609,52 @@ TEST(SoftHand, WhatIsNoHandIsHeldRightSideOut) {
     }
 }
 
+// Proportions that no hand has, each bone for itself within what hands have: up to 31 stayed inside out
+// between the thumb and the palm. Mirrored hands, as of a tracker that takes left for right: up to 13 in the
+// folds that they are led to.
+TEST(SoftHand, StretchedAndMirroredHandsAreHeldRightSideOut) {
+  const auto linear = [](TrackedHand hand, const Eigen::Matrix3d& map) {
+    const Vector3d middle = hand.joints[palm].position;
+    for (JointPose& joint : hand.joints) joint.position = middle + map * (joint.position - middle);
+    return hand;
+  };
+  for (const double bend : {0.0, 0.6, 1.2})
+    for (const Vector3d& by : {Vector3d(0.7, 0.9, 1.4),
+                               {0.7, 1.0, 1.0},
+                               {0.6, 1.3, 0.9},
+                               {1.4, 0.8, 0.7},
+                               {1.0, 0.6, 1.5},
+                               {-1.0, 1.0, 1.0},
+                               {1.0, -1.0, 1.0},
+                               {1.0, 1.0, -1.0},
+                               {-1.0, -1.0, -1.0}})
+      expectHeldRightSideOut({linear(palmDown(0.0, false, bend), by.asDiagonal())},
+                             std::to_string(bend) + ", " + std::to_string(by.x()) + ' ' +
+                                 std::to_string(by.y()) + ' ' + std::to_string(by.z()),
+                             0.05);
+}
+
+// Right side out, but in a knot that only its least volume kept open: of 160 attacks one left such a knot.
+TEST(SoftHand, LeavesNoTangle) {
+  const TrackedHand flat = palmDown(0.0);
+  for (const int seed : {15, 28, 71, 72, 73, 74}) {
+    SoftHands hands(spacing);
+    int k = settled(hands, flat, 0, 60);
+    const double at_rest = hands.hand(Side::right)->energy();
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> share;
+    for (const bool leaps : {false, true}) {
+      for (int i = 0; i < 10; ++i) {
+        const double height = i % 2 ? 0.45 * share(random) : 0.0, bend = 3.0 * share(random);
+        hands.update({leaps ? palmDown(height, false, bend) : scrambled(flat, 0.02, random)}, stampOf(k++));
+      }
+      k = settled(hands, flat, k, 120);
+      EXPECT_LT(hands.hand(Side::right)->energy(), 1.5 * at_rest + 1e-3) << seed;
+      EXPECT_EQ(hands.hand(Side::right)->inverted(), 0) << seed;
+    }
+  }
+}
+
 // Recorded hands, found anew and held. Where the nodes of a bone gave way farther than flesh, up to 7
 // tetrahedra at the bone of a spread thumb were inside out for as long.
 TEST(SoftHand, RecordedHandsAreHeldRightSideOut) {
@@ -742,10 +788,10 @@ TEST(NeoHookean, ScrambledFleshUntangles) {
     nodes[n].head<3>() += Eigen::Vector3f(normal(random), normal(random), normal(random));
     nodes[n][3] = static_cast<float>(1.0 / (0.3 * stiffness[n]));
   }
-  ASSERT_GT(flesh.inverted(nodes), static_cast<int>(flesh.size()) / 4);
+  ASSERT_GT(flesh.inverted(nodes).size(), flesh.size() / 4);
   std::vector<int> squeezed;
   for (int k = 0; k < 2000; ++k) flesh.project(nodes, squeezed);
-  EXPECT_EQ(flesh.inverted(nodes), 0);
+  EXPECT_TRUE(flesh.inverted(nodes).empty());
 }
 
 }  // namespace

@@ -112,6 +112,33 @@ TEST(WithinReach, LeadsRootsOfFingersToTheirPlace) {
     }
 }
 
+// The nearer a thumb's metacarpal is to the index finger's, the less reach the thumb has: turned to it and
+// with its root nearer, each as far as a hand's may be.
+TEST(WithinReach, LeadsTheThumbOutOfThePalm) {
+  const TrackedHand middle = forwardKinematics(bent({{0.05, 0.0, 0.0}, 0.5}, 0.47));
+  const Vector3d base = middle.joints[index_metacarpal].position;
+  const Vector3d axis = (middle.joints[index_proximal].position - base).normalized();
+  const auto toAxis = [&](const TrackedHand& hand) -> Vector3d {
+    const Vector3d centre =
+        0.5 * (hand.joints[thumb_metacarpal].position + hand.joints[thumb_proximal].position) - base;
+    return centre.dot(axis) * axis - centre;
+  };
+  const double usual = toAxis(middle).norm();
+  for (const double off : {0.2, 0.5, 0.75, 0.95}) {
+    TrackedHand odd = forwardKinematics(bent({{0.05, 0.0, 0.0}, 0.1}, 0.47));
+    const Vector3d shift = off * 0.014 * toAxis(odd).normalized();
+    for (int j = thumb_metacarpal; j <= thumb_tip; ++j) odd.joints[j].position += shift;
+    const double closeness = (usual - toAxis(odd).norm()) / (usual - 0.018);
+    const TrackedHand hand = withinReach(odd);
+    const double expected = std::min(off, 2.0 - std::max(1.0, closeness));
+    EXPECT_NEAR((hand.joints[thumb_metacarpal].position - middle.joints[thumb_metacarpal].position).norm(),
+                expected * 0.014, 1e-6)
+        << off;
+    EXPECT_EQ(farthest(hand, odd) > 0.0, expected < off) << off;
+    EXPECT_EQ(expected<off, off> 0.6) << off;
+  }
+}
+
 TEST(WithinReach, GivesBonesTheirLength) {
   const TrackedHand possible = forwardKinematics(bent({}, 0.5));
   const Vector3d bone = possible.joints[ring_intermediate].position - possible.joints[ring_proximal].position;

@@ -31,19 +31,34 @@ TEST(SoftHand, AtRestItIsTheKinematicHand) {
   expectKinematicAtRest(coarse_spacing, coarse());
 }
 
-TEST(SoftHand, LossJumpAndStandingClock) {
+TEST(SoftHand, LossJumpFlipAndStandingClock) {
   SoftHands hands(coarse_spacing, coarse());
   TrackedHand hand = palmDown(0.0);
   settled(hands, hand, 0, 3);
   EXPECT_EQ(fastest(hands.update({hand}, stampOf(2))), 0.0);
   for (JointPose& joint : hand.joints) joint.position.x() += 0.6;
   EXPECT_EQ(fastest(hands.update({hand}, stampOf(3))), 0.0);
-  EXPECT_EQ(hands.update({}, stampOf(4)).size(), 0U);
+  const auto turned = [&](double angle) {
+    TrackedHand other = hand;
+    const Eigen::AngleAxisd turn(angle, Vector3d::UnitZ());
+    for (JointPose& joint : other.joints) {
+      joint.position = hand.joints[palm].position + turn * (joint.position - hand.joints[palm].position);
+      joint.orientation = turn * joint.orientation;
+    }
+    return other;
+  };
+  const auto copyOf = [](const Skin& skin) { return skin.position; };
+  const auto flipped = copyOf(hands.update({turned(M_PI)}, stampOf(4)));
+  SoftHands anew(coarse_spacing, coarse());
+  EXPECT_EQ(copyOf(anew.update({turned(M_PI)}, stampOf(4))), flipped);
+  EXPECT_GT(fastest(hands.update({turned(M_PI - 1.0)}, stampOf(5))), 1.0);
+  EXPECT_EQ(fastest(hands.update({hand}, stampOf(6))), 0.0);
+  EXPECT_EQ(hands.update({}, stampOf(7)).size(), 0U);
   EXPECT_EQ(hands.hand(Side::right), nullptr);
-  EXPECT_EQ(fastest(hands.update({hand}, stampOf(5))), 0.0);
+  EXPECT_EQ(fastest(hands.update({hand}, stampOf(8))), 0.0);
   TrackedHand bad = hand;
   bad.joints[index_tip].position.x() = std::nan("");
-  EXPECT_THROW(hands.update({bad}, stampOf(6)), std::invalid_argument);
+  EXPECT_THROW(hands.update({bad}, stampOf(9)), std::invalid_argument);
   EXPECT_THROW(SoftHands(0.1), std::invalid_argument);
   SoftHandParameters rubber;
   rubber.poisson = 0.5;
