@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "hand/anatomy.h"
 #include "hand/capsule.h"
@@ -162,13 +163,21 @@ TrackedHand withinReach(const TrackedHand& tracked) {
   TrackedHand hand = tracked;
   BodyPoses poses = bodyPoses(hand, Middle::of(hand.side).hand);
   const double scale = handScale(tracked);
+  std::vector<Finger> led;
+  std::array<double, finger_count> strangeness, sorted;
   for (int f = 0; f < finger_count; ++f) {
-    Finger finger(f, scale, hand, poses);
-    const double strangeness = finger.strangeness();
-    if (strangeness < 2.0)
-      finger.lead(std::min(1.0, 2.0 - strangeness));
+    led.emplace_back(f, scale, hand, poses);
+    strangeness[f] = led[f].strangeness();
+  }
+  sorted = strangeness;
+  std::sort(sorted.begin(), sorted.end());
+  const double palm_strangeness = sorted[finger_count / 2];
+  for (int f = 0; f < finger_count; ++f) {
+    const double room = 2.0 - std::max(strangeness[f], palm_strangeness);
+    if (room > 0.0)
+      led[f].lead(std::min(1.0, room));
     else
-      finger.rest();
+      led[f].rest();
   }
   return hand;
 }

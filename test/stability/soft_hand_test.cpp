@@ -634,6 +634,30 @@ TEST(SoftHand, StretchedAndMirroredHandsAreHeldRightSideOut) {
                              0.05);
 }
 
+// One finger elsewhere: it drags the palm that is told from all, and the thumb alone stayed as it was. Up to
+// 17 stayed inside out between the two.
+TEST(SoftHand, AFingerAstrayIsHeldRightSideOut) {
+  struct Astray {
+    double size;
+    Eigen::Quaterniond turn;
+    Vector3d by;  // m
+  };
+  const Eigen::Quaterniond over(-0.1862, -0.5478, -0.4603, 0.6733);
+  for (const Astray& astray : {Astray{0.617, over.normalized(), {0.0, 0.0073, -0.0077}},
+                               {1.0, Eigen::Quaterniond::Identity(), {0.0, 0.06, 0.0}},
+                               {1.0, Eigen::Quaterniond::Identity(), {0.05, 0.0, 0.03}}}) {
+    TrackedHand odd = palmDown(0.0);
+    const FingerJoints finger = fingers[4];
+    const Vector3d root = odd.joints[finger.first].position;
+    for (int j = finger.first; j <= finger.tip(); ++j) {
+      JointPose& joint = odd.joints[j];
+      joint.position = root + astray.by + astray.size * (astray.turn * (joint.position - root));
+      joint.orientation = astray.turn * joint.orientation;
+    }
+    expectHeldRightSideOut({odd}, "by " + std::to_string(astray.by.norm()), 0.05);
+  }
+}
+
 // Right side out, but in a knot that only its least volume kept open: of 160 attacks one left such a knot.
 TEST(SoftHand, LeavesNoTangle) {
   const TrackedHand flat = palmDown(0.0);

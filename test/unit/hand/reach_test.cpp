@@ -173,6 +173,34 @@ TEST(WithinReach, WhatIsNoFingerRestsInTheMiddle) {
   }
 }
 
+// Where three fingers are strange, so is the palm, and the others have no more reach than the third.
+TEST(WithinReach, AStrangePalmTakesReachFromAll) {
+  const TrackedHand middle = forwardKinematics(bent({{0.05, 0.0, 0.0}, 0.5}, 0.47));
+  const TrackedHand possible = forwardKinematics(bent({{0.05, 0.0, 0.0}, -0.1}, 0.47));
+  const auto thumb = [](const TrackedHand& hand) -> Vector3d {
+    return (hand.joints[thumb_proximal].position - hand.joints[thumb_metacarpal].position).normalized();
+  };
+  const auto angle = [&](const TrackedHand& hand) { return std::acos(thumb(hand).dot(thumb(middle))); };
+  TrackedHand odd = possible;
+  const double stretch = std::pow(1.25, 1.6);
+  int strange = 0;
+  for (const auto& [joint, next, tip] : {std::array{index_proximal, index_intermediate, index_tip},
+                                         {middle_proximal, middle_intermediate, middle_tip},
+                                         {ring_proximal, ring_intermediate, ring_tip}}) {
+    const Vector3d bone = possible.joints[next].position - possible.joints[joint].position;
+    for (int j = next; j <= tip; ++j) odd.joints[j].position += (stretch - 1.0) * bone;
+    const TrackedHand hand = withinReach(odd);
+    if (++strange < 3) {
+      EXPECT_EQ(thumb(hand), thumb(odd));
+      continue;
+    }
+    constexpr double reach = 0.4 * 46.0 * M_PI / 180.0;
+    EXPECT_GT(angle(odd), 1.5 * reach);
+    EXPECT_LT(angle(hand), 1.001 * reach);
+    EXPECT_GT(angle(hand), 0.8 * reach);
+  }
+}
+
 // On the way from a hand to what is none it is led ever more, but at no place leaps: of steps a quarter as
 // long, none leads it much more than a quarter as far.
 TEST(WithinReach, LeadsWithoutLeaps) {
