@@ -46,21 +46,6 @@ Matrix3d cross(const Vector3d& v) {
   return m;
 }
 
-BodyPose palmPose(const TrackedHand& hand, const TrackedHand& rest) {
-  Eigen::Matrix<double, 3, palm_joints.size()> from, to;
-  for (std::size_t i = 0; i < palm_joints.size(); ++i) {
-    from.col(static_cast<Eigen::Index>(i)) = rest.joints[palm_joints[i]].position;
-    to.col(static_cast<Eigen::Index>(i)) = hand.joints[palm_joints[i]].position;
-  }
-  const Vector3d centre = to.rowwise().mean();
-  const Matrix3d covariance =
-      (to.colwise() - centre) * (from.colwise() - Vector3d(from.rowwise().mean())).transpose();
-  const Eigen::JacobiSVD<Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Matrix3d u = svd.matrixU();
-  if (u.determinant() * svd.matrixV().determinant() < 0.0) u.col(2) *= -1.0;
-  return {centre, Quaterniond(Matrix3d(u * svd.matrixV().transpose()))};
-}
-
 Matrix3d rotationOf(const BodyAnatomy& body, const TrackedHand& hand, const TrackedHand& rest) {
   const JointPose& frame = rest.joints[bones[body.bone].frame];
   const Vector3d along = rest.joints[body.to].position - rest.joints[body.from].position;
@@ -104,6 +89,21 @@ std::array<Vector3d, body_count> bodyCentres(const TrackedHand& hand) {
     centres[b] =
         0.5 * (hand.joints[body_anatomy[b].from].position + hand.joints[body_anatomy[b].to].position);
   return centres;
+}
+
+BodyPose palmPose(const TrackedHand& hand, const TrackedHand& rest) {
+  Eigen::Matrix<double, 3, palm_joints.size()> from, to;
+  for (std::size_t i = 0; i < palm_joints.size(); ++i) {
+    from.col(static_cast<Eigen::Index>(i)) = rest.joints[palm_joints[i]].position;
+    to.col(static_cast<Eigen::Index>(i)) = hand.joints[palm_joints[i]].position;
+  }
+  const Vector3d centre = to.rowwise().mean();
+  const Matrix3d covariance =
+      (to.colwise() - centre) * (from.colwise() - Vector3d(from.rowwise().mean())).transpose();
+  const Eigen::JacobiSVD<Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Matrix3d u = svd.matrixU();
+  if (u.determinant() * svd.matrixV().determinant() < 0.0) u.col(2) *= -1.0;
+  return {centre, Quaterniond(Matrix3d(u * svd.matrixV().transpose()))};
 }
 
 BodyPoses bodyPoses(const TrackedHand& hand, const TrackedHand& rest) {

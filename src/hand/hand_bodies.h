@@ -39,6 +39,7 @@ std::array<Eigen::Vector3d, body_count> bodyCentres(const TrackedHand& hand);
 /// Poses of a tracked hand's bodies relative to those of `rest` (of any size). The palm's is the best fit
 /// (Umeyama 1991) of its joints, so it does not depend on how a tracker turns the palm's frame.
 BodyPoses bodyPoses(const TrackedHand& hand, const TrackedHand& rest);
+BodyPose palmPose(const TrackedHand& hand, const TrackedHand& rest);  // of them the palm's
 
 /// Stiffness of the couplings that pull bodies to the tracked pose; damping is critical. Farther away than
 /// `reach` they pull no harder, as muscles do: however deep the tracked hand is in hard clay, the clay can

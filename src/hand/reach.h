@@ -6,9 +6,10 @@ namespace tactile_clay::hand {
 
 /// The hand as anatomy lets it be: capsule and ligaments end how far a bone turns on the one before it, and
 /// the bones of one person are in proportion. From its root on, each finger is led toward the middle of its
-/// reach as far as it is outside; the farther its root and lengths are from those of a hand, the less reach
-/// it has, and what is no finger at all rests in the middle. As strange as most fingers are, is the palm,
-/// from which all are seen: no finger has more reach than that leaves. A hand within reach stays as it is.
+/// reach as far as it is outside; the farther its root and lengths are from those of a hand, and the nearer a
+/// thumb's metacarpal is to the index finger's, the less reach it has, and what is no finger at all rests in
+/// the middle. As strange as most fingers are, is the palm, from which all are seen: no finger has more reach
+/// than that leaves. A hand within reach stays as it is.
 TrackedHand withinReach(const TrackedHand& tracked);
 
 }  // namespace tactile_clay::hand

@@ -152,7 +152,7 @@ void SoftHand::advance(const TrackedHand& tracked, double dt) {
 }
 
 bool SoftHand::leaps(const TrackedHand& tracked) const {
-  const BodyPose now = bodyPoses(tracked, anatomy_->rest)[palm_body], &last = target_[palm_body];
+  const BodyPose now = palmPose(tracked, anatomy_->rest), &last = target_[palm_body];
   return (now.position - last.position).norm() > farthest_jump ||
          now.rotation.angularDistance(last.rotation) > farthest_turn;
 }
@@ -199,11 +199,12 @@ void SoftHand::findInverted() {
     auto& [t, steps] = *it;
     const float share = flesh_.volumeShare(t, nodes_);
     const bool caught = steps > healing_time, tried = steps > healing_time + trial;
-    if (share > 0.0F && (!caught || ((share > room || tried) && hasRoomAtHome(t)))) {
+    const bool right = share > 0.0F, has_room = right && caught && hasRoomAtHome(t);
+    if (right && (!caught || (has_room && (share > room || tried)))) {
       it = inverted_.erase(it);
       continue;
     }
-    if (share > 0.0F && !hasRoomAtHome(t))
+    if (right && !has_room)
       steps = healing_time + 1;
     else
       steps = tried ? 1 : steps + 1;

@@ -135,7 +135,7 @@ TEST(WithinReach, LeadsTheThumbOutOfThePalm) {
                 expected * 0.014, 1e-6)
         << off;
     EXPECT_EQ(farthest(hand, odd) > 0.0, expected < off) << off;
-    EXPECT_EQ(expected<off, off> 0.6) << off;
+    EXPECT_EQ(expected < off, (off > 0.6)) << off;
   }
 }
 

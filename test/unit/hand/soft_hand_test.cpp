@@ -47,10 +47,9 @@ TEST(SoftHand, LossJumpFlipAndStandingClock) {
     }
     return other;
   };
-  const auto copyOf = [](const Skin& skin) { return skin.position; };
-  const auto flipped = copyOf(hands.update({turned(M_PI)}, stampOf(4)));
+  const std::vector<Vector3f> flipped = hands.update({turned(M_PI)}, stampOf(4)).position;
   SoftHands anew(coarse_spacing, coarse());
-  EXPECT_EQ(copyOf(anew.update({turned(M_PI)}, stampOf(4))), flipped);
+  EXPECT_EQ(anew.update({turned(M_PI)}, stampOf(4)).position, flipped);
   EXPECT_GT(fastest(hands.update({turned(M_PI - 1.0)}, stampOf(5))), 1.0);
   EXPECT_EQ(fastest(hands.update({hand}, stampOf(6))), 0.0);
   EXPECT_EQ(hands.update({}, stampOf(7)).size(), 0U);
