@@ -26,6 +26,11 @@ extern const std::array<BodyAnatomy, body_count> body_anatomy;
 /// The body that a bone of `bones` belongs to.
 int bodyOfBone(int bone);
 
+/// The finger whose body it is. Not of the palm.
+constexpr int fingerOf(int moving_body) {
+  return (moving_body - 1) / 3;
+}
+
 /// Where the body's centre is, and how it is turned from its rest pose.
 struct BodyPose {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m

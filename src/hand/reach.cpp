@@ -160,6 +160,12 @@ class Finger {
 }  // namespace
 
 TrackedHand withinReach(const TrackedHand& tracked) {
+  std::array<double, finger_count> all;
+  all.fill(1.0);
+  return withinReach(tracked, all);
+}
+
+TrackedHand withinReach(const TrackedHand& tracked, const std::array<double, finger_count>& share) {
   TrackedHand hand = tracked;
   BodyPoses poses = bodyPoses(hand, Middle::of(hand.side).hand);
   const double scale = handScale(tracked);
@@ -173,9 +179,9 @@ TrackedHand withinReach(const TrackedHand& tracked) {
   std::sort(sorted.begin(), sorted.end());
   const double palm_strangeness = sorted[finger_count / 2];
   for (int f = 0; f < finger_count; ++f) {
-    const double room = 2.0 - std::max(strangeness[f], palm_strangeness);
+    const double room = share[f] * std::min(1.0, 2.0 - std::max(strangeness[f], palm_strangeness));
     if (room > 0.0)
-      led[f].lead(std::min(1.0, room));
+      led[f].lead(room);
     else
       led[f].rest();
   }

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+
+#include "hand/anatomy.h"
 #include "hand/tracked_hand.h"
 
 namespace tactile_clay::hand {
@@ -10,6 +13,8 @@ namespace tactile_clay::hand {
 /// thumb's metacarpal is to the index finger's, the less reach it has, and what is no finger at all rests in
 /// the middle. As strange as most fingers are, is the palm, from which all are seen: no finger has more reach
 /// than that leaves. A hand within reach stays as it is.
-TrackedHand withinReach(const TrackedHand& tracked);
+/// \param share of the reach that each finger is given, 0 to 1: at 0 it rests
+TrackedHand withinReach(const TrackedHand& tracked, const std::array<double, finger_count>& share);
+TrackedHand withinReach(const TrackedHand& tracked);  // the same with all of the reach
 
 }  // namespace tactile_clay::hand

@@ -27,6 +27,11 @@ constexpr float healing = 0.3F;        // of the way back, a step and inverted t
 constexpr int healing_time = 16;       // steps, before flesh that stays inside out counts as caught
 constexpr int trial = 8;               // steps, in which its least volume is to help what is caught
 constexpr float room = 0.6F;           // volume, of that at rest, with which flesh no longer turns inside out
+// Where flesh is inside out for as long, the pose is one that no hand takes.
+constexpr double patience = 0.1;     // s
+constexpr double forgetting = 0.02;  // s of it that a second takes away in which none is
+constexpr double yielding = 3.0;     // share of its reach that a finger gives up, or gets back, in a second
+constexpr double elsewhere = 5e-3;   // m that a joint moves in the palm, so that the pose is another one
 constexpr std::size_t remembered = 16;  // skins
 constexpr double seconds_a_nano = 1e-9;
 
@@ -117,6 +122,7 @@ Vector3d SoftHand::skinned(int n, const BodyPoses& poses) const {
 }
 
 void SoftHand::place(const TrackedHand& tracked) {
+  yields_.fill({});
   const TrackedHand hand = withinReach(tracked);
   resize(handScale(hand));
   target_ = bodyPoses(hand, anatomy_->rest);
@@ -129,7 +135,7 @@ void SoftHand::place(const TrackedHand& tracked) {
 }
 
 void SoftHand::advance(const TrackedHand& tracked, double dt) {
-  const TrackedHand hand = withinReach(tracked);
+  const TrackedHand hand = reachable(tracked);
   const double scale = handScale(hand);
   if (std::abs(scale / scale_ - 1.0) > resize_from) resize(scale);
   const BodyPoses from = target_, to = bodyPoses(hand, anatomy_->rest);
@@ -143,11 +149,35 @@ void SoftHand::advance(const TrackedHand& tracked, double dt) {
     step(target, before, duration / steps);
     before = target;
   }
-
   target_ = to;
+  yield(tracked, duration);
   if (!sane()) {
     place(tracked);
     ++restarts_;
+  }
+}
+
+TrackedHand SoftHand::reachable(const TrackedHand& tracked) const {
+  std::array<double, finger_count> share;
+  for (int f = 0; f < finger_count; ++f) share[f] = yields_[f].reach;
+  return withinReach(tracked, share);
+}
+
+// Within reach of each bone, a pose may still be one that leaves flesh no room. The finger then yields until
+// its flesh has some, and gets its reach back when it is tracked elsewhere.
+void SoftHand::yield(const TrackedHand& tracked, double dt) {
+  const BodyPose pose = palmPose(tracked, anatomy_->rest);
+  for (int f = 0; f < finger_count; ++f) {
+    Yield& y = yields_[f];
+    Eigen::Matrix<double, 3, 5> joints = Eigen::Matrix<double, 3, 5>::Zero();
+    for (int i = 0; i < fingers[f].count; ++i)
+      joints.col(i) = pose.rotation.conjugate() * (tracked.joints[fingers[f][i]].position - pose.position);
+    if (y.inside_out >= patience) {
+      y.reach = std::max(0.0, y.reach - yielding * dt);
+      y.joints = joints;
+    } else if ((joints - y.joints).colwise().norm().maxCoeff() > elsewhere) {
+      y.reach = std::min(1.0, y.reach + yielding * dt);
+    }
   }
 }
 
@@ -185,7 +215,7 @@ void SoftHand::step(const BodyPoses& target, const BodyPoses& before, double h) 
   bodies_.finish(h);
   carryFlesh(predicted);
   carryBones();
-  findInverted();
+  findInverted(h);
   heal();
 }
 
@@ -193,8 +223,17 @@ void SoftHand::step(const BodyPoses& target, const BodyPoses& before, double h) 
 // put it (`heal`). In the fold of a bent finger they would put it inside out as well: what stays so, though
 // it had time to heal, is caught, and gets its least volume (`collect`) until it has room by itself and its
 // bones leave it some. Where they do and it finds none, as in a tangle, it is led back again.
-void SoftHand::findInverted() {
-  for (const int t : flesh_.inverted(nodes_)) inverted_.try_emplace(t, 0);
+void SoftHand::findInverted(double h) {
+  std::array<bool, finger_count> inside_out{};
+  for (const int t : flesh_.inverted(nodes_)) {
+    inverted_.try_emplace(t, 0);
+    for (const int n : flesh_.corners(t))
+      for (const int b : {anatomy_->bindings[n].body, anatomy_->bindings[n].other})
+        if (b != palm_body) inside_out[fingerOf(b)] = true;
+  }
+  for (int f = 0; f < finger_count; ++f)
+    yields_[f].inside_out =
+        std::clamp(yields_[f].inside_out + (inside_out[f] ? h : -forgetting * h), 0.0, patience);
   for (auto it = inverted_.begin(); it != inverted_.end();) {
     auto& [t, steps] = *it;
     const float share = flesh_.volumeShare(t, nodes_);

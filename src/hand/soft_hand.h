@@ -60,6 +60,8 @@ class SoftHand {
   std::size_t samples() const { return skin_.size(); }
 
   const BodyPoses& bodies() const { return bodies_.poses(); }
+  /// Share of the reach that a finger has been left: less than 1 where flesh stayed inside out in its pose.
+  double reach(int finger) const { return yields_[finger].reach; }
   /// Where the bodies hold the hand's joints, m: where nothing presses those of the tracked hand within
   /// reach, as far as its proportions are the reference hand's.
   std::array<Eigen::Vector3d, joint_count> joints() const;
@@ -73,13 +75,22 @@ class SoftHand {
   int restarts() const { return restarts_; }
 
  private:
+  /// How far a finger yields to its flesh.
+  struct Yield {
+    double reach = 1.0;       // share of it that is left
+    double inside_out = 0.0;  // s for which flesh has been, lately
+    /// The tracked finger in the palm, joint by joint, when its flesh was inside out last.
+    Eigen::Matrix<double, 3, 5> joints = Eigen::Matrix<double, 3, 5>::Zero();  // m
+  };
+  TrackedHand reachable(const TrackedHand& tracked) const;
+  void yield(const TrackedHand& tracked, double dt);
   void resize(double scale);
   void step(const BodyPoses& target, const BodyPoses& before, double h);
   void carryFlesh(const BodyPoses& from);
   void carryBones();
   void rememberPoints();
   void collect(double h);
-  void findInverted();
+  void findInverted(double h);
   bool hasRoomAtHome(int tetrahedron) const;
   void heal();
   Eigen::Vector3d skinned(int node, const BodyPoses& poses) const;
@@ -98,6 +109,7 @@ class SoftHand {
   std::array<double, body_count> flesh_stiffness_;  // N/m, with which flesh carries the body along
   std::vector<Eigen::Vector3d> in_body_;            // m, of each node of bone
   BodyPoses target_;
+  std::array<Yield, finger_count> yields_;
   std::map<int, int> inverted_;            // tetrahedra, and for how many steps they have been
   std::vector<int> squeezed_;              // tetrahedra, in the last step, with the inverted ones
   std::vector<Eigen::Vector3f> reaction_;  // N, of squeezed flesh on the nodes of bone, in the last step

@@ -140,6 +140,9 @@ void HandSimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
       status.add(name + "tetrahedra", soft->tetrahedra());
       status.add(name + "tetrahedra inside out", soft->inverted());
       status.add(name + "force, N", soft->force().norm());
+      int yielding = 0;
+      for (int f = 0; f < hand::finger_count; ++f) yielding += soft->reach(f) < 1.0 ? 1 : 0;
+      status.add(name + "fingers whose pose leaves flesh no room", yielding);
       status.add(name + "restarts", soft->restarts());
     }
   }

@@ -658,6 +658,34 @@ TEST(SoftHand, AFingerAstrayIsHeldRightSideOut) {
   }
 }
 
+// Every finger within its reach, and yet no room between thumb and palm: some tetrahedra were inside out for
+// as long as the joint was astray. The finger yields, and has its reach again when it is tracked elsewhere.
+TEST(SoftHand, YieldsWhereAPoseLeavesFleshNoRoom) {
+  struct Astray {
+    Joint joint;
+    Vector3d by;  // m
+  };
+  for (const Astray& astray : {Astray{index_proximal, {0.01906, -0.04223, 0.00192}},
+                               {middle_metacarpal, {-0.03903, -0.01252, 0.06709}}}) {
+    SCOPED_TRACE(joint_anatomy[astray.joint].name);
+    const TrackedHand flat = palmDown(0.0);
+    TrackedHand odd = flat;
+    odd.joints[astray.joint].position += astray.by;
+    SoftHands hands(spacing);
+    int k = settled(hands, flat, 0, 30);
+    const SoftHand& soft = *hands.hand(Side::right);
+    EXPECT_EQ(soft.reach(0), 1.0);
+    EXPECT_LE(seen(hands, odd, k, 60).longest, 12);
+    EXPECT_LE(seen(hands, odd, k, 120).longest, 2);
+    EXPECT_LT(soft.reach(0), 1.0);
+    EXPECT_GT(soft.reach(0), 0.3);
+    EXPECT_LE(seen(hands, flat, k, 60).longest, 12);
+    for (int f = 0; f < finger_count; ++f) EXPECT_EQ(soft.reach(f), 1.0) << f;
+    EXPECT_EQ(soft.inverted(), 0);
+    EXPECT_EQ(soft.restarts(), 0);
+  }
+}
+
 // Right side out, but in a knot that only its least volume kept open: of 160 attacks one left such a knot.
 TEST(SoftHand, LeavesNoTangle) {
   const TrackedHand flat = palmDown(0.0);
@@ -692,6 +720,7 @@ TEST(SoftHand, RecordedHandsAreHeldRightSideOut) {
         hands.update({}, stampOf(k++));
         k = settled(hands, hand, k, 30);
         EXPECT_EQ(hands.hand(hand.side)->inverted(), 0) << name << ' ' << i;
+        for (int f = 0; f < finger_count; ++f) EXPECT_EQ(hands.hand(hand.side)->reach(f), 1.0) << name << i;
         ++held;
       }
     }

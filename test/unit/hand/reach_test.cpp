@@ -201,6 +201,24 @@ TEST(WithinReach, AStrangePalmTakesReachFromAll) {
   }
 }
 
+// A finger that is given none of its reach rests in the middle; one that is given half bends half as far.
+TEST(WithinReach, AFingerHasTheShareThatItIsGiven) {
+  const TrackedHand middle = forwardKinematics(bent({{0.05, 0.0, 0.0}, 0.5}, 0.47));
+  const double bend = 75.0 * M_PI / 180.0;
+  const TrackedHand bent_hand = forwardKinematics(bent({{0.05, 0.0, 0.0}, 0.5}, 0.47 + bend));
+  const TrackedHand half = forwardKinematics(bent({{0.05, 0.0, 0.0}, 0.5}, 0.47 + 0.5 * bend));
+  const TrackedHand hand = withinReach(bent_hand, {1.0, 1.0, 0.0, 0.5, 1.0});
+  const auto off = [&](const TrackedHand& expected, int finger) {
+    double most = 0.0;
+    for (int j = fingers[finger].first; j <= fingers[finger].tip(); ++j)
+      most = std::max(most, (hand.joints[j].position - expected.joints[j].position).norm());
+    return most;
+  };
+  for (const int finger : {0, 1, 4}) EXPECT_LT(off(bent_hand, finger), 1e-6) << finger;
+  EXPECT_LT(off(middle, 2), 1e-6);
+  EXPECT_LT(off(half, 3), 1e-6);
+}
+
 // On the way from a hand to what is none it is led ever more, but at no place leaps: of steps a quarter as
 // long, none leads it much more than a quarter as far.
 TEST(WithinReach, LeadsWithoutLeaps) {
