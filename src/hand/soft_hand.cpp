@@ -204,9 +204,6 @@ void SoftHand::step(const BodyPoses& target, const BodyPoses& before, double h) 
   }
   loads_.apply(nodes_);
   flesh_.project(nodes_, squeezed_);
-  for (const auto& [t, steps] : inverted_) squeezed_.push_back(t);
-  std::sort(squeezed_.begin(), squeezed_.end());
-  squeezed_.erase(std::unique(squeezed_.begin(), squeezed_.end()), squeezed_.end());
   loads_.project(nodes_);
   rememberPoints();
   const BodyPoses predicted = bodies_.poses();
@@ -239,7 +236,7 @@ void SoftHand::findInverted(double h) {
     const float share = flesh_.volumeShare(t, nodes_);
     const bool caught = steps > healing_time, tried = steps > healing_time + trial;
     const bool right = share > 0.0F, has_room = right && caught && hasRoomAtHome(t);
-    if (right && (!caught || (has_room && (share > room || tried)))) {
+    if (right && (!caught || (has_room && share > room))) {
       it = inverted_.erase(it);
       continue;
     }
