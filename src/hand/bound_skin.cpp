@@ -30,6 +30,15 @@ Vector3d closestShare(const Vector3d& p, const Vector3d& a, const Vector3d& b, c
   return {va / sum, vb / sum, vc / sum};
 }
 
+// m, and so how far any point of a triangle is from any corner of it.
+double longestEdge(const FleshMesh& mesh) {
+  double longest = 0.0;
+  for (const auto& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k)
+      longest = std::max(longest, (mesh.nodes[t[k]] - mesh.nodes[t[(k + 1) % 3]]).norm());
+  return longest;
+}
+
 // Axes of a sample: along the smooth normal, and along an edge as far as it is square to it.
 Eigen::Matrix3f frameOf(const Vector3f& normal, const Vector3f& edge) {
   Eigen::Matrix3f frame;
@@ -73,21 +82,23 @@ BoundSkin::BoundSkin(const SoftHandTemplate& anatomy, const Skin& skin, double s
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n) rest[n].head<3>() = mesh.nodes[n].cast<float>();
   const std::vector<Vector3f> normals = smoothNormals(mesh, rest);
   const auto side = static_cast<std::uint8_t>(anatomy.rest.side);
+  const double longest = longestEdge(mesh);
   const auto shrink = static_cast<float>(1.0 / scale);
   for (std::size_t i = 0; i < skin.size(); ++i) {
     if (skin.side[i] != side) continue;
     const Vector3d x = skin.position[i].cast<double>() / scale;
     const int part = fleshPart(static_cast<Joint>(skin.region[i]));
-    double closest = std::numeric_limits<double>::infinity();
+    double closest = std::numeric_limits<double>::infinity(), reach = closest;  // m
     int triangle = -1;
     Vector3d share;
     for (int t = anatomy.part_begin[part]; t < anatomy.part_begin[part + 1]; ++t) {
       const auto& n = mesh.triangles[t];
       const Vector3d &a = mesh.nodes[n[0]], &b = mesh.nodes[n[1]], &c = mesh.nodes[n[2]];
+      if ((a - x).squaredNorm() > reach * reach) continue;
       if ((b - a).cross(c - a).dot(skin.normal[i].cast<double>()) <= 0.0) continue;
       const Vector3d s = closestShare(x, a, b, c);
-      const double d = (s[0] * a + s[1] * b + s[2] * c - x).squaredNorm();
-      if (d < closest) closest = d, triangle = t, share = s;
+      const double d = (s[0] * a + s[1] * b + s[2] * c - x).norm();
+      if (d < closest) closest = d, reach = d + longest, triangle = t, share = s;
     }
     if (triangle < 0) throw std::logic_error("soft hand: skin without flesh beneath");
     FleshPoint point;

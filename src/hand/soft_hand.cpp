@@ -41,6 +41,21 @@ void requireIn(const char* what, double value, double low, double high) {
                                 ", expected " + std::to_string(low) + " to " + std::to_string(high));
 }
 
+const SoftHandParameters& checked(double spacing, const SoftHandParameters& parameters) {
+  requireIn("spacing of the skin (m)", spacing, 1e-3, 20e-3);
+  requireIn("young (Pa)", parameters.young, 1e3, 1e6);
+  requireIn("poisson", parameters.poisson, 0.0, 0.49);
+  requireIn("density (kg/m^3)", parameters.density, 100.0, 10000.0);
+  requireIn("relaxation", parameters.relaxation, 0.01, 100.0);
+  requireIn("finger_cell (m)", parameters.finger_cell, 2e-3, 10e-3);
+  requireIn("palm_cell (m)", parameters.palm_cell, 2e-3, 15e-3);
+  requireIn("step (s)", parameters.step, 1e-4, 0.02);
+  requireIn("stiffness of the palm's coupling (N/m)", parameters.couplings.palm, 1.0, 1e5);
+  requireIn("stiffness of the fingers' couplings (N/m)", parameters.couplings.finger, 1.0, 1e5);
+  requireIn("reach of the couplings (m)", parameters.couplings.reach, 1e-3, 1.0);
+  return parameters;
+}
+
 std::array<double, body_count> gyrations(const TrackedHand& rest) {
   std::array<double, body_count> g;
   g[palm_body] = 0.04;
@@ -360,18 +375,10 @@ double SoftHand::energy() const {
 }
 
 SoftHands::SoftHands(double spacing, const SoftHandParameters& parameters)
-    : spacing_(spacing), parameters_(parameters) {
-  requireIn("spacing of the skin (m)", spacing, 1e-3, 20e-3);
-  requireIn("young (Pa)", parameters.young, 1e3, 1e6);
-  requireIn("poisson", parameters.poisson, 0.0, 0.49);
-  requireIn("density (kg/m^3)", parameters.density, 100.0, 10000.0);
-  requireIn("relaxation", parameters.relaxation, 0.01, 100.0);
-  requireIn("finger_cell (m)", parameters.finger_cell, 2e-3, 10e-3);
-  requireIn("palm_cell (m)", parameters.palm_cell, 2e-3, 15e-3);
-  requireIn("step (s)", parameters.step, 1e-4, 0.02);
-  requireIn("stiffness of the palm's coupling (N/m)", parameters.couplings.palm, 1.0, 1e5);
-  requireIn("stiffness of the fingers' couplings (N/m)", parameters.couplings.finger, 1.0, 1e5);
-  requireIn("reach of the couplings (m)", parameters.couplings.reach, 1e-3, 1.0);
+    : parameters_(checked(spacing, parameters)), sampler_(spacing, SkinKind::soft) {
+  for (const Side side : {Side::left, Side::right})
+    templates_[static_cast<int>(side)] = std::make_shared<SoftHandTemplate>(
+        makeSoftHandTemplate(side, parameters.finger_cell, parameters.palm_cell));
 }
 
 const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,
@@ -393,14 +400,10 @@ const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,
     std::optional<Present>& present = hands_[side];
     const bool goes_on = present.has_value() && !present->soft.leaps(hand);
     if (!present) {
-      auto& anatomy = templates_[side];
-      if (!anatomy)
-        anatomy = std::make_shared<SoftHandTemplate>(
-            makeSoftHandTemplate(hand.side, parameters_.finger_cell, parameters_.palm_cell));
       const double scale = handScale(hand);
-      KinematicHands sampler(spacing_, SkinKind::soft);
-      const Skin& skin = sampler.update({restHand(hand.side, scale)}, stamp);
-      present.emplace(Present{SoftHand(anatomy, skin, scale, parameters_), stamp, number_, {}});
+      const Skin& skin = sampler_.update({restHand(hand.side, scale)}, stamp);
+      present.emplace(Present{SoftHand(templates_[side], skin, scale, parameters_), stamp, number_, {}});
+      sampler_.update({}, stamp);  // so that it samples the next one anew
     }
     const double dt = seconds_a_nano * static_cast<double>((stamp - present->stamp).count());
     if (!goes_on) {

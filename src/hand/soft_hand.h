@@ -120,8 +120,8 @@ class SoftHand {
 };
 
 /// Soft hands for those that are tracked: the interface of KinematicHands, and the way back. The flesh of a
-/// hand is made when it is first seen. Flesh is whole between the thumb and the palm: it has no samples of
-/// what the thumb covers at rest.
+/// hand is made when it is seen, from a mesh and a skin that are there before. Flesh is whole between the
+/// thumb and the palm: it has no samples of what the thumb covers at rest.
 class SoftHands {
  public:
   /// \throws std::invalid_argument with one line where spacing (1 to 20 mm) or a parameter is out of range
@@ -153,9 +153,9 @@ class SoftHands {
     std::array<std::vector<Eigen::Vector3f>, 2> points;  // by side
   };
 
-  double spacing_;
   SoftHandParameters parameters_;
-  std::array<std::shared_ptr<const SoftHandTemplate>, 2> templates_;
+  KinematicHands sampler_;                                            // of the skin at rest
+  std::array<std::shared_ptr<const SoftHandTemplate>, 2> templates_;  // by side
   std::array<std::optional<Present>, 2> hands_;
   std::deque<Past> past_;
   std::uint64_t number_ = 0;
