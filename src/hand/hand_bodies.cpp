@@ -106,6 +106,13 @@ BodyPose palmPose(const TrackedHand& hand, const TrackedHand& rest) {
   return {centre, Quaterniond(Matrix3d(u * svd.matrixV().transpose()))};
 }
 
+bool palmLeaps(const BodyPose& last, const BodyPose& now) {
+  constexpr double farthest = 0.5;       // m
+  constexpr double farthest_turn = 2.0;  // rad
+  return (now.position - last.position).norm() > farthest ||
+         now.rotation.angularDistance(last.rotation) > farthest_turn;
+}
+
 BodyPoses bodyPoses(const TrackedHand& hand, const TrackedHand& rest) {
   const std::array<Vector3d, body_count> centres = bodyCentres(hand);
   BodyPoses poses;

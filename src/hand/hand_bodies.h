@@ -45,6 +45,8 @@ std::array<Eigen::Vector3d, body_count> bodyCentres(const TrackedHand& hand);
 /// (Umeyama 1991) of its joints, so it does not depend on how a tracker turns the palm's frame.
 BodyPoses bodyPoses(const TrackedHand& hand, const TrackedHand& rest);
 BodyPose palmPose(const TrackedHand& hand, const TrackedHand& rest);  // of them the palm's
+/// Whether a palm is farther from its last pose than one moves from a sample to the next: 0.5 m, 2 rad.
+bool palmLeaps(const BodyPose& last, const BodyPose& now);
 
 /// Stiffness of the couplings that pull bodies to the tracked pose; damping is critical. Farther away than
 /// `reach` they pull no harder, as muscles do: however deep the tracked hand is in hard clay, the clay can

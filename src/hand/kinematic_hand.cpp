@@ -12,7 +12,6 @@
 namespace tactile_clay::hand {
 namespace {
 
-constexpr double farthest_step = 0.5;  // m between two samples of one hand
 constexpr double person_change = 0.1;  // relative
 constexpr double scale_step = 0.05;    // persons between two steps share a template, and so a result
 
@@ -94,8 +93,8 @@ const Skin& KinematicHands::update(const std::vector<TrackedHand>& hands_in_worl
 
 void KinematicHands::append(const TrackedHand& hand, std::chrono::nanoseconds stamp) {
   std::optional<Tracked>& tracked = tracked_[static_cast<int>(hand.side)];
-  const Eigen::Vector3d& palm_position = hand.joints[palm].position;
-  const bool goes_on = tracked && (palm_position - tracked->palm_position).norm() <= farthest_step;
+  const BodyPose palm = palmPose(hand, rest_[static_cast<int>(hand.side)]);
+  const bool goes_on = tracked && !palmLeaps(tracked->palm, palm);
   if (!tracked) tracked.emplace().skin = templateFor(hand);
   const SkinTemplate& skin = *tracked->skin;
 
@@ -141,7 +140,7 @@ void KinematicHands::append(const TrackedHand& hand, std::chrono::nanoseconds st
     skin_.pad_distance[start + i] = sample.pad_distance * static_cast<float>(std::sqrt(growth));
     skin_.region[start + i] = static_cast<std::uint8_t>(bones[sample.bone].region);
   }
-  tracked->palm_position = palm_position;
+  tracked->palm = palm;
   tracked->stamp = stamp;
 }
 

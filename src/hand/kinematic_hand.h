@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "hand/hand_bodies.h"
 #include "hand/skin.h"
 #include "hand/skin_template.h"
 #include "hand/tracked_hand.h"
@@ -25,16 +26,16 @@ class KinematicHands {
 
   /// Skin at the next sample of the tracker: the left hand's samples, then the right one's, of hands that are
   /// present; of two hands of one side the more confident one. Velocities are finite differences from the
-  /// sample before; zero when a hand appears, when it has jumped by more than 0.5 m, and when the stamp does
-  /// not advance. \throws std::invalid_argument with hand_check's line for a hand that is not sane; the state
-  /// is then unchanged
+  /// sample before; zero when a hand appears, when its palm leaps (`palmLeaps`), and when the stamp does not
+  /// advance. \throws std::invalid_argument with hand_check's line for a hand that is not sane; the state is
+  /// then unchanged
   const Skin& update(const std::vector<TrackedHand>& hands_in_world, std::chrono::nanoseconds stamp);
 
  private:
   struct Tracked {
     std::shared_ptr<const SkinTemplate> skin;
     std::vector<Eigen::Vector3f> surface, axis;  // m, of the samples
-    Eigen::Vector3d palm_position;
+    BodyPose palm;
     std::chrono::nanoseconds stamp;
   };
 
@@ -43,6 +44,8 @@ class KinematicHands {
 
   double spacing_;
   SkinKind kind_;
+  // By side; what the poses of palms are told from.
+  std::array<TrackedHand, 2> rest_ = {restHand(Side::left, 1.0), restHand(Side::right, 1.0)};
   std::array<std::shared_ptr<const SkinTemplate>, 2> templates_;  // by side, kept over a loss
   std::array<std::optional<Tracked>, 2> tracked_;                 // by side, while the hand is present
   Skin skin_;

@@ -17,9 +17,6 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-// Of the palm between two samples; the hand starts anew there.
-constexpr double farthest_jump = 0.5;  // m
-constexpr double farthest_turn = 2.0;  // rad
 constexpr double longest_frame = 0.1;  // s simulated for one sample
 constexpr double load_lifetime = 0.1;  // s
 constexpr double resize_from = 0.01;   // relative change of the person's size
@@ -197,9 +194,7 @@ void SoftHand::yield(const TrackedHand& tracked, double dt) {
 }
 
 bool SoftHand::leaps(const TrackedHand& tracked) const {
-  const BodyPose now = palmPose(tracked, anatomy_->rest), &last = target_[palm_body];
-  return (now.position - last.position).norm() > farthest_jump ||
-         now.rotation.angularDistance(last.rotation) > farthest_turn;
+  return palmLeaps(target_[palm_body], palmPose(tracked, anatomy_->rest));
 }
 
 bool SoftHand::sane() const {

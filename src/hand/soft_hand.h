@@ -40,7 +40,7 @@ class SoftHand {
   SoftHand(std::shared_ptr<const SoftHandTemplate> anatomy, const Skin& skin, double skin_scale,
            const SoftHandParameters& parameters);
 
-  /// Whether the tracked hand is farther from its last pose than a hand moves from one sample to the next.
+  /// Whether the tracked palm leaps from its last pose.
   bool leaps(const TrackedHand& tracked) const;
   /// Puts the hand at rest at a tracked pose, without loads.
   void place(const TrackedHand& tracked);

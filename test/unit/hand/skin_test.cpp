@@ -173,7 +173,7 @@ TEST(KinematicHand, RigidMotionGivesRigidVelocity) {
   }
 }
 
-TEST(KinematicHand, VelocityIsZeroAfterLossJumpAndStandingClock) {
+TEST(KinematicHand, VelocityIsZeroAfterLossJumpFlipAndStandingClock) {
   const auto fastest = [](const Skin& skin) {
     float most = 0.0F;
     for (const Eigen::Vector3f& v : skin.velocity) most = std::max(most, v.norm());
@@ -193,6 +193,15 @@ TEST(KinematicHand, VelocityIsZeroAfterLossJumpAndStandingClock) {
   EXPECT_EQ(fastest(hands.update({hand}, milliseconds(5))), 0.0F);  // stamp went back
   moveBy(0.6);
   EXPECT_EQ(fastest(hands.update({hand}, milliseconds(20))), 0.0F);  // jump
+  const auto turnBy = [&](double angle) {
+    const Vector3d centre = hand.joints[palm].position;
+    transform(hand, Eigen::Translation3d(centre) * Eigen::AngleAxisd(angle, Vector3d::UnitZ()) *
+                        Eigen::Translation3d(-centre));
+  };
+  turnBy(M_PI);
+  EXPECT_EQ(fastest(hands.update({hand}, milliseconds(22))), 0.0F);  // a tracker that takes left for right
+  turnBy(1.0);
+  EXPECT_GT(fastest(hands.update({hand}, milliseconds(24))), 1.0F);
   EXPECT_EQ(hands.update({}, milliseconds(30)).size(), 0U);
   moveBy(0.01);
   EXPECT_EQ(fastest(hands.update({hand}, milliseconds(40))), 0.0F);  // lost in between
