@@ -327,6 +327,10 @@ INSTANTIATE_TEST_SUITE_P(Seeds, Pile, ::testing::Range(1u, 501u, 10u), ::testing
 INSTANTIATE_TEST_SUITE_P(PushedOut, Pile, ::testing::Values(801u, 1001u),
                          ::testing::PrintToStringParamName());
 
+/// In 745 and 1378 a direction that rounding has made long is followed for longer than dt^2, if it may be.
+INSTANTIATE_TEST_SUITE_P(LongDirections, Pile, ::testing::Values(741u, 1371u),
+                         ::testing::PrintToStringParamName());
+
 /// The same, but started up to four spacings inside the table, the slope or the wedge. What is inside is
 /// pushed out along the normals at 0.5 m/s, as by walls that move so: elastic clay leaves with twice the
 /// speed that has this along all normals. In a wedge the walls also slide on the clay, and each presses
