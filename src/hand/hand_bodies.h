@@ -26,7 +26,10 @@ extern const std::array<BodyAnatomy, body_count> body_anatomy;
 /// The body that a bone of `bones` belongs to.
 int bodyOfBone(int bone);
 
-/// The finger whose body it is. Not of the palm.
+/// The first body of a finger, at its root, and the finger of a body, which is not the palm.
+constexpr int firstBodyOf(int finger) {
+  return 1 + 3 * finger;
+}
 constexpr int fingerOf(int moving_body) {
   return (moving_body - 1) / 3;
 }

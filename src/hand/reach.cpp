@@ -55,7 +55,7 @@ class Finger {
   Finger(int finger, double scale, TrackedHand& hand, BodyPoses& poses)
       : middle_(Middle::of(hand.side)),
         joints_(fingers[finger]),
-        body_(3 * finger + 1),
+        body_(firstBodyOf(finger)),
         scale_(scale),
         root_off_(scale * (finger == 0 ? thumb_root_off : finger_root_off)),
         hand_(hand),

@@ -371,9 +371,9 @@ double SoftHand::energy() const {
 
 SoftHands::SoftHands(double spacing, const SoftHandParameters& parameters)
     : parameters_(checked(spacing, parameters)), sampler_(spacing, SkinKind::soft) {
-  for (const Side side : {Side::left, Side::right})
-    templates_[static_cast<int>(side)] = std::make_shared<SoftHandTemplate>(
-        makeSoftHandTemplate(side, parameters.finger_cell, parameters.palm_cell));
+  SoftHandTemplate right = makeSoftHandTemplate(Side::right, parameters.finger_cell, parameters.palm_cell);
+  templates_[0] = std::make_shared<SoftHandTemplate>(mirroredTemplate(right));
+  templates_[1] = std::make_shared<SoftHandTemplate>(std::move(right));
 }
 
 const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,

@@ -111,7 +111,7 @@ class SoftHand {
   BodyPoses target_;
   std::array<Yield, finger_count> yields_;
   std::map<int, int> inverted_;            // tetrahedra, and for how many steps they have been
-  std::vector<int> squeezed_;              // tetrahedra, in the last step, with the inverted ones
+  std::vector<int> squeezed_;              // tetrahedra, in the last step
   std::vector<Eigen::Vector3f> reaction_;  // N, of squeezed flesh on the nodes of bone, in the last step
   BoundSkin skin_;
   SkinLoads loads_;

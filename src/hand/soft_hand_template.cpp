@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <utility>
 
 #include "hand/hand_pose.h"
 #include "hand/hand_shape.h"
@@ -32,10 +33,9 @@ double coreRadius(double radius) {
 // Whether a part's flesh hangs on a body: that of the palm on palm and thumb's metacarpal, a finger's on its
 // own bones and on the one that it grows from.
 bool hangsOn(int part, int body) {
-  constexpr int thumb_root = 1;
-  if (part == 0) return body == palm_body || body == thumb_root;
-  const int first = 3 * part - 2;
-  return (body >= first && body < first + 3) || (part > 1 && body == palm_body);
+  if (part == 0) return body == palm_body || body == firstBodyOf(0);
+  if (body == palm_body) return part > 1;
+  return fingerOf(body) == part - 1;
 }
 
 // The solid inside of each bone. The thumb's web has none: it is flesh between two bodies.
@@ -118,13 +118,6 @@ void append(SoftHandTemplate& hand, const FleshMesh& part, const std::vector<Cor
   }
 }
 
-void mirror(SoftHandTemplate& hand) {
-  hand.rest = restHand(Side::left, 1.0);
-  for (Vector3d& x : hand.mesh.nodes) x = mirrored(x);
-  for (auto& t : hand.mesh.tetrahedra) std::swap(t[2], t[3]);
-  for (auto& t : hand.mesh.triangles) std::swap(t[1], t[2]);
-}
-
 }  // namespace
 
 int fleshPart(Joint region) {
@@ -150,7 +143,14 @@ SoftHandTemplate makeSoftHandTemplate(Side side, double finger_cell, double palm
     append(hand, fillCapsules(capsules, part == 0 ? palm_cell : finger_cell), own);
   }
   hand.part_begin.back() = static_cast<int>(hand.mesh.triangles.size());
-  if (side == Side::left) mirror(hand);
+  return side == Side::left ? mirroredTemplate(std::move(hand)) : hand;
+}
+
+SoftHandTemplate mirroredTemplate(SoftHandTemplate hand) {
+  hand.rest = restHand(hand.rest.side == Side::right ? Side::left : Side::right, 1.0);
+  for (Vector3d& x : hand.mesh.nodes) x = mirrored(x);
+  for (auto& t : hand.mesh.tetrahedra) std::swap(t[2], t[3]);
+  for (auto& t : hand.mesh.triangles) std::swap(t[1], t[2]);
   return hand;
 }
 

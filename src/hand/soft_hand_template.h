@@ -28,6 +28,9 @@ struct SoftHandTemplate {
 /// \param finger_cell, palm_cell edges of the lattices' cubes, m
 SoftHandTemplate makeSoftHandTemplate(Side side, double finger_cell, double palm_cell);
 
+/// The same flesh for the hand of the other side.
+SoftHandTemplate mirroredTemplate(SoftHandTemplate hand);
+
 /// The part whose flesh carries the skin of a region: 0 the palm, 1 to 5 the fingers.
 int fleshPart(Joint region);
 
