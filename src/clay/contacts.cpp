@@ -60,7 +60,7 @@ void Contacts::sortContacts() {
   filters_.clear();
   for (std::uint32_t c = 0; c < contacts_.size(); ++c) {
     if (filters_.empty() || filters_.back().particle != contacts_[c].particle) {
-      filters_.push_back({contacts_[c].particle, c, c + 1, 0, Eigen::Matrix3f::Identity()});
+      filters_.push_back({contacts_[c].particle, c, c + 1, 0, 0.0f, Eigen::Matrix3f::Identity()});
     } else {
       filters_.back().last = c + 1;
     }
@@ -230,10 +230,12 @@ void Contacts::addFrictionChange(const VectorField& p, std::size_t first, std::s
   });
 }
 
-bool Contacts::update(const Particles& particles, const VectorField& u, const VectorField& residual) {
+Contacts::Changes Contacts::update(const Particles& particles, const VectorField& u,
+                                   const VectorField& residual) {
   std::atomic<bool> changed{false};
   parallelFor(filters_.size(), 64, [&](std::size_t f) {
-    const Filter& filter = filters_[f];
+    Filter& filter = filters_[f];
+    filter.pulled = 0.0f;
     // What the contacts must add for the particle to move as prescribed.
     Vector needed = filter.free * residual.at(filter.particle) - residual.at(filter.particle);
     // The same without the friction on the particle. Where two obstacles slide on it, each would press harder
@@ -264,6 +266,7 @@ bool Contacts::update(const Particles& particles, const VectorField& u, const Ve
                          std::max(-rubbing.dot(slip), 0.0f);
       c.damping = 0.0f;
       if (pressing < -adhesion(c, particles)) {
+        if (c.gap < 0.0f && c.solid != Contact::skin) filter.pulled += pressing * c.gap;
         c.state = Contact::State::open;
         c.friction.setZero();
         changed = true;
@@ -279,7 +282,10 @@ bool Contacts::update(const Particles& particles, const VectorField& u, const Ve
       c.friction = size > limit ? Vector(limit / size * trial) : trial;
     }
   });
-  return changed;
+  Changes changes;
+  changes.any = changed;
+  for (const Filter& filter : filters_) changes.pulled += filter.pulled;
+  return changes;
 }
 
 void Contacts::expel(const Particles& particles, VectorField& u, float dt) {
@@ -287,14 +293,26 @@ void Contacts::expel(const Particles& particles, VectorField& u, float dt) {
     const std::uint32_t i = filters_[f].particle;
     const float mass = 1.0f / particles.inverse_mass[i];
     Vector step = u.at(i);
+    const auto push = [&](Contact& c, const Vector& by) {
+      step += by;
+      c.force += mass / (dt * dt) * by;
+      if (c.state == Contact::State::open) c.state = Contact::State::slide;
+    };
+    const auto depth = [&](const Contact& c) { return c.gap - c.normal.dot(step); };
     for (std::uint32_t k = filters_[f].first; k < filters_[f].last; ++k) {
       Contact& c = contacts_[k];
-      const float depth = c.gap - c.normal.dot(step);
-      if (depth <= 0.0f) continue;
-      step += depth * c.normal;
-      c.force += mass / (dt * dt) * depth * c.normal;
-      if (c.state == Contact::State::open) c.state = Contact::State::slide;
+      if (depth(c) > 0.0f) push(c, depth(c) * c.normal);
     }
+    // Where it got out of one obstacle into another, it goes no further than to the first on its way.
+    Contact* nearest = nullptr;
+    float share = 1.0f;
+    for (std::uint32_t k = filters_[f].first; k < filters_[f].last; ++k) {
+      Contact& c = contacts_[k];
+      if (!(depth(c) > 1e-3f * spacing_) || c.gap > 0.0f) continue;
+      const float reached = c.gap / c.normal.dot(step);
+      if (reached < share) share = reached, nearest = &c;
+    }
+    if (nearest != nullptr) push(*nearest, (share - 1.0f) * step);
     u.set(i, step);
   });
 }

@@ -58,12 +58,16 @@ class Contacts {
   /// Friction of a contact at the displacements u, N.
   Eigen::Vector3f frictionOn(const Contact& c, const VectorField& u) const;
 
+  struct Changes {
+    bool any = false;     // whether any contact acts otherwise from now on
+    double pulled = 0.0;  // J, work of contacts with solids that pulled particles onto these, and open now
+  };
   /// Reads the contact forces off the residual r = (forces - M a) on the particles, N, and changes states: a
   /// contact that pulls opens; one outside the Coulomb cone slides, one inside sticks.
-  /// \return whether any contact acts otherwise from now on
-  bool update(const Particles& particles, const VectorField& u, const VectorField& residual);
+  Changes update(const Particles& particles, const VectorField& u, const VectorField& residual);
 
-  /// Pushes out what still penetrates, and adds the force of doing so.
+  /// Pushes out what still penetrates, and adds the force of doing so. What gets out of one obstacle into
+  /// another stops where its way meets the first.
   void expel(const Particles& particles, VectorField& u, float dt);
 
   /// Takes from the displacements w, which follow u, what goes into obstacles.
@@ -82,6 +86,7 @@ class Contacts {
     std::uint32_t particle;
     std::uint32_t first, last;  // contacts [first, last) of the particle
     int rank = 0;               // prescribed directions
+    float pulled = 0.0f;        // J, see Changes
     Eigen::Matrix3f free;       // projector onto the free directions
   };
   void add(const Contact& contact, const std::vector<GhostShare>& shares, const Particles& particles,

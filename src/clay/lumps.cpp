@@ -166,10 +166,17 @@ std::vector<bool> Lumps::slideOnWhatRests(const Contacts& contacts) const {
   for (const Contact& c : contacts.contacts()) {
     const std::uint32_t l = near_.lump(c.particle);
     if (c.state != Contact::State::open) touches[l] = true;
-    if (c.gap > still || c.drift.norm() > still || c.stiffness > 0.0f) held[l] = true;
+    if (c.drift.norm() > still || c.stiffness > 0.0f) held[l] = true;
   }
   for (std::size_t l = 0; l < touches.size(); ++l) touches[l] = touches[l] && !held[l];
   return touches;
+}
+
+std::vector<double> Lumps::workOfPushingOut(const Contacts& contacts) const {
+  std::vector<double> work(near_.lumps(), 0.0);
+  for (const Contact& c : contacts.contacts())
+    work[near_.lump(c.particle)] += std::max(c.gap, 0.0f) * std::max(c.force.dot(c.normal), 0.0f);
+  return work;
 }
 
 /// Of each lump, a basis of the rigid motions (translation, rotation times its size) that no contact blocks.

@@ -40,8 +40,10 @@ class Lumps {
   /// any met one
   bool meet(const VectorField& u, Contacts& contacts, std::vector<Eigen::Vector3f>& moves) const;
 
-  /// Which lumps touch something, and only what rests, does not push them out and has no friction.
+  /// Which lumps touch something, and only what rests and has no friction.
   std::vector<bool> slideOnWhatRests(const Contacts& contacts) const;
+  /// J, of each lump: work of the contact forces that push it out of obstacles it is inside of.
+  std::vector<double> workOfPushingOut(const Contacts& contacts) const;
 
   /// Rigid motion of a lump about its centre, m and rad.
   struct Motion {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <functional>
+#include <numeric>
 
 namespace tactile_clay::clay {
 
@@ -31,14 +33,18 @@ int Minimiser::solve(const Eigen::Vector3f& gravity, const Ghosts& ghosts, int i
   start(gravity, u);
   // Contacts and compression are looked at anew every few iterations.
   constexpr int iterations_a_round = 4;
+  int rounds_more = 8;
   for (int left = iterations; left > 0; left -= iterations_a_round) {
     translate(u);
     // Friction as it was in the last step foretells the slip, in the first of several rounds.
     if (left < iterations || left <= iterations_a_round) contacts_->dampSlides(particles_, u, dt_);
     const bool solved = descend(std::min(left, iterations_a_round), tolerance, u);
-    const bool changed = contacts_->update(particles_, u, r_);
+    const Contacts::Changes changes = contacts_->update(particles_, u, r_);
     const bool strayed = contacts_->detectStrays(particles_, ghosts, u, dt_);
-    if (solved && !changed && !strayed) break;
+    if (solved && !changes.any && !strayed) break;
+    const bool last = left <= iterations_a_round;
+    if (last && rounds_more > 0 && gainsByPull(changes.pulled, gravity, u))
+      left += iterations_a_round, --rounds_more;
   }
   contacts_->expel(particles_, u, dt_);
   // Out of one side of the skin may be into another.
@@ -53,6 +59,27 @@ int Minimiser::solve(const Eigen::Vector3f& gravity, const Ghosts& ghosts, int i
     contacts_->stop(u, recovery_);
   }
   return iterations_done_;
+}
+
+/// Whether the clay moves faster than gravity and what pushes on it can tell, and contacts that pulled it
+/// onto them may be why. \param pulled J, their work
+bool Minimiser::gainsByPull(double pulled, const Eigen::Vector3f& gravity, const VectorField& u) {
+  if (!(pulled > 0.0)) return false;
+  const Eigen::Vector3f fall = dt_ * dt_ * gravity;
+  const float slow = 0.02f * dt_;  // gains of less than at 2 cm/s are left
+  const Sums energies = sumOver([&](std::size_t first, std::size_t last) {
+    Sums sums;  // kinetic, and what it grew by without the work of gravity
+    for (std::size_t i = first; i < last; ++i) {
+      const Eigen::Vector3f was = free_->at(i) - fall, is = u.at(i);
+      sums.first += 0.5f * inertia_[i] * is.squaredNorm();
+      sums.second +=
+          inertia_[i] * (0.5f * (is.squaredNorm() - was.squaredNorm() - slow * slow) - fall.dot(is));
+    }
+    return sums;
+  });
+  const std::vector<double> pushed = lumps_.workOfPushingOut(*contacts_);
+  const double gain = std::accumulate(pushed.begin(), pushed.end(), energies.second, std::minus<>());
+  return gain > 0.0 && pulled > 0.01 * energies.first;
 }
 
 /// Starts from the last velocity: what rests starts at rest, however few iterations follow. What falls or
@@ -193,14 +220,15 @@ void Minimiser::ownDirection(VectorField& u) {
 /// Where a step goes far, the set of compressed particles at its end is not that of the last round's start,
 /// and `expel` knows no energy at all: clay that neither viscosity, bonds nor friction hold may then have
 /// gained what nothing gave it. If it lies on what rests, all shorter ways along u are free too, and the
-/// energies, which are convex, are least along u where no force is left along it; so far it goes. The step
-/// then gains no energy.
+/// energies, which are convex, are least along u where no force is left along it but that of obstacles that
+/// push out what is inside of them; so far it goes. The step then gains no energy but their work.
 void Minimiser::shorten(VectorField& u) {
   if (potential_.sprung()) return;
   const std::vector<bool> rests = lumps_.slideOnWhatRests(*contacts_);
   if (std::none_of(rests.begin(), rests.end(), [](bool it) { return it; })) return;
-  if (!mayGain(rests, u)) return;
   residual(u);
+  const std::vector<double> work = lumps_.workOfPushingOut(*contacts_);
+  if (!mayGain(rests, work, u)) return;
   multiply(u, q_);
   std::vector<double> share(near_.lumps(), 1.0), least(near_.lumps(), 0.0), most(near_.lumps(), 1.0);
   const auto slopesAtShares = [&]() -> const auto& {
@@ -212,11 +240,11 @@ void Minimiser::shorten(VectorField& u) {
   };
   const auto& whole = slopesAtShares();
   for (std::size_t l = 0; l < rests.size(); ++l)
-    if (!rests[l] || whole[l][0] <= 0.0) least[l] = 1.0;
+    if (!rests[l] || whole[l][0] <= work[l]) least[l] = 1.0;
   for (int halvings = 0; halvings < 20; ++halvings) {
     for (std::size_t l = 0; l < rests.size(); ++l) share[l] = 0.5 * (least[l] + most[l]);
     const auto& slopes = slopesAtShares();
-    for (std::size_t l = 0; l < rests.size(); ++l) (slopes[l][0] > 0.0 ? most : least)[l] = share[l];
+    for (std::size_t l = 0; l < rests.size(); ++l) (slopes[l][0] > work[l] ? most : least)[l] = share[l];
   }
   ranges([&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) u[i] *= static_cast<float>(least[near_.lump(i)]);
@@ -224,16 +252,17 @@ void Minimiser::shorten(VectorField& u) {
   residual(u);  // for the compression that is left
 }
 
-/// Whether a lump that rests has a force left against u that may have cost more than a thousandth of the
-/// energy of its motion, or of that at 6 cm/s.
-bool Minimiser::mayGain(const std::vector<bool>& rests, const VectorField& u) {
+/// Whether a lump that rests has a force left against u that may have cost more than the work of pushing it
+/// out, J, and a thousandth of the energy of its motion, or of that at 6 cm/s.
+bool Minimiser::mayGain(const std::vector<bool>& rests, const std::vector<double>& work,
+                        const VectorField& u) {
   const double slow = 0.06 * dt_;
   const auto& slopes = slopes_and_motions_.of(near_, particles_.size(), [&](std::size_t i) {
-    return LumpSums<2>::Sum(potential_.slopeBeyondSet(i) - static_cast<double>(r_[i].dot(u[i])),
+    return LumpSums<2>::Sum(-static_cast<double>(r_[i].dot(u[i])),
                             inertia_[i] * (u[i].squaredNorm() + slow * slow));
   });
   for (std::size_t l = 0; l < rests.size(); ++l)
-    if (rests[l] && slopes[l][0] > 1e-3 * slopes[l][1]) return true;
+    if (rests[l] && slopes[l][0] - work[l] > 1e-3 * slopes[l][1]) return true;
   return false;
 }
 

@@ -35,8 +35,8 @@ class Minimiser {
 
   /// Solves it, as well as the budget allows. Contacts get their states, anchors and forces.
   /// \param gravity m/s^2 \param ghosts those that the contacts were detected with
-  /// \param iterations at most \param tolerance m/s^2; done where no particle lacks more acceleration
-  /// \param u displacements of the step, m \return iterations done
+  /// \param iterations at most, but where contacts pulled the clay \param tolerance m/s^2; done where no
+  /// particle lacks more acceleration \param u displacements of the step, m \return iterations done
   int solve(const Eigen::Vector3f& gravity, const Ghosts& ghosts, int iterations, double tolerance,
             VectorField& u);
 
@@ -47,7 +47,7 @@ class Minimiser {
   /// rho / rho_0 at the start of the step.
   const std::vector<float>& densityRatio() const { return potential_.densityRatio(); }
   /// What density may give back of the compression of a particle after the step.
-  float compression(std::size_t i) const { return potential_.compression(i); }
+  float compression(std::size_t i) const { return potential_.paidCompression(i); }
 
  private:
   /// Runs f(first, last) over the particles.
@@ -59,6 +59,7 @@ class Minimiser {
   Sums sumOver(const F& f) {
     return sums_.of(particles_.size(), f);
   }
+  bool gainsByPull(double pulled, const Eigen::Vector3f& gravity, const VectorField& u);
   void start(const Eigen::Vector3f& gravity, VectorField& u);
   void translate(VectorField& u);
   bool descend(int count, double tolerance, VectorField& u);
@@ -67,7 +68,7 @@ class Minimiser {
   Sums multiply(const VectorField& x, VectorField& a_x);
   void ownDirection(VectorField& u);
   void shorten(VectorField& u);
-  bool mayGain(const std::vector<bool>& rests, const VectorField& u);
+  bool mayGain(const std::vector<bool>& rests, const std::vector<double>& work, const VectorField& u);
   void balanceForces(const VectorField& u);
 
   const Neighbourhood& near_;

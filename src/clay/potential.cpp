@@ -13,6 +13,7 @@ namespace tactile_clay::clay {
 namespace {
 
 constexpr float recovery_speed = 0.5f;   // m/s, of compression that nothing did work for
+constexpr float forgiven_speed = 0.1f;   // m/s, of the energy that a particle is given in a step
 constexpr float recovery_share = 0.25f;  // of it at a time, since neighbours undo each other's too
 
 // Loops get what they read by value: no store may change it then.
@@ -263,8 +264,8 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
   dashpot_of_step_.clear();
   for (const float dashpot : dashpot_) dashpot_of_step_.push_back(dashpot / dt);
   force_.resize(n), squeezed_.resize(n);
-  for (auto* numbers :
-       {&excess_, &beyond_, &ratio_, &active_, &pressure_, &amend_, &steepness_, &growth_, &compression_})
+  for (auto* numbers : {&excess_, &beyond_, &ratio_, &active_, &pressure_, &amend_, &steepness_, &growth_,
+                        &compression_, &lent_})
     numbers->resize(n);
   const Setup setup{
       {near.begins(), near.paddeds(), near.slots(), near.x(), near.y(), near.z(), near.distances()},
@@ -305,18 +306,21 @@ PairArrays Potential::pairs() const {
   return {near_->begins(), near_->paddeds(), near_->slots(), x_.data(), y_.data(), z_.data(), spring_.data()};
 }
 
-/// Some is compressed beyond by rounding and by what is linear; that may push. What it gives is no more than
-/// the particle's energy at `recovery_speed`.
+/// Some is compressed beyond by rounding and by what is linear; that may push. What a particle is lent for it
+/// in a step is no more than its energy at `recovery_speed`, and what it may keep of that for the next is no
+/// more than at `forgiven_speed`: what stays squeezed by others would be lent it again and again.
 bool Potential::limitExcess(std::size_t first, std::size_t last) {
   if (!dense_) return false;
   bool any = false;
   for (std::size_t i = first; i < last; ++i) {
     const float bulk = bulk_[particles_->material[i]], paid = particles_->compression[i];
-    const float given =
-        bulk > 0.0f ? recovery_speed * recovery_speed / (bulk * particles_->inverse_mass[i]) : 0.0f;
-    const float bounded = std::min(excess_[i], std::sqrt(paid * paid + given));
+    const float per_square_speed = bulk > 0.0f ? 1.0f / (bulk * particles_->inverse_mass[i]) : 0.0f;
+    const float bounded =
+        std::min(excess_[i], std::sqrt(paid * paid + per_square_speed * recovery_speed * recovery_speed));
+    const float kept = std::sqrt(paid * paid + per_square_speed * forgiven_speed * forgiven_speed);
     beyond_[i] = excess_[i] - bounded;
     excess_[i] = bounded;
+    lent_[i] = bounded > kept ? bounded * bounded - kept * kept : 0.0f;
     any = any || beyond_[i] > 0.0f;
   }
   return any;
@@ -326,10 +330,11 @@ bool Potential::limitExcess(std::size_t first, std::size_t last) {
 /// gradient's length.
 void Potential::recovery(float dt, VectorField& w) {
   const std::size_t n = particles_->size();
+  const float farthest = std::min(recovery_speed * dt, 0.25f * kernel_.h);  // gradients are of the start
   parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       w[i].setZero();
-      const float undone = std::min(beyond_[i], recovery_speed * dt * steepness_[i]);
+      const float undone = std::min(beyond_[i], farthest * steepness_[i]);
       pressure_[i] = undone > 0.0f ? recovery_share * undone / (steepness_[i] * steepness_[i]) : 0.0f;
     }
   });

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "clay/bonds.h"
@@ -78,18 +79,23 @@ class Potential {
   float compression(std::size_t i) const {
     return active_[i] > 0.0f ? std::max(compression_[i], 0.0f) : 0.0f;
   }
-
-  /// What the slope of the energies along u, J, is more than with the set of active constraints, of particle
-  /// i, where the displacements have come to.
-  double slopeBeyondSet(std::size_t i) const {
-    return slopeBeyondSet(i, compression_[i], compression_[i] - excess_[i]);
+  /// The same without what it was lent.
+  float paidCompression(std::size_t i) const {
+    const float c = compression(i);
+    return c > 0.0f ? std::sqrt(std::max(c * c - lent_[i], 0.0f)) : 0.0f;
   }
-  /// The same along the p of the last `startChange`, `step` on.
+
+  /// What the slope of the energies along the p of the last `startChange`, J, is more than with the set of
+  /// active constraints, of particle i, `step` times p further than the displacements have come to.
   double slopeBeyondSet(std::size_t i, float step) const {
-    return slopeBeyondSet(i, compression_[i] + step * growth_[i], growth_[i]);
+    if (!dense_) return 0.0;
+    const float c = compression_[i] + step * growth_[i];
+    const float stiffness = c > 0.0f ? bulk_[particles_->material[i]] : 0.0f;
+    return static_cast<double>(stiffness - active_[i]) * c * growth_[i];
   }
 
-  /// Displacements, m, that undo some of what `limitExcess` found beyond its bound, at 0.5 m/s at most.
+  /// Displacements, m, that undo some of what `limitExcess` found beyond its bound, at 0.5 m/s and by half
+  /// a spacing at most.
   void recovery(float dt, VectorField& w);
 
   /// Whether there are viscosity or bonds.
@@ -99,11 +105,6 @@ class Potential {
   const std::vector<float>& densityRatio() const { return ratio_; }
 
  private:
-  double slopeBeyondSet(std::size_t i, float c, float growth) const {
-    if (!dense_) return 0.0;
-    const float stiffness = c > 0.0f ? bulk_[particles_->material[i]] : 0.0f;
-    return static_cast<double>(stiffness - active_[i]) * c * growth;
-  }
   PairArrays pairs() const;
   void stretch(const VectorField& u, VectorField& f, std::size_t first, std::size_t last);
 
@@ -124,6 +125,7 @@ class Potential {
   VectorField force_;               // N, of each particle at u = 0, without density
   std::vector<float> excess_;       // C_i at u = 0
   std::vector<float> beyond_;       // what C_i is more than that
+  std::vector<float> lent_;         // of the square of C_i at u = 0, what was not paid for
   std::vector<float> steepness_;    // 1/m, length of the gradient of C_i over its neighbours
   std::vector<float> growth_;       // of C_i with the displacements last asked for
   std::vector<float> compression_;  // C_i at the displacements that were followed

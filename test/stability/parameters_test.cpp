@@ -306,11 +306,21 @@ TEST_P(Clinging, GainsNoEnergy) {
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, Clinging, ::testing::Range(1u, 201u, 10u),
                          ::testing::PrintToStringParamName());
+/// In 1957, 2310, 3139 and 3452 contacts that close pull clay onto them, harder than it moves.
+INSTANTIATE_TEST_SUITE_P(PulledOn, Clinging, ::testing::Values(1951u, 2301u, 3131u, 3451u),
+                         ::testing::PrintToStringParamName());
+
+/// Fails: of seeds 1 to 4000 these four gain energy.
+class ClingingTooFast : public ::testing::TestWithParam<unsigned> {};
+TEST_P(ClingingTooFast, DISABLED_GainsNoEnergy) {
+  watchClinging(GetParam());
+}
+INSTANTIATE_TEST_SUITE_P(Seed, ClingingTooFast, ::testing::Values(336u, 530u, 3101u, 3705u),
+                         ::testing::PrintToStringParamName());
 
 /// The same without viscosity, bonds and friction: it slides together in the edge of two solids, or of the
 /// world, where particles come by each other by more than a spacing in a step. What that leaves of
 /// compression throws them, where it counts as stored.
-/// Of the seeds from 1 to 1500 three still gain energy: 506, 1088 and 1395.
 void watchPile(unsigned seed) {
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random(seed);
@@ -322,13 +332,10 @@ class Pile : public ::testing::TestWithParam<unsigned> {};
 TEST_P(Pile, GainsNoEnergy) {
   for (unsigned k = 0; k < 10; ++k) watchPile(GetParam() + k);
 }
-INSTANTIATE_TEST_SUITE_P(Seeds, Pile, ::testing::Range(1u, 501u, 10u), ::testing::PrintToStringParamName());
-/// In 803 and 1009 a wedge pushes out what fell through it, to where it had not come from.
-INSTANTIATE_TEST_SUITE_P(PushedOut, Pile, ::testing::Values(801u, 1001u),
-                         ::testing::PrintToStringParamName());
-
-/// In 745 and 1378 a direction that rounding has made long is followed for longer than dt^2, if it may be.
-INSTANTIATE_TEST_SUITE_P(LongDirections, Pile, ::testing::Values(741u, 1371u),
+/// 506 and 1395 are lifted where room is made by more than a spacing a step, 1088 where what was expelled is
+/// not told of, 745 falls through a wedge, and in 811, 2048 and 3217 what is lent to compression adds up.
+INSTANTIATE_TEST_SUITE_P(Seeds, Pile, ::testing::Range(1u, 1501u, 10u), ::testing::PrintToStringParamName());
+INSTANTIATE_TEST_SUITE_P(MoreSeeds, Pile, ::testing::Values(1871u, 2041u, 2461u, 3211u, 3671u),
                          ::testing::PrintToStringParamName());
 
 /// The same, but started up to four spacings inside the table, the slope or the wedge. What is inside is
@@ -356,12 +363,15 @@ TEST_P(Inside, RecoversAtItsSpeed) {
 INSTANTIATE_TEST_SUITE_P(Seeds, Inside, ::testing::Range(301u, 531u, 10u),
                          ::testing::PrintToStringParamName());
 
-/// Fails: of seeds 1 to 700 these four gain 34 %, 28 %, 11 % and 44 % of what is allowed.
+/// Fails: of seeds 1 to 2000 these gain more than is allowed, the first four by 11 to 44 % of it, the others
+/// by 10 % to 5.5 times.
 class InsideTooFast : public ::testing::TestWithParam<unsigned> {};
 TEST_P(InsideTooFast, DISABLED_RecoversAtItsSpeed) {
   watchInside(GetParam());
 }
-INSTANTIATE_TEST_SUITE_P(Seed, InsideTooFast, ::testing::Values(215u, 267u, 299u, 537u),
+INSTANTIATE_TEST_SUITE_P(Seed, InsideTooFast,
+                         ::testing::Values(215u, 267u, 299u, 537u, 706u, 715u, 969u, 1035u, 1136u, 1218u,
+                                           1240u, 1243u, 1544u, 1629u, 1891u),
                          ::testing::PrintToStringParamName());
 
 }  // namespace

@@ -338,5 +338,36 @@ TEST(Contacts, FastParticlesDoNotPassThroughThinSolids) {
   EXPECT_GE(loose.particles.position[0].z(), 0.5f * spacing - 1e-6f);
 }
 
+/// In a wedge, one wall pushes into the other.
+TEST(Contacts, WhatFellThroughAWedgeIsExpelledFromBothWalls) {
+  const std::vector<Solid> wedge{ground(0.9), ground(-0.9)};
+  Loose loose({{0.0f, 0.001f, 1.5f * spacing}}, 0.0f);
+  loose.particles.velocity.set(0, {0.0f, 0.0f, -0.05f / dt});
+  loose.step({}, wedge, 0);
+  for (const Solid& wall : wedge) {
+    const Eigen::Vector3d out = wall.pose.linear().col(2);
+    EXPECT_GE(out.dot(loose.particles.position.at(0).cast<double>()), 0.499 * spacing);
+  }
+}
+
+/// A contact that prescribes the way to where it closes may have to pull for that.
+TEST(Contacts, WorkOfPullingIsTold) {
+  Loose loose({{0.0f, 0.001f, 0.6f * spacing}}, 0.0f);
+  loose.particles.velocity.set(0, {0.0f, 0.0f, -0.15f * spacing / dt});
+  loose.step({}, {ground()}, 0);  // for a contact, a tenth of a spacing away
+  ASSERT_EQ(loose.contacts.contacts().size(), 1u);
+  const float gap = loose.contacts.contacts()[0].gap;
+  ASSERT_NEAR(gap, -0.1f * spacing, 1e-6f);
+  for (const float push : {-0.02f, 0.01f}) {  // N
+    VectorField u = zeros(1), residual = zeros(1);
+    u.set(0, {0.0f, 0.0f, 2.0f * gap});
+    loose.contacts.prescribe(u);
+    EXPECT_FLOAT_EQ(u.at(0).z(), gap);
+    residual.set(0, {0.0f, 0.0f, push});
+    const Contacts::Changes changes = loose.contacts.update(loose.particles, u, residual);
+    EXPECT_FLOAT_EQ(static_cast<float>(changes.pulled), push > 0.0f ? -push * gap : 0.0f);
+  }
+}
+
 }  // namespace
 }  // namespace tactile_clay::clay

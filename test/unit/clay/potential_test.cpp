@@ -364,6 +364,28 @@ TEST(Potential, CompressionBeyondThatOfTheLastStepPushesLittle) {
   EXPECT_NEAR(energy(0.0f), of_half_a_metre_a_second, 1e-4 * whole);
 }
 
+/// What a particle was lent for that is taken back at the end of the step, but for the energy of a tenth of a
+/// metre a second: what stays squeezed by others would be lent it again and again.
+TEST(Potential, CompressionThatWasLentIsNotKept) {
+  Cloud s(density_only, 0.93f);
+  const VectorField rest = zeros(s.size());
+  const double stiffness = density_only.bulk_modulus * std::pow(spacing, 3.0);
+  const double kept = 0.5 * 0.01 / s.particles.inverse_mass[0];  // J
+  const std::vector<float> ratio = s.potential.densityRatio();
+  const auto most = std::max_element(ratio.begin(), ratio.end()) - ratio.begin();
+  const float whole = ratio[most] - 1.0f;
+  s.particles.compression[most] = 0.5f * whole;
+  for (int k = 1; k <= 5; ++k) {
+    s.potential.begin(s.near, s.particles, nullptr, rest, dt);
+    s.potential.limitExcess(0, s.size());
+    s.forceAt(rest);
+    const double paid = s.potential.paidCompression(most);
+    EXPECT_NEAR(0.5 * stiffness * (paid * paid - 0.25 * whole * whole), k * kept, 0.01 * kept);
+    EXPECT_LT(paid, s.potential.compression(most));
+    s.particles.compression[most] = static_cast<float>(paid);
+  }
+}
+
 /// What may not push is undone by displacements that add up to none.
 TEST(Potential, CompressionBeyondThatOfTheLastStepIsUndone) {
   Cloud s(density_only, 0.93f);
@@ -392,6 +414,25 @@ TEST(Potential, CompressionBeyondThatOfTheLastStepIsUndone) {
     EXPECT_LT(farthest, 0.5 * dt);
   }
   EXPECT_LT(compression(), 0.2 * before);
+}
+
+/// Gradients are of where particles start; in a long step 0.5 m/s would take them many spacings along these.
+TEST(Potential, CompressionIsUndoneByHalfASpacingAStepAtMost) {
+  constexpr float long_step = 0.1f;
+  std::vector<Eigen::Vector3f> points = lattice(3, 1e-3f * spacing, 0.0f);
+  Cloud s(density_only, 1.0f);
+  s.particles = particlesAt(points, 2e-4f);
+  std::fill(s.particles.compression.begin(), s.particles.compression.end(), 0.0f);
+  const VectorField rest = zeros(points.size());
+  VectorField w = rest;
+  s.near.build(s.particles.position);
+  s.potential.begin(s.near, s.particles, nullptr, rest, long_step);
+  ASSERT_TRUE(s.potential.limitExcess(0, points.size()));
+  s.potential.recovery(long_step, w);
+  double farthest = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) farthest = std::max<double>(farthest, w.at(i).norm());
+  EXPECT_GT(farthest, 0.01 * spacing);
+  EXPECT_LT(farthest, 2.0 * spacing);
 }
 
 /// What it takes to shear a cube of the initial lattice by `step` s, over eta gamma^2 volume.
