@@ -49,10 +49,9 @@ double Lumps::size(const Body& body) const {
 
 /// Momentum of a particle, and angular momentum about its lump's centre, were this its velocity.
 LumpSums<6>::Sum Lumps::momentum(std::size_t i, const VectorField& velocity) const {
-  const Eigen::Vector3d arm = particles_.position.at(i).cast<double>() - centreAt(i);
   const Eigen::Vector3d momentum = velocity.at(i).cast<double>() / particles_.inverse_mass[i];
   LumpSums<6>::Sum both;
-  both << momentum, arm.cross(momentum);
+  both << momentum, armOf(i).cross(momentum);
   return both;
 }
 
@@ -210,24 +209,25 @@ std::vector<Eigen::MatrixXd> Lumps::unblocked(const Contacts& contacts) const {
   return bases;
 }
 
-std::vector<Lumps::Unblocked> Lumps::unblockedMotions(const VectorField& u, const VectorField& lack,
-                                                      const Contacts& contacts, float dt) {
-  using Vector6 = LumpSums<6>::Sum;  // translation, rotation
+/// What a momentum, kg m and kg m^2, moves a lump by among its unblocked motions.
+Lumps::Motion Lumps::within(const Body& body, const Unblocked& motions, LumpSums<6>::Sum momentum,
+                            double scale) const {
+  const double length = size(body);
+  momentum.tail<3>() /= length;
+  const LumpSums<6>::Sum motion =
+      scale * (motions.basis * motions.inertia.solve(motions.basis.transpose() * momentum));
+  return {motion.head<3>(), motion.tail<3>() / length};
+}
+
+std::vector<Lumps::Unblocked> Lumps::unblockedMotions(const VectorField& u, const Contacts& contacts) {
   constexpr double tiny = 1e-9;
-  const std::vector<Eigen::MatrixXd> bases = unblocked(contacts);
+  std::vector<Eigen::MatrixXd> bases = unblocked(contacts);
   std::vector<Unblocked> motions(bodies_.size());
   if (std::none_of(bases.begin(), bases.end(), [](const auto& basis) { return basis.cols() > 0; }))
     return motions;
-  std::vector<bool> near_contact(bodies_.size(), false);
-  for (const Contact& c : contacts.contacts()) near_contact[near_.lump(c.particle)] = true;
-  const auto& momenta = two_momenta_.of(near_, particles_.size(), [&](std::size_t i) {
-    LumpSums<12>::Sum two;
-    two << momentum(i, u), momentum(i, lack);
-    return two;
-  });
+  const auto& momenta = momenta_.of(near_, particles_.size(), [&](std::size_t i) { return momentum(i, u); });
   for (std::size_t l = 0; l < bodies_.size(); ++l) {
-    const Eigen::MatrixXd& basis = bases[l];
-    if (basis.cols() == 0) continue;
+    if (bases[l].cols() == 0) continue;
     const Body& body = bodies_[l];
     // In units in which rotations are lengths, so that eigenvalues can be compared.
     const double length = size(body);
@@ -235,19 +235,32 @@ std::vector<Lumps::Unblocked> Lumps::unblockedMotions(const VectorField& u, cons
     mass.topLeftCorner<3, 3>().diagonal().setConstant(body.mass);
     mass.bottomRightCorner<3, 3>() = body.inertia / (length * length);
     mass.diagonal().array() += tiny * body.mass;
-    const Eigen::LLT<Eigen::MatrixXd> inertia(basis.transpose() * mass * basis);
-    const auto within = [&](Vector6 momentum, double scale) {
-      momentum.tail<3>() /= length;
-      const Vector6 motion = scale * (basis * inertia.solve(basis.transpose() * momentum));
-      return Motion{motion.head<3>(), motion.tail<3>() / length};
-    };
-    // What comes near nothing lacks nothing; what a contact turned that has opened since does.
-    const Motion lacks =
-        near_contact[l] ? within(momenta[l].tail<6>(), static_cast<double>(dt) * dt) : Motion();
-    if (lacks.translation.norm() + 2.0 * length * lacks.rotation.norm() < dents * spacing_)
-      motions[l] = {within(momenta[l].head<6>(), 1.0), lacks};
+    motions[l].inertia.compute(bases[l].transpose() * mass * bases[l]);
+    motions[l].basis = std::move(bases[l]);
+    motions[l].done = within(body, motions[l], momenta[l], 1.0);
   }
   return motions;
+}
+
+std::vector<Lumps::Lack> Lumps::lackingMotions(const std::vector<Unblocked>& motions, const VectorField& lack,
+                                               const Contacts& contacts, float dt) {
+  const auto isFree = [](const Unblocked& motion) { return motion.basis.cols() > 0; };
+  std::vector<Lack> lacks(bodies_.size());
+  if (std::none_of(motions.begin(), motions.end(), isFree)) return lacks;
+  std::vector<bool> near_contact(bodies_.size(), false);
+  for (const Contact& c : contacts.contacts()) near_contact[near_.lump(c.particle)] = true;
+  const auto& momenta =
+      momenta_.of(near_, particles_.size(), [&](std::size_t i) { return momentum(i, lack); });
+  for (std::size_t l = 0; l < bodies_.size(); ++l) {
+    // What comes near nothing lacks nothing; what a contact turned that has opened since does.
+    if (!isFree(motions[l]) || !near_contact[l]) continue;
+    const Motion lacking = within(bodies_[l], motions[l], momenta[l], static_cast<double>(dt) * dt);
+    if (lacking.translation.norm() + 2.0 * size(bodies_[l]) * lacking.rotation.norm() < dents * spacing_)
+      lacks[l].lacking = lacking;
+    else
+      lacks[l].kept = motions[l].done;
+  }
+  return lacks;
 }
 
 }  // namespace tactile_clay::clay

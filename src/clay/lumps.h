@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <vector>
 
@@ -23,6 +24,10 @@ class Lumps {
   void measure();
 
   const Eigen::Vector3d& centreAt(std::size_t particle) const { return bodies_[near_.lump(particle)].centre; }
+  /// From there to the particle, m.
+  Eigen::Vector3d armOf(std::size_t particle) const {
+    return particles_.position.at(particle).cast<double>() - centreAt(particle);
+  }
 
   /// What turning by a finite angle adds to the displacements dt v of each lump, by the arm from its centre:
   /// without it a lump grows with every step of its turn, and few iterations cannot take that back.
@@ -52,12 +57,21 @@ class Lumps {
   };
   /// Of a lump, rigid motions that no contact blocks.
   struct Unblocked {
-    Motion done;     // within the displacements
-    Motion lacking;  // what minimises the potential over them, from there: nothing but inertia resists it
+    Eigen::MatrixXd basis;  // translation, rotation times the lump's size, m; 6 x as many
+    Eigen::LLT<Eigen::MatrixXd> inertia;
+    Motion done;  // within the displacements
   };
-  /// \param u m, displacements \param lack m/s^2, accelerations that are lacking there
-  std::vector<Unblocked> unblockedMotions(const VectorField& u, const VectorField& lack,
-                                          const Contacts& contacts, float dt);
+  /// \param u m, displacements
+  std::vector<Unblocked> unblockedMotions(const VectorField& u, const Contacts& contacts);
+
+  /// Of a lump, among these motions:
+  struct Lack {
+    Motion lacking;  // what minimises the potential over them: nothing but inertia resists it
+    Motion kept;     // `done`, if that is too far to be found at once
+  };
+  /// \param lack m/s^2, accelerations that are lacking at the displacements
+  std::vector<Lack> lackingMotions(const std::vector<Unblocked>& motions, const VectorField& lack,
+                                   const Contacts& contacts, float dt);
 
  private:
   struct Body {
@@ -66,6 +80,7 @@ class Lumps {
     Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  // kg m^2, about the centre
   };
   double size(const Body& body) const;
+  Motion within(const Body& body, const Unblocked& motion, LumpSums<6>::Sum momentum, double scale) const;
   std::vector<Eigen::MatrixXd> unblocked(const Contacts& contacts) const;
   LumpSums<6>::Sum momentum(std::size_t i, const VectorField& velocity) const;
 
@@ -75,7 +90,6 @@ class Lumps {
   std::vector<Body> bodies_;
   LumpSums<10> moments_;  // of mass, of orders 0, 1 and 2
   LumpSums<6> momenta_;
-  LumpSums<12> two_momenta_;
   LumpSums<3> forces_;
 };
 

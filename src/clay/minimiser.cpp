@@ -121,11 +121,11 @@ void Minimiser::translate(VectorField& u) {
 /// \return whether the residual is under the tolerance
 bool Minimiser::descend(int count, double tolerance, VectorField& u) {
   const float enough = static_cast<float>(tolerance * tolerance);
-  Sums products = residual(u);  // r . z, A d . z
+  const std::vector<Lumps::Unblocked> motions = lumps_.unblockedMotions(u, *contacts_);
+  Sums products = residualAndOwnDirection(motions, u);  // r . z, A d . z
   if (products.largest <= enough) return true;
   ++iterations_done_;
-  ownDirection(u);
-  const Sums own = multiply(d_, a_d_);  // d . A d, d . r
+  const Sums own = moveAsLumps(motions, u);  // d . A d, d . r
   const bool moves = own.first > 0.0;
   const float own_step = moves ? static_cast<float>(own.second / own.first) : 0.0f;
   products = sumOver([&](std::size_t first, std::size_t last) {
@@ -174,9 +174,49 @@ Sums Minimiser::residual(const VectorField& u) {
   potential_.setPressing(pressing);
   return sumOver([&](std::size_t first, std::size_t last) {
     potential_.finishForce(r_, first, last);
-    contacts_->addFriction(u, first, last, r_);
-    for (std::size_t i = first; i < last; ++i) r_[i] -= inertia_[i] * (u[i] - (*free_)[i]);
-    return precondition(first, last);
+    return finishResidual(u, first, last);
+  });
+}
+
+/// The same, and the displacements as a direction: d = u in the directions that contacts leave free, without
+/// the rigid motions of lumps that no contact blocks; and the change of the internal forces with it, in a_d.
+Sums Minimiser::residualAndOwnDirection(const std::vector<Lumps::Unblocked>& motions, const VectorField& u) {
+  ranges([&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i)
+      d_.set(i, u.at(i) - motions[near_.lump(i)].done.at(lumps_.armOf(i)).cast<float>());
+    contacts_->filter(first, last, d_);
+  });
+  std::atomic<bool> pressing{false};
+  ranges([&](std::size_t first, std::size_t last) {
+    if (potential_.startForceAndChange(u, r_, d_, a_d_, first, last)) pressing = true;
+  });
+  potential_.setPressing(pressing);
+  return sumOver([&](std::size_t first, std::size_t last) {
+    potential_.finishForceAndChange(r_, a_d_, first, last);
+    return finishResidual(u, first, last);
+  });
+}
+
+Sums Minimiser::finishResidual(const VectorField& u, std::size_t first, std::size_t last) {
+  contacts_->addFriction(u, first, last, r_);
+  for (std::size_t i = first; i < last; ++i) r_[i] -= inertia_[i] * (u[i] - (*free_)[i]);
+  return precondition(first, last);
+}
+
+/// Gives the displacements the rigid motions of lumps that they lack, so that no residual is left along them.
+/// Ends what `residualAndOwnDirection` began: a_d = A d. \return d . A d, and d . r
+Sums Minimiser::moveAsLumps(const std::vector<Lumps::Unblocked>& motions, VectorField& u) {
+  const std::vector<Lumps::Lack> lacks = lumps_.lackingMotions(motions, z_, *contacts_, dt_);
+  return sumOver([&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const Lumps::Lack& lack = lacks[near_.lump(i)];
+      const Eigen::Vector3d arm = lumps_.armOf(i);
+      const Eigen::Vector3f lacking = lack.lacking.at(arm).cast<float>();
+      d_.add(i, lack.kept.at(arm).cast<float>());  // no internal force changes with it
+      u.add(i, lacking);
+      r_.add(i, -inertia_[i] * lacking);
+    }
+    return finishProduct(d_, a_d_, first, last);
   });
 }
 
@@ -194,27 +234,14 @@ Sums Minimiser::multiply(const VectorField& x, VectorField& a_x) {
   ranges([&](std::size_t first, std::size_t last) { potential_.startChange(x, a_x, first, last); });
   return sumOver([&](std::size_t first, std::size_t last) {
     potential_.finishChange(a_x, first, last);
-    contacts_->addFrictionChange(x, first, last, a_x);
-    for (std::size_t i = first; i < last; ++i) a_x[i] = inertia_[i] * x[i] - a_x[i];
-    return Sums{dot(x, a_x, first, last), dot(x, r_, first, last)};
+    return finishProduct(x, a_x, first, last);
   });
 }
 
-/// Displacements as a direction: d = u in the directions that contacts leave free, without the rigid motions
-/// of lumps that no contact blocks. These are given what they lack, so that no residual is left along them.
-void Minimiser::ownDirection(VectorField& u) {
-  const std::vector<Lumps::Unblocked> motions = lumps_.unblockedMotions(u, z_, *contacts_, dt_);
-  ranges([&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      const Lumps::Unblocked& motion = motions[near_.lump(i)];
-      const Eigen::Vector3d arm = particles_.position.at(i).cast<double>() - lumps_.centreAt(i);
-      const Eigen::Vector3f lacking = motion.lacking.at(arm).cast<float>();
-      d_.set(i, u.at(i) - motion.done.at(arm).cast<float>());
-      u.add(i, lacking);
-      r_.add(i, -inertia_[i] * lacking);
-    }
-    contacts_->filter(first, last, d_);
-  });
+Sums Minimiser::finishProduct(const VectorField& x, VectorField& a_x, std::size_t first, std::size_t last) {
+  contacts_->addFrictionChange(x, first, last, a_x);
+  for (std::size_t i = first; i < last; ++i) a_x[i] = inertia_[i] * x[i] - a_x[i];
+  return {dot(x, a_x, first, last), dot(x, r_, first, last)};
 }
 
 /// Where a step goes far, the set of compressed particles at its end is not that of the last round's start,

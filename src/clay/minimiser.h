@@ -64,9 +64,12 @@ class Minimiser {
   void translate(VectorField& u);
   bool descend(int count, double tolerance, VectorField& u);
   Sums residual(const VectorField& u);
+  Sums residualAndOwnDirection(const std::vector<Lumps::Unblocked>& motions, const VectorField& u);
+  Sums finishResidual(const VectorField& u, std::size_t first, std::size_t last);
+  Sums moveAsLumps(const std::vector<Lumps::Unblocked>& motions, VectorField& u);
   Sums precondition(std::size_t first, std::size_t last);
   Sums multiply(const VectorField& x, VectorField& a_x);
-  void ownDirection(VectorField& u);
+  Sums finishProduct(const VectorField& x, VectorField& a_x, std::size_t first, std::size_t last);
   void shorten(VectorField& u);
   bool mayGain(const std::vector<bool>& rests, const std::vector<double>& work, const VectorField& u);
   void balanceForces(const VectorField& u);

@@ -19,69 +19,115 @@ constexpr float recovery_share = 0.25f;  // of it at a time, since neighbours un
 // Loops get what they read by value: no store may change it then.
 using Pairs = PairArrays;
 
-/// Forces of the springs, or the growth of C, or both, of particles [first, last).
-template <bool springs, bool density>
-TACTILE_CLAY_INLINE void stretch(const Pairs pairs, const float* u, std::size_t first, std::size_t last,
-                                 float* f, float* growth) {
-  for (std::size_t i = first; i < last; ++i) {
-    const LaneVector own = allOf(u + slot_size * i);
-    LaneVector forces{};
-    Lane total{};
-    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
-      const LaneVector g = loadVector(pairs.x, pairs.y, pairs.z, p);
-      const Lane along = dot(g, difference(gather(u, pairs.slot + p), own));
-      if (density) total += along;
-      if (springs) add(forces, times(load(pairs.spring + p) * along, g));
-    }
-    HalfLane of_all = sums(forces, total);
-    if (density) growth[i] = of_all[3];
-    of_all[3] = 0.0f;
-    storeSlot(f + slot_size * i, of_all);
-  }
+/// Asks for what a loop over pairs reads next but some: the processor foresees no more than a page of an
+/// array.
+template <typename Number>
+TACTILE_CLAY_INLINE void fetchAhead(const Number* numbers, std::uint32_t p) {
+  constexpr std::size_t ahead = 256;
+  __builtin_prefetch(numbers + p + ahead);
 }
-TACTILE_CLAY_MULTIVERSION
-void stretchSprings(const Pairs pairs, const float* u, std::size_t first, std::size_t last, float* f) {
-  stretch<true, false>(pairs, u, first, last, f, nullptr);
-}
-TACTILE_CLAY_MULTIVERSION
-void stretchDensity(const Pairs pairs, const float* u, std::size_t first, std::size_t last, float* f,
-                    float* growth) {
-  stretch<false, true>(pairs, u, first, last, f, growth);
-}
-TACTILE_CLAY_MULTIVERSION
-void stretchBoth(const Pairs pairs, const float* u, std::size_t first, std::size_t last, float* f,
-                 float* growth) {
-  stretch<true, true>(pairs, u, first, last, f, growth);
+TACTILE_CLAY_INLINE LaneVector loadGradient(const Pairs& pairs, std::uint32_t p) {
+  fetchAhead(pairs.slot, p);
+  for (const float* along : {pairs.x, pairs.y, pairs.z}) fetchAhead(along, p);
+  return loadVector(pairs.x, pairs.y, pairs.z, p);
 }
 
-/// Adds the forces of pressures: sum_j (P_i + P_j) g. `squeezed` tells where there are any;
-/// `find` finds that out.
-template <bool find, typename Flags>
-TACTILE_CLAY_INLINE void pressInto(const Pairs pairs, const float* pressure, std::size_t first,
-                                   std::size_t last, Flags* squeezed, float* f) {
+/// Displacements, and what they do to the particles: forces of the springs, growth of C.
+struct Stretch {
+  const float* u;
+  float *f, *growth;
+};
+
+/// Forces of the springs, or the growth of C, or both, of particles [first, last), for each of some
+/// displacements. Where there are many pairs, it is reading them that takes the time.
+template <bool springs, bool density, int count>
+TACTILE_CLAY_INLINE void stretch(const Pairs pairs, const Stretch (&all_of)[count], std::size_t first,
+                                 std::size_t last) {
   for (std::size_t i = first; i < last; ++i) {
-    if (!find && squeezed[i] == 0) continue;
-    const Lane own = all(pressure[i]);
-    LaneVector forces{};
-    Lane most = own;
+    LaneVector own[count], forces[count]{};
+    Lane total[count]{};
+    for (int k = 0; k < count; ++k) own[k] = allOf(all_of[k].u + slot_size * i);
     for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
-      const Lane of_others = gatherNumbers(pressure, pairs.slot + p);
-      if (find) most = most > of_others ? most : of_others;
-      add(forces, times(own + of_others, loadVector(pairs.x, pairs.y, pairs.z, p)));
+      const LaneVector g = loadGradient(pairs, p);
+      if (springs) fetchAhead(pairs.spring, p);
+      for (int k = 0; k < count; ++k) {
+        const Lane along = dot(g, difference(gather(all_of[k].u, pairs.slot + p), own[k]));
+        if (density) total[k] += along;
+        if (springs) add(forces[k], times(load(pairs.spring + p) * along, g));
+      }
     }
-    if constexpr (find) squeezed[i] = bits(most > 0.0f) != 0;
-    storeSlot(f + slot_size * i, slot(f + slot_size * i) + sums(forces));
+    for (int k = 0; k < count; ++k) {
+      HalfLane both = sums(forces[k], total[k]);
+      if (density) all_of[k].growth[i] = both[3];
+      both[3] = 0.0f;
+      storeSlot(all_of[k].f + slot_size * i, both);
+    }
   }
 }
 TACTILE_CLAY_MULTIVERSION
-void findPressed(const Pairs pairs, const float* pressure, std::size_t first, std::size_t last,
-                 std::uint8_t* squeezed, float* f) {
-  pressInto<true>(pairs, pressure, first, last, squeezed, f);
+void stretchSprings(const Pairs pairs, const Stretch one, std::size_t first, std::size_t last) {
+  stretch<true, false>(pairs, {one}, first, last);
 }
 TACTILE_CLAY_MULTIVERSION
-void pressPairs(const Pairs pairs, const float* pressure, std::size_t first, std::size_t last,
-                const std::uint8_t* squeezed, float* f) {
-  pressInto<false>(pairs, pressure, first, last, squeezed, f);
+void stretchDensity(const Pairs pairs, const Stretch one, std::size_t first, std::size_t last) {
+  stretch<false, true>(pairs, {one}, first, last);
+}
+TACTILE_CLAY_MULTIVERSION
+void stretchBoth(const Pairs pairs, const Stretch one, std::size_t first, std::size_t last) {
+  stretch<true, true>(pairs, {one}, first, last);
+}
+TACTILE_CLAY_MULTIVERSION
+void stretchBothTwice(const Pairs pairs, const Stretch one, const Stretch other, std::size_t first,
+                      std::size_t last) {
+  stretch<true, true>(pairs, {one, other}, first, last);
+}
+
+/// Pressures times volume, J, and the forces they are added to.
+struct Press {
+  const float* pressure;
+  float* f;
+};
+
+/// Adds the forces of pressures: sum_j (P_i + P_j) g, for each of some sets of pressures. `squeezed` tells
+/// where there are any; `find` finds that out, from the first set.
+template <bool find, int count, typename Flags>
+TACTILE_CLAY_INLINE void pressInto(const Pairs pairs, const Press (&all_of)[count], std::size_t first,
+                                   std::size_t last, Flags* squeezed) {
+  for (std::size_t i = first; i < last; ++i) {
+    if (!find && squeezed[i] == 0) continue;
+    Lane own[count];
+    LaneVector forces[count]{};
+    for (int k = 0; k < count; ++k) own[k] = all(all_of[k].pressure[i]);
+    Lane most = own[0];
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
+      const LaneVector g = loadGradient(pairs, p);
+      for (int k = 0; k < count; ++k) {
+        const Lane of_others = gatherNumbers(all_of[k].pressure, pairs.slot + p);
+        if (find && k == 0) most = most > of_others ? most : of_others;
+        add(forces[k], times(own[k] + of_others, g));
+      }
+    }
+    if constexpr (find) squeezed[i] = bits(most > 0.0f) != 0;
+    for (int k = 0; k < count; ++k) {
+      float* f = all_of[k].f + slot_size * i;
+      storeSlot(f, slot(f) + sums(forces[k]));
+    }
+  }
+}
+TACTILE_CLAY_MULTIVERSION
+void findPressed(const Pairs pairs, const Press one, std::size_t first, std::size_t last,
+                 std::uint8_t* squeezed) {
+  pressInto<true>(pairs, {one}, first, last, squeezed);
+}
+TACTILE_CLAY_MULTIVERSION
+void findPressedTwice(const Pairs pairs, const Press one, const Press other, std::size_t first,
+                      std::size_t last, std::uint8_t* squeezed) {
+  pressInto<true>(pairs, {one, other}, first, last, squeezed);
+}
+TACTILE_CLAY_MULTIVERSION
+void pressPairs(const Pairs pairs, const Press one, std::size_t first, std::size_t last,
+                const std::uint8_t* squeezed) {
+  pressInto<false>(pairs, {one}, first, last, squeezed);
 }
 
 /// Stiffness of a dashpot over x x^T falls with the distance like this: (1 - q^2)^3, q = r / h. With it the
@@ -265,7 +311,7 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
   for (const float dashpot : dashpot_) dashpot_of_step_.push_back(dashpot / dt);
   force_.resize(n), squeezed_.resize(n);
   for (auto* numbers : {&excess_, &beyond_, &ratio_, &active_, &pressure_, &amend_, &steepness_, &growth_,
-                        &compression_, &lent_})
+                        &compression_, &lent_, &pressure_change_})
     numbers->resize(n);
   const Setup setup{
       {near.begins(), near.paddeds(), near.slots(), near.x(), near.y(), near.z(), near.distances()},
@@ -339,28 +385,30 @@ void Potential::recovery(float dt, VectorField& w) {
     }
   });
   parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
-    findPressed(pairs(), pressure_.data(), first, last, squeezed_.data(), w.data());
+    findPressed(pairs(), {pressure_.data(), w.data()}, first, last, squeezed_.data());
   });
 }
 
-void Potential::stretch(const VectorField& u, VectorField& f, std::size_t first, std::size_t last) {
+void Potential::stretch(const VectorField& u, VectorField& f, std::vector<float>& growth, std::size_t first,
+                        std::size_t last) {
+  const Stretch one{u.data(), f.data(), growth.data()};
   if (sprung_ && dense_)
-    stretchBoth(pairs(), u.data(), first, last, f.data(), growth_.data());
+    stretchBoth(pairs(), one, first, last);
   else if (sprung_)
-    stretchSprings(pairs(), u.data(), first, last, f.data());
+    stretchSprings(pairs(), one, first, last);
   else if (dense_)
-    stretchDensity(pairs(), u.data(), first, last, f.data(), growth_.data());
+    stretchDensity(pairs(), one, first, last);
   else
     for (std::size_t i = first; i < last; ++i) f[i].setZero();
 }
 
-bool Potential::startForce(const VectorField& u, VectorField& f, std::size_t first, std::size_t last) {
-  stretch(u, f, first, last);
+/// Adds what is at u = 0 to the forces of the springs and, where there is density, to the growth of C.
+bool Potential::addStart(VectorField& f, std::size_t first, std::size_t last) {
   bool pressing = false;
   for (std::size_t i = first; i < last; ++i) {
     f[i] += force_[i];
     if (!dense_) continue;
-    const float c = compression_[i] = excess_[i] + growth_[i];
+    const float c = compression_[i] += excess_[i];
     active_[i] = c > 0.0f ? bulk_[particles_->material[i]] : 0.0f;
     pressure_[i] = active_[i] * c;
     pressing = pressing || c > 0.0f;
@@ -368,8 +416,28 @@ bool Potential::startForce(const VectorField& u, VectorField& f, std::size_t fir
   return pressing;
 }
 
+bool Potential::startForce(const VectorField& u, VectorField& f, std::size_t first, std::size_t last) {
+  stretch(u, f, compression_, first, last);
+  return addStart(f, first, last);
+}
+
+bool Potential::startForceAndChange(const VectorField& u, VectorField& f, const VectorField& p,
+                                    VectorField& change, std::size_t first, std::size_t last) {
+  if (sprung_ && dense_) {
+    stretchBothTwice(pairs(), {u.data(), f.data(), compression_.data()},
+                     {p.data(), change.data(), growth_.data()}, first, last);
+  } else {
+    stretch(u, f, compression_, first, last);
+    stretch(p, change, growth_, first, last);
+  }
+  const bool pressing = addStart(f, first, last);
+  if (dense_)
+    for (std::size_t i = first; i < last; ++i) pressure_change_[i] = active_[i] * growth_[i];
+  return pressing;
+}
+
 void Potential::startChange(const VectorField& p, VectorField& f, std::size_t first, std::size_t last) {
-  stretch(p, f, first, last);
+  stretch(p, f, growth_, first, last);
   if (!pressing_) return;
   for (std::size_t i = first; i < last; ++i) pressure_[i] = active_[i] * growth_[i];
 }
@@ -380,11 +448,18 @@ void Potential::follow(float step, std::size_t first, std::size_t last) {
 }
 
 void Potential::finishForce(VectorField& f, std::size_t first, std::size_t last) {
-  if (pressing_) findPressed(pairs(), pressure_.data(), first, last, squeezed_.data(), f.data());
+  if (pressing_) findPressed(pairs(), {pressure_.data(), f.data()}, first, last, squeezed_.data());
+}
+
+void Potential::finishForceAndChange(VectorField& f, VectorField& change, std::size_t first,
+                                     std::size_t last) {
+  if (!pressing_) return;
+  findPressedTwice(pairs(), {pressure_.data(), f.data()}, {pressure_change_.data(), change.data()}, first,
+                   last, squeezed_.data());
 }
 
 void Potential::finishChange(VectorField& f, std::size_t first, std::size_t last) const {
-  if (pressing_) pressPairs(pairs(), pressure_.data(), first, last, squeezed_.data(), f.data());
+  if (pressing_) pressPairs(pairs(), {pressure_.data(), f.data()}, first, last, squeezed_.data());
 }
 
 void Potential::force(const VectorField& u, VectorField& f) {

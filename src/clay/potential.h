@@ -68,12 +68,17 @@ class Potential {
   /// them: the second half wants the first of all neighbours to be done. Of the ranges of `startForce`, any
   /// may tell that a density constraint is active; the solver then says so to all.
   bool startForce(const VectorField& u, VectorField& f, std::size_t first, std::size_t last);
+  /// `startForce` at u and `startChange` with p, in one pass over the pairs.
+  bool startForceAndChange(const VectorField& u, VectorField& f, const VectorField& p, VectorField& change,
+                           std::size_t first, std::size_t last);
   void setPressing(bool any) { pressing_ = any; }
   void startChange(const VectorField& p, VectorField& f, std::size_t first, std::size_t last);
   void finishForce(VectorField& f, std::size_t first, std::size_t last);
+  void finishForceAndChange(VectorField& f, VectorField& change, std::size_t first, std::size_t last);
   void finishChange(VectorField& f, std::size_t first, std::size_t last) const;
 
-  /// The displacements of particles [first, last) grew by `step` times the p of the last `startChange`.
+  /// The displacements of particles [first, last) grew by `step` times the p of the last `startChange` or
+  /// `startForceAndChange`.
   void follow(float step, std::size_t first, std::size_t last);
   /// C_i where the displacements have come to, if its force acted on the way there; else 0.
   float compression(std::size_t i) const {
@@ -85,7 +90,7 @@ class Potential {
     return c > 0.0f ? std::sqrt(std::max(c * c - lent_[i], 0.0f)) : 0.0f;
   }
 
-  /// What the slope of the energies along the p of the last `startChange`, J, is more than with the set of
+  /// What the slope of the energies along that p, J, is more than with the set of
   /// active constraints, of particle i, `step` times p further than the displacements have come to.
   double slopeBeyondSet(std::size_t i, float step) const {
     if (!dense_) return 0.0;
@@ -106,7 +111,9 @@ class Potential {
 
  private:
   PairArrays pairs() const;
-  void stretch(const VectorField& u, VectorField& f, std::size_t first, std::size_t last);
+  void stretch(const VectorField& u, VectorField& f, std::vector<float>& growth, std::size_t first,
+               std::size_t last);
+  bool addStart(VectorField& f, std::size_t first, std::size_t last);
 
   Kernel kernel_;
   float volume_;            // m^3, of a particle
@@ -131,8 +138,9 @@ class Potential {
   std::vector<float> compression_;  // C_i at the displacements that were followed
   std::vector<float> ratio_;        // rho_i / rho_0
   std::vector<float> active_;       // J, bulk modulus times volume where the density constraint acts, else 0
-  std::vector<float> pressure_;     // J, pressure times volume
-  bool pressing_ = false;           // any is active
+  std::vector<float> pressure_;     // J, pressure times volume, or its change
+  std::vector<float> pressure_change_;  // J, beside a force
+  bool pressing_ = false;               // any is active
   std::vector<std::uint8_t> squeezed_;  // whether a particle or a neighbour of it is
 };
 

@@ -328,6 +328,32 @@ TEST(Potential, ChangeIsLinearSymmetricAndNegativeSemidefinite) {
   }
 }
 
+/// In one pass, a force and a change are to the bit what each is alone, for any scene's set of families; and
+/// C is known where the displacements are, and grows along the direction.
+TEST(Potential, ForceAndChangeInOnePassAreThoseOfTwo) {
+  for (const Material& m :
+       {density_only, viscosity_only, bonds_only, Material(), only(0.0, 0.0, 0.0), only(0.0, 200.0, 1e5)}) {
+    Cloud s(m, 0.97f);
+    std::mt19937 random(12);
+    const VectorField u = smallMotion(s), p = randomField(s.size(), random, 1e-5f);
+    VectorField f = zeros(s.size()), change = f, f_alone = f, change_alone = f;
+    std::vector<float> compression;
+    s.potential.force(u, f_alone);
+    s.potential.change(p, change_alone);
+    s.potential.follow(1.0f, 0, s.size());
+    for (std::size_t i = 0; i < s.size(); ++i) compression.push_back(s.potential.compression(i));
+
+    s.potential.setPressing(s.potential.startForceAndChange(u, f, p, change, 0, s.size()));
+    s.potential.finishForceAndChange(f, change, 0, s.size());
+    s.potential.follow(1.0f, 0, s.size());
+    for (std::size_t i = 0; i < s.size(); ++i) {
+      EXPECT_EQ(f.at(i), f_alone.at(i)) << i;
+      EXPECT_EQ(change.at(i), change_alone.at(i)) << i;
+      EXPECT_EQ(s.potential.compression(i), compression[i]) << i;
+    }
+  }
+}
+
 TEST(Potential, DensityIsOneSidedAndOneOnTheLattice) {
   Cloud s(density_only, 1.2f);
   EXPECT_EQ(largest(s.forceAt(zeros(s.size()))), 0.0);  // stretched clay is not drawn together
