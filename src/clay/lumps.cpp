@@ -242,25 +242,25 @@ std::vector<Lumps::Unblocked> Lumps::unblockedMotions(const VectorField& u, cons
   return motions;
 }
 
-std::vector<Lumps::Lack> Lumps::lackingMotions(const std::vector<Unblocked>& motions, const VectorField& lack,
-                                               const Contacts& contacts, float dt) {
-  const auto isFree = [](const Unblocked& motion) { return motion.basis.cols() > 0; };
-  std::vector<Lack> lacks(bodies_.size());
-  if (std::none_of(motions.begin(), motions.end(), isFree)) return lacks;
+bool Lumps::findLacking(const VectorField& lack, const Contacts& contacts, float dt,
+                        std::vector<Unblocked>& motions) {
+  const auto is_free = [](const Unblocked& motion) { return motion.basis.cols() > 0; };
+  if (std::none_of(motions.begin(), motions.end(), is_free)) return false;
   std::vector<bool> near_contact(bodies_.size(), false);
   for (const Contact& c : contacts.contacts()) near_contact[near_.lump(c.particle)] = true;
   const auto& momenta =
       momenta_.of(near_, particles_.size(), [&](std::size_t i) { return momentum(i, lack); });
+  bool far = false;
   for (std::size_t l = 0; l < bodies_.size(); ++l) {
     // What comes near nothing lacks nothing; what a contact turned that has opened since does.
-    if (!isFree(motions[l]) || !near_contact[l]) continue;
+    if (!is_free(motions[l]) || !near_contact[l]) continue;
     const Motion lacking = within(bodies_[l], motions[l], momenta[l], static_cast<double>(dt) * dt);
     if (lacking.translation.norm() + 2.0 * size(bodies_[l]) * lacking.rotation.norm() < dents * spacing_)
-      lacks[l].lacking = lacking;
+      motions[l].lacking = lacking;
     else
-      lacks[l].kept = motions[l].done;
+      motions[l].done = Motion(), far = true;
   }
-  return lacks;
+  return far;
 }
 
 }  // namespace tactile_clay::clay

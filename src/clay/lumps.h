@@ -59,19 +59,16 @@ class Lumps {
   struct Unblocked {
     Eigen::MatrixXd basis;  // translation, rotation times the lump's size, m; 6 x as many
     Eigen::LLT<Eigen::MatrixXd> inertia;
-    Motion done;  // within the displacements
+    Motion done;     // within the displacements
+    Motion lacking;  // what minimises the potential over them, from there: nothing but inertia resists it
   };
-  /// \param u m, displacements
+  /// What is lacking is not known yet. \param u m, displacements
   std::vector<Unblocked> unblockedMotions(const VectorField& u, const Contacts& contacts);
 
-  /// Of a lump, among these motions:
-  struct Lack {
-    Motion lacking;  // what minimises the potential over them: nothing but inertia resists it
-    Motion kept;     // `done`, if that is too far to be found at once
-  };
-  /// \param lack m/s^2, accelerations that are lacking at the displacements
-  std::vector<Lack> lackingMotions(const std::vector<Unblocked>& motions, const VectorField& lack,
-                                   const Contacts& contacts, float dt);
+  /// Finds what is lacking. Where that goes far, both are zero: the iterations find it. \param lack m/s^2,
+  /// accelerations that are lacking at the displacements \return whether it does anywhere
+  bool findLacking(const VectorField& lack, const Contacts& contacts, float dt,
+                   std::vector<Unblocked>& motions);
 
  private:
   struct Body {

@@ -121,8 +121,9 @@ void Minimiser::translate(VectorField& u) {
 /// \return whether the residual is under the tolerance
 bool Minimiser::descend(int count, double tolerance, VectorField& u) {
   const float enough = static_cast<float>(tolerance * tolerance);
-  const std::vector<Lumps::Unblocked> motions = lumps_.unblockedMotions(u, *contacts_);
-  Sums products = residualAndOwnDirection(motions, u);  // r . z, A d . z
+  std::vector<Lumps::Unblocked> motions = lumps_.unblockedMotions(u, *contacts_);
+  setOwnDirection(motions, u);
+  Sums products = residualBesideOwnProduct(u);  // r . z, A d . z
   if (products.largest <= enough) return true;
   ++iterations_done_;
   const Sums own = moveAsLumps(motions, u);  // d . A d, d . r
@@ -178,14 +179,8 @@ Sums Minimiser::residual(const VectorField& u) {
   });
 }
 
-/// The same, and the displacements as a direction: d = u in the directions that contacts leave free, without
-/// the rigid motions of lumps that no contact blocks; and the change of the internal forces with it, in a_d.
-Sums Minimiser::residualAndOwnDirection(const std::vector<Lumps::Unblocked>& motions, const VectorField& u) {
-  ranges([&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i)
-      d_.set(i, u.at(i) - motions[near_.lump(i)].done.at(lumps_.armOf(i)).cast<float>());
-    contacts_->filter(first, last, d_);
-  });
+/// The same, and the change of the internal forces with d, in a_d.
+Sums Minimiser::residualBesideOwnProduct(const VectorField& u) {
   std::atomic<bool> pressing{false};
   ranges([&](std::size_t first, std::size_t last) {
     if (potential_.startForceAndChange(u, r_, d_, a_d_, first, last)) pressing = true;
@@ -203,19 +198,34 @@ Sums Minimiser::finishResidual(const VectorField& u, std::size_t first, std::siz
   return precondition(first, last);
 }
 
+/// Displacements as a direction: d = u in the directions that contacts leave free, without the rigid motions
+/// of lumps that no contact blocks.
+void Minimiser::setOwnDirection(const std::vector<Lumps::Unblocked>& motions, const VectorField& u) {
+  ranges([&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i)
+      d_.set(i, u.at(i) - motions[near_.lump(i)].done.at(lumps_.armOf(i)).cast<float>());
+    contacts_->filter(first, last, d_);
+  });
+}
+
 /// Gives the displacements the rigid motions of lumps that they lack, so that no residual is left along them.
-/// Ends what `residualAndOwnDirection` began: a_d = A d. \return d . A d, and d . r
-Sums Minimiser::moveAsLumps(const std::vector<Lumps::Unblocked>& motions, VectorField& u) {
-  const std::vector<Lumps::Lack> lacks = lumps_.lackingMotions(motions, z_, *contacts_, dt_);
-  return sumOver([&](std::size_t first, std::size_t last) {
+/// a_d = A d, from what `residualBesideOwnProduct` left there. \return d . A d, and d . r
+Sums Minimiser::moveAsLumps(std::vector<Lumps::Unblocked>& motions, VectorField& u) {
+  const bool far = lumps_.findLacking(z_, *contacts_, dt_, motions);
+  if (far) setOwnDirection(motions, u);
+  const auto move = [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
-      const Lumps::Lack& lack = lacks[near_.lump(i)];
-      const Eigen::Vector3d arm = lumps_.armOf(i);
-      const Eigen::Vector3f lacking = lack.lacking.at(arm).cast<float>();
-      d_.add(i, lack.kept.at(arm).cast<float>());  // no internal force changes with it
+      const Eigen::Vector3f lacking = motions[near_.lump(i)].lacking.at(lumps_.armOf(i)).cast<float>();
       u.add(i, lacking);
       r_.add(i, -inertia_[i] * lacking);
     }
+  };
+  if (far) {
+    ranges(move);
+    return multiply(d_, a_d_);
+  }
+  return sumOver([&](std::size_t first, std::size_t last) {
+    move(first, last);
     return finishProduct(d_, a_d_, first, last);
   });
 }

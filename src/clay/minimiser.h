@@ -64,9 +64,10 @@ class Minimiser {
   void translate(VectorField& u);
   bool descend(int count, double tolerance, VectorField& u);
   Sums residual(const VectorField& u);
-  Sums residualAndOwnDirection(const std::vector<Lumps::Unblocked>& motions, const VectorField& u);
+  Sums residualBesideOwnProduct(const VectorField& u);
   Sums finishResidual(const VectorField& u, std::size_t first, std::size_t last);
-  Sums moveAsLumps(const std::vector<Lumps::Unblocked>& motions, VectorField& u);
+  void setOwnDirection(const std::vector<Lumps::Unblocked>& motions, const VectorField& u);
+  Sums moveAsLumps(std::vector<Lumps::Unblocked>& motions, VectorField& u);
   Sums precondition(std::size_t first, std::size_t last);
   Sums multiply(const VectorField& x, VectorField& a_x);
   Sums finishProduct(const VectorField& x, VectorField& a_x, std::size_t first, std::size_t last);
