@@ -16,6 +16,10 @@ inline std::filesystem::path sharedData(const std::string& file) {
   return folder / file;
 }
 
+/// The recordings of hands that there may be.
+inline constexpr const char* hand_recordings[] = {
+    "both_hands_low_confidence", "finger_tap", "grab", "left_or_right", "pinch_and_move", "three_claps"};
+
 /// The same for a recording of hands.
 inline std::filesystem::path handRecording(const std::string& name) {
   return sharedData("hands/" + name + ".v6.ndjson.gz");

@@ -365,8 +365,7 @@ TEST(HandCleanerOnRecordings, LagAndPrediction) {
       "later\n"
       "%-28s %8s %8s | %8s %8s | %8s %8s\n",
       "recording", "lag", "lag 1 Hz", "now 10", "pred 10", "now 20", "pred 20");
-  for (const char* name : {"both_hands_low_confidence", "finger_tap", "grab", "left_or_right",
-                           "pinch_and_move", "three_claps"}) {
+  for (const char* name : hand_recordings) {
     const auto hands = recorded(name);
     if (!hands) continue;
     ++found;
@@ -391,8 +390,7 @@ TEST(HandCleanerOnRecordings, LagAndPrediction) {
 
 TEST(HandCleanerOnRecordings, EveryCleanHandIsSane) {
   int found = 0;
-  for (const char* name : {"both_hands_low_confidence", "finger_tap", "grab", "left_or_right",
-                           "pinch_and_move", "three_claps"}) {
+  for (const char* name : hand_recordings) {
     const auto hands = recorded(name);
     if (!hands) continue;
     ++found;

@@ -264,9 +264,7 @@ TEST_P(RealRecording, SkinFollowsWithoutAJumpOfItsSamples) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Clips, RealRecording,
-                         testing::Values("three_claps", "left_or_right", "pinch_and_move", "grab",
-                                         "finger_tap", "both_hands_low_confidence"),
+INSTANTIATE_TEST_SUITE_P(Clips, RealRecording, testing::ValuesIn(hand_recordings),
                          [](const auto& clip) { return std::string(clip.param); });
 
 INSTANTIATE_TEST_SUITE_P(Clips, RecordingWithBases,

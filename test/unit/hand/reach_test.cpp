@@ -246,8 +246,7 @@ TEST(WithinReach, LeadsWithoutLeaps) {
 
 TEST(WithinReach, RecordedHandsAre) {
   int hands = 0, changed = 0;
-  for (const char* name : {"both_hands_low_confidence", "finger_tap", "grab", "left_or_right",
-                           "pinch_and_move", "three_claps"}) {
+  for (const char* name : hand_recordings) {
     const auto frames = recordedFrames(name);
     if (!frames) GTEST_SKIP() << handRecording(name) << " is not here";
     for (const TrackedFrame& frame : *frames)

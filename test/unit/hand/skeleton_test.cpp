@@ -310,9 +310,7 @@ TEST_P(SkeletonOnRecording, MedianErrorIsBelowThreeMillimetres) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, SkeletonOnRecording,
-                         testing::Values("both_hands_low_confidence", "finger_tap", "grab", "left_or_right",
-                                         "pinch_and_move", "three_claps"));
+INSTANTIATE_TEST_SUITE_P(All, SkeletonOnRecording, testing::ValuesIn(hand_recordings));
 
 }  // namespace
 }  // namespace tactile_clay::hand
