@@ -58,18 +58,9 @@ TACTILE_CLAY_INLINE Lane join(const HalfLane& a, const HalfLane& b) {
 #endif
 }
 TACTILE_CLAY_INLINE Lane root(const Lane& a) {
-#if defined(__SSE2__)
-  HalfLane low, high;
-  std::memcpy(&low, &a, sizeof low);
-  std::memcpy(&high, reinterpret_cast<const char*>(&a) + sizeof low, sizeof high);
-  low = reinterpret_cast<HalfLane>(_mm_sqrt_ps(reinterpret_cast<__m128>(low)));
-  high = reinterpret_cast<HalfLane>(_mm_sqrt_ps(reinterpret_cast<__m128>(high)));
-  return join(low, high);
-#else
   Lane result;
   for (int k = 0; k < lane_width; ++k) result[k] = __builtin_sqrtf(a[k]);
   return result;
-#endif
 }
 
 /// Sum of the eight lanes in a fixed order.
