@@ -13,7 +13,9 @@ namespace {
 constexpr float reach = 1.5f;    // spacings, R: ghosts this near make the skin at a particle
 constexpr float margin = 0.5f;   // spacings, of contacts that the step may yet close
 constexpr float capture = 1.0f;  // spacings beneath the skin, from where it pushes out what it did not hold
-constexpr float recovery_speed = 0.5f;  // m/s, at which an old penetration is undone, so that none explodes
+// m/s, at which an old penetration is undone, so that none explodes. Solids take their time: what started
+// inside of two of them has nowhere to go, and stores what they squeeze it by.
+constexpr float skin_recovery_speed = 0.5f, solid_recovery_speed = 0.1f;
 
 constexpr std::size_t ghosts_a_chunk = 256, runs_a_chunk = 32;
 
@@ -210,7 +212,7 @@ void ContactSearch::touchSkin(const std::vector<Contact>& before, const Step& st
   std::copy_if(candidates_.begin() + first, candidates_.begin() + last, std::back_inserter(rest),
                [&](const Candidate& c) { return heightAtStart(step, x, c.ghost) >= -deepest; });
   touchSides(step, x, rest, found, [&](const SkinPlane& plane, Contact& contact) {
-    const float allowance = std::max(0.5f * spacing_ - plane.before - recovery_speed * step.dt, 0.0f);
+    const float allowance = std::max(0.5f * spacing_ - plane.before - skin_recovery_speed * step.dt, 0.0f);
     contact.gap = 0.5f * spacing_ - plane.distance - allowance;
     return contact.normal.dot(u) < contact.gap + margin * spacing_;
   });
@@ -296,6 +298,12 @@ ContactSearch::SkinPlane ContactSearch::planeOf(const Step& step, const std::vec
   return plane;
 }
 
+/// How deep a particle may still be in a solid at the end of the step, m. \param before its distance at the
+/// start, m
+double ContactSearch::allowedDepth(double before, float dt) const {
+  return std::max(0.5 * spacing_ - before - solid_recovery_speed * dt, 0.0);
+}
+
 void ContactSearch::touchSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const {
   const MovingSolid& moving = solids_[s];
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
@@ -307,19 +315,20 @@ void ContactSearch::touchSolid(const Step& step, std::size_t i, std::size_t s, F
   contact.particle = static_cast<std::uint32_t>(i), contact.solid = static_cast<std::uint32_t>(s);
   contact.normal = (moving.end.linear() * met->normal).cast<float>();
   contact.drift = (moving.end * local).cast<float>() - x;
-  const double allowance = std::max(0.5 * spacing_ - met->distance - recovery_speed * step.dt, 0.0);
+  const double allowance = allowedDepth(met->distance, step.dt);
   contact.gap =
       static_cast<float>(0.5 * spacing_ - met->distance - allowance) + contact.normal.dot(contact.drift);
   if (contact.normal.dot(u) < contact.gap + margin * spacing_) found.contacts.push_back(contact);
 }
 
-/// Where particle i ends in a solid.
+/// Where particle i ends in a solid, deeper than where it started.
 void ContactSearch::strayIntoSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const {
   const MovingSolid& moving = solids_[s];
-  const Vector u = step.u.at(i);
-  const Eigen::Vector3d end = (step.particles.position.at(i) + u).cast<double>();
-  const SurfacePoint touch = surface(moving.solid, moving.to_end * end);
-  const float depth = 0.5f * spacing_ - static_cast<float>(touch.distance);
+  const Vector x = step.particles.position.at(i), u = step.u.at(i);
+  const SurfacePoint touch = surface(moving.solid, moving.to_end * (x + u).cast<double>());
+  if (!(touch.distance < 0.5 * spacing_)) return;
+  const double before = surface(moving.solid, moving.to_start * x.cast<double>()).distance;
+  const auto depth = static_cast<float>(0.5 * spacing_ - touch.distance - allowedDepth(before, step.dt));
   if (!(depth > 0.0f)) return;
   Contact contact;
   contact.particle = static_cast<std::uint32_t>(i), contact.solid = static_cast<std::uint32_t>(s);

@@ -71,6 +71,7 @@ class ContactSearch {
   void sortCandidates(std::size_t particles);
   void touchSkin(const std::vector<Contact>& before, const Step& step, std::size_t first, std::size_t last,
                  Found& found) const;
+  double allowedDepth(double before, float dt) const;
   void touchSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
   void strayIntoSkin(const Step& step, std::size_t i, Found& found) const;
   void strayIntoSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
