@@ -321,7 +321,7 @@ void ContactSearch::touchSolid(const Step& step, std::size_t i, std::size_t s, F
   if (contact.normal.dot(u) < contact.gap + margin * spacing_) found.contacts.push_back(contact);
 }
 
-/// Where particle i ends in a solid, deeper than where it started.
+/// Where particle i ends deeper in a solid than recovery leaves it.
 void ContactSearch::strayIntoSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const {
   const MovingSolid& moving = solids_[s];
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
