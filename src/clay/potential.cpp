@@ -19,16 +19,19 @@ constexpr float recovery_share = 0.25f;  // of it at a time, since neighbours un
 // Loops get what they read by value: no store may change it then.
 using Pairs = PairArrays;
 
-/// Asks for what a loop over pairs reads next but some: the processor foresees no more than a page of an
+// Particles whose pairs the last cache of usual processors still holds; asking ahead for these costs a tenth.
+constexpr std::size_t few = 1u << 15u;
+
+/// Asks for what a loop over many pairs reads next but some: the processor foresees no more than a page of an
 /// array.
 template <typename Number>
-TACTILE_CLAY_INLINE void fetchAhead(const Number* numbers, std::uint32_t p) {
+TACTILE_CLAY_INLINE void fetchAhead(const Pairs& pairs, const Number* numbers, std::uint32_t p) {
   constexpr std::size_t ahead = 256;
-  __builtin_prefetch(numbers + p + ahead);
+  if (pairs.many) __builtin_prefetch(numbers + p + ahead);
 }
 TACTILE_CLAY_INLINE LaneVector loadGradient(const Pairs& pairs, std::uint32_t p) {
-  fetchAhead(pairs.slot, p);
-  for (const float* along : {pairs.x, pairs.y, pairs.z}) fetchAhead(along, p);
+  fetchAhead(pairs, pairs.slot, p);
+  for (const float* along : {pairs.x, pairs.y, pairs.z}) fetchAhead(pairs, along, p);
   return loadVector(pairs.x, pairs.y, pairs.z, p);
 }
 
@@ -49,7 +52,7 @@ TACTILE_CLAY_INLINE void stretch(const Pairs pairs, const Stretch (&all_of)[coun
     for (int k = 0; k < count; ++k) own[k] = allOf(all_of[k].u + slot_size * i);
     for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
       const LaneVector g = loadGradient(pairs, p);
-      if (springs) fetchAhead(pairs.spring, p);
+      if (springs) fetchAhead(pairs, pairs.spring, p);
       for (int k = 0; k < count; ++k) {
         const Lane along = dot(g, difference(gather(all_of[k].u, pairs.slot + p), own[k]));
         if (density) total[k] += along;
@@ -346,10 +349,12 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
 }
 
 PairArrays Potential::pairs() const {
+  const bool many = particles_->size() > few;
   if (!dense_)
     return {near_->begins(), near_->paddeds(), near_->slots(), near_->x(),
-            near_->y(),      near_->z(),       spring_.data()};
-  return {near_->begins(), near_->paddeds(), near_->slots(), x_.data(), y_.data(), z_.data(), spring_.data()};
+            near_->y(),      near_->z(),       spring_.data(), many};
+  return {near_->begins(), near_->paddeds(), near_->slots(), x_.data(),
+          y_.data(),       z_.data(),        spring_.data(), many};
 }
 
 /// Some is compressed beyond by rounding and by what is linear; that may push. What a particle is lent for it

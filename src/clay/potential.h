@@ -18,6 +18,7 @@ struct PairArrays {
   const std::uint32_t *begin, *end, *slot;  // end: of whole lanes; slot of j
   const float *x, *y, *z;                   // g, 1/m; C_i grows by g . du; without density, the offset, m
   const float* spring;                      // J; the force on i is spring (g . du) g
+  bool many;                                // more than the caches hold
 };
 
 /// Internal forces of the clay in a time step, linearised once at its start.

@@ -16,13 +16,15 @@ constexpr int lane_width = 8;
 using Lane = float __attribute__((vector_size(32)));
 using HalfLane = float __attribute__((vector_size(16)));
 
-/// Functions over lanes are compiled for AVX2 too, and the loader picks; what they call is inlined into them.
-/// Sanitizers cannot instrument the pick.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define TACTILE_CLAY_MULTIVERSION __attribute__((target_clones("default", "avx2")))
-#else
+/// Functions over lanes are compiled for AVX2, and for AVX-512 with its 32 registers, too, and the loader
+/// picks; what they call is inlined into them. Sanitizers cannot instrument the pick.
+#if !defined(__x86_64__) || !defined(__GNUC__) || defined(__clang__) || defined(__SANITIZE_ADDRESS__) || \
+    defined(__SANITIZE_THREAD__)
 #define TACTILE_CLAY_MULTIVERSION
+#elif __GNUC__ >= 12
+#define TACTILE_CLAY_MULTIVERSION __attribute__((target_clones("default", "avx2", "arch=x86-64-v4")))
+#else
+#define TACTILE_CLAY_MULTIVERSION __attribute__((target_clones("default", "avx2")))
 #endif
 #define TACTILE_CLAY_INLINE inline __attribute__((always_inline))
 
