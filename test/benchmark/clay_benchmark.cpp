@@ -118,13 +118,15 @@ void without(benchmark::State& state, const std::function<void(clay::Material&)>
   run(state, rig);
 }
 
-/// One substep of a cube of at least `count` particles resting on a table.
+/// One substep of a cube of `count` particles resting on a table, with all of its iterations: what rests
+/// would need two or three of them, and the fewer the smaller it is.
 void step(benchmark::State& state, int count) {
   clay::ClayConfig config;
   config.budget = {1, scene::loadQuality("balanced", TACTILE_CLAY_SHARE).iterations};
   config.frame = frame / 4;
   config.threads = 2;
   config.sleeping = false;
+  config.tolerance = 0.0;
   const int side = static_cast<int>(std::ceil(std::cbrt(count)));
   const float d = static_cast<float>(config.spacing);
   std::vector<clay::InitialParticle> particles;
