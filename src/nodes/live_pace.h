@@ -1,23 +1,30 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace tactile_clay::nodes {
 
-/// How much time each frame of a live simulation gets, so that simulated time follows the wall clock and
-/// frames stay short: usually a period, and what time is owed from late frames as far as computing has room
-/// for it.
+/// How much time each frame of a live simulation gets, so that simulated time follows the wall clock, and
+/// frames are even and short: as many whole steps as usual, and one more or less where simulated time is one
+/// and a half steps off. A step more also needs a computer that has room for it.
 class LivePace {
  public:
-  /// \param period s, of frames
-  explicit LivePace(double period) : period_(period) {}
+  /// \param period s, of frames \param step s, of the simulation
+  LivePace(double period, double step) : period_(period), step_(step), usual_(period) {}
 
   /// Time that the next frame is to simulate, s. \param elapsed s since the frame before it began
   double next(double elapsed) {
+    usual_ += adaption * (std::min(elapsed, 2.0 * period_) - usual_);
     owed_ += elapsed;
-    const double most = std::clamp(period_ * pace_, period_, longest_frame * period_);
-    const double duration = std::min(owed_, most);
+    const double usual = step_ * std::round(std::min(usual_, period_) / step_);
+    double duration = usual;
+    const double late = owed_ - usual, enough = 1.5 * step_;
+    if (late > enough && usual + step_ <= period_ * pace_)
+      duration += step_;
+    else if (late < -enough)
+      duration = std::max(usual - step_, 0.0);
     owed_ -= duration;
     const double beyond = std::max(owed_ - most_owed, 0.0);
     owed_ -= beyond;
@@ -34,10 +41,11 @@ class LivePace {
   double takeDropped() { return std::exchange(dropped_, 0.0); }
 
  private:
-  static constexpr double longest_frame = 1.5;  // periods
-  static constexpr double most_owed = 0.1;      // s
+  static constexpr double adaption = 0.1;   // of the usual frame to each
+  static constexpr double most_owed = 0.1;  // s
 
-  double period_;
+  double period_, step_;
+  double usual_;       // s, between two frames
   double pace_ = 1.0;  // simulated over computing time of the last frame
   double owed_ = 0.0, dropped_ = 0.0;
 };

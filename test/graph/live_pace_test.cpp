@@ -3,14 +3,35 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace tactile_clay::nodes {
 namespace {
 
-constexpr double period = 1.0 / 60.0;
+constexpr double period = 1.0 / 60.0, step = period / 4.0;
+
+TEST(LivePace, FramesOfAnUnevenClockAreEven) {
+  LivePace pace(period, step);
+  for (int k = 0; k < 600; ++k) {
+    const double duration = pace.next(period * (k % 3 == 0 ? 1.3 : 0.85));
+    pace.took(duration, 0.6 * duration);
+    EXPECT_NEAR(duration, period, 1e-12) << k;
+  }
+}
+
+TEST(LivePace, StepsAreWhole) {
+  for (const double interval : {0.3, 0.7, 1.0, 1.4}) {
+    LivePace pace(period, step);
+    for (int k = 0; k < 100; ++k) {
+      const double steps = pace.next(interval * period) / step;
+      EXPECT_NEAR(steps, std::round(steps), 1e-9);
+      pace.took(steps * step, 0.5 * steps * step);
+    }
+  }
+}
 
 TEST(LivePace, FollowsAnUnevenClock) {
-  LivePace pace(period);
+  LivePace pace(period, step);
   double elapsed = 0.0, simulated = 0.0;
   for (int k = 0; k < 600; ++k) {
     const double interval = period * (k % 3 == 0 ? 1.3 : 0.85);
@@ -20,13 +41,13 @@ TEST(LivePace, FollowsAnUnevenClock) {
     pace.took(duration, 0.6 * duration);
     EXPECT_LE(duration, 1.5 * period);
   }
-  EXPECT_NEAR(simulated, elapsed, 1e-9);
+  EXPECT_NEAR(simulated, elapsed, 1.5 * step);
   EXPECT_EQ(pace.takeDropped(), 0.0);
 }
 
 TEST(LivePace, FollowsATrackerThatIsSlowerOrFasterThanItsRate) {
   for (const double rate : {25.0, 58.0, 62.0, 120.0}) {
-    LivePace pace(period);
+    LivePace pace(period, step);
     double simulated = 0.0;
     for (int k = 0; k < 600; ++k) {
       // Where no skin comes for 1.5 periods, a frame goes without.
@@ -45,7 +66,7 @@ TEST(LivePace, FollowsATrackerThatIsSlowerOrFasterThanItsRate) {
 }
 
 TEST(LivePace, FramesStayShortWhereComputingIsSlowAndNoTimeIsLostToASlowSecond) {
-  LivePace pace(period);
+  LivePace pace(period, step);
   double elapsed = 0.0, simulated = 0.0;
   for (int k = 0; k < 120; ++k) {
     const bool slow = k >= 30 && k < 90;
@@ -59,12 +80,12 @@ TEST(LivePace, FramesStayShortWhereComputingIsSlowAndNoTimeIsLostToASlowSecond) 
       EXPECT_LE(duration, period * 1.0000001) << k;
     }
   }
-  EXPECT_NEAR(simulated, elapsed, 1e-9);
+  EXPECT_NEAR(simulated, elapsed, 1.5 * step);  // as near as whole steps are held
   EXPECT_EQ(pace.takeDropped(), 0.0);
 }
 
 TEST(LivePace, WhatCannotBeSimulatedIsDroppedAndTold) {
-  LivePace pace(period);
+  LivePace pace(period, step);
   double elapsed = 0.0, simulated = 0.0, interval = period;
   for (int k = 0; k < 100; ++k) {
     elapsed += interval;
