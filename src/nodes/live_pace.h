@@ -21,7 +21,7 @@ class LivePace {
     const double usual = step_ * std::round(std::min(usual_, period_) / step_);
     double duration = usual;
     const double late = owed_ - usual, enough = 1.5 * step_;
-    if (late > enough && usual + step_ <= period_ * pace_)
+    if (late > enough && (usual == 0.0 || usual + step_ <= period_ * pace_))
       duration += step_;
     else if (late < -enough)
       duration = std::max(usual - step_, 0.0);

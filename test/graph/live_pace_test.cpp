@@ -30,6 +30,20 @@ TEST(LivePace, StepsAreWhole) {
   }
 }
 
+TEST(LivePace, FollowsAClockFasterThanItsSteps) {
+  constexpr double interval = step / 8.0;
+  LivePace pace(interval, step);
+  double simulated = 0.0;
+  for (int k = 0; k < 4000; ++k) {
+    const double duration = pace.next(interval);
+    simulated += duration;
+    pace.took(duration, 0.6 * duration);
+    EXPECT_LE(duration, step);
+  }
+  EXPECT_NEAR(simulated, 4000 * interval, 2.0 * step);
+  EXPECT_EQ(pace.takeDropped(), 0.0);
+}
+
 TEST(LivePace, FollowsAnUnevenClock) {
   LivePace pace(period, step);
   double elapsed = 0.0, simulated = 0.0;
