@@ -108,9 +108,9 @@ const ContactSearch::Found& ContactSearch::findAtStart(const std::vector<Contact
   clear(found_);
   const Step step{particles, guess, ghosts, dt};
   findSkin(before, near, step);
-  findInRanges(particles.size(), range_size, [&](std::size_t first, std::size_t last, Found& found) {
-    touchSolids(step, first, last, found);
-  });
+  for (std::size_t s = 0; s < solids_.size(); ++s)
+    findEach(particles.size(), range_size,
+             [&](std::size_t i, Found& found) { touchSolid(step, i, s, found); });
   return found_;
 }
 
@@ -128,24 +128,16 @@ const ContactSearch::Found& ContactSearch::findStrays(const Particles& particles
   return found_;
 }
 
-/// Calls find(first, last, found) for ranges of [0, n) and adds what they find in this order.
-template <typename F>
-void ContactSearch::findInRanges(std::size_t n, std::size_t range, const F& find) {
-  chunks_.resize((n + range - 1) / range);
-  parallelRanges(n, range, [&](std::size_t first, std::size_t last) {
-    Found& found = chunks_[first / range];
-    clear(found);
-    find(first, last, found);
-  });
-  for (const Found& found : chunks_) append(found, found_);
-}
-
 /// Calls find(k, found) for k in [0, n) and adds what they find in this order.
 template <typename F>
-void ContactSearch::findEach(std::size_t n, std::size_t range, const F& find) {
-  findInRanges(n, range, [&](std::size_t first, std::size_t last, Found& found) {
+void ContactSearch::findEach(std::size_t n, std::size_t chunk_size, const F& find) {
+  chunks_.resize((n + chunk_size - 1) / chunk_size);
+  parallelRanges(n, chunk_size, [&](std::size_t first, std::size_t last) {
+    Found& found = chunks_[first / chunk_size];
+    clear(found);
     for (std::size_t k = first; k < last; ++k) find(k, found);
   });
+  for (const Found& found : chunks_) append(found, found_);
 }
 
 void ContactSearch::findSkin(const std::vector<Contact>& before, const Neighbourhood& near,
@@ -310,26 +302,6 @@ ContactSearch::SkinPlane ContactSearch::planeOf(const Step& step, const std::vec
 /// start, m
 double ContactSearch::allowedDepth(double before, float dt) const {
   return std::max(0.5 * spacing_ - before - solid_recovery_speed * dt, 0.0);
-}
-
-/// Contacts of particles [first, last) with solids that any of them can reach.
-void ContactSearch::touchSolids(const Step& step, std::size_t first, std::size_t last, Found& found) const {
-  Eigen::AlignedBox3f box;
-  float square = 0.0f;
-  for (std::size_t i = first; i < last; ++i) {
-    box.extend(step.particles.position.at(i));
-    square = std::max(square, step.u.at(i).squaredNorm());
-  }
-  const Eigen::Vector3d centre = box.center().cast<double>();
-  const double radius = 0.5 * box.diagonal().norm(), hair = 0.01 * spacing_;
-  for (std::size_t s = 0; s < solids_.size(); ++s) {
-    const MovingSolid& moving = solids_[s];
-    const Eigen::Vector3d local = moving.to_start * centre;
-    const double turn = (moving.to_end.linear() - moving.to_start.linear()).norm();
-    const double way = std::sqrt(square) + (moving.to_end * centre - local).norm() + turn * radius;
-    if (surface(moving.solid, local).distance - radius - way > (0.5 + margin) * spacing_ + hair) continue;
-    for (std::size_t i = first; i < last; ++i) touchSolid(step, i, s, found);
-  }
 }
 
 void ContactSearch::touchSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const {

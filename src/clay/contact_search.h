@@ -30,9 +30,9 @@ class ContactSearch {
   /// \param spacing m
   explicit ContactSearch(float spacing) : spacing_(spacing) {}
 
-  /// What may touch in a step: the skin first, and with each particle the solids in their order. The guess
-  /// must outlive the step. \param before contacts of the step before, by particle \param guess, ghosts,
-  /// solids, start, end as in Contacts::detect \return good until the next search
+  /// What may touch in a step, the skin first, then one solid after the other, each in the order of the
+  /// particles. The guess must outlive the step. \param before contacts of the step before, by particle
+  /// \param guess, ghosts, solids, start, end as in Contacts::detect \return good until the next search
   const Found& findAtStart(const std::vector<Contact>& before, const Neighbourhood& near,
                            const Particles& particles, const VectorField& guess, const Ghosts& ghosts,
                            const std::vector<Solid>& solids, const std::vector<Eigen::Isometry3d>& start,
@@ -72,7 +72,6 @@ class ContactSearch {
   void touchSkin(const std::vector<Contact>& before, const Step& step, std::size_t first, std::size_t last,
                  Found& found) const;
   double allowedDepth(double before, float dt) const;
-  void touchSolids(const Step& step, std::size_t first, std::size_t last, Found& found) const;
   void touchSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
   void strayIntoSkin(const Step& step, std::size_t i, Found& found) const;
   void strayIntoSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
@@ -88,9 +87,7 @@ class ContactSearch {
   SkinPlane planeOf(const Step& step, const std::vector<Candidate>& side, const Eigen::Vector3f& x,
                     std::vector<GhostShare>& shares) const;
   template <typename F>
-  void findInRanges(std::size_t n, std::size_t range, const F& find);
-  template <typename F>
-  void findEach(std::size_t n, std::size_t range, const F& find);
+  void findEach(std::size_t n, std::size_t chunk_size, const F& find);
 
   float spacing_;
   // Of the step.
