@@ -7,24 +7,29 @@
 namespace tactile_clay::nodes {
 
 /// How much time each frame of a live simulation gets, so that simulated time follows the wall clock, and
-/// frames are even and short: as many whole steps as usual, and one more or less where simulated time is one
-/// and a half steps off. A step more also needs a computer that has room for it.
+/// frames are even and short: as many whole steps as usual, and a quarter of a period more or less where
+/// simulated time is off by more than that. More also needs a computer that has room for it.
 class LivePace {
  public:
   /// \param period s, of frames \param step s, of the simulation
-  LivePace(double period, double step) : period_(period), step_(step), usual_(period) {}
+  LivePace(double period, double step)
+      : period_(period),
+        step_(step),
+        quarter_(step * std::max(std::round(0.25 * period / step), 1.0)),
+        usual_(period) {}
 
   /// Time that the next frame is to simulate, s. \param elapsed s since the frame before it began
   double next(double elapsed) {
     usual_ += adaption * (std::min(elapsed, 2.0 * period_) - usual_);
     owed_ += elapsed;
     const double usual = step_ * std::round(std::min(usual_, period_) / step_);
+    const double late = owed_ - usual, enough = 1.5 * quarter_;
+    const bool has_room = pace_ >= room || usual == 0.0;
     double duration = usual;
-    const double late = owed_ - usual, enough = 1.5 * step_;
-    if (late > enough && (usual == 0.0 || usual + step_ <= period_ * pace_))
-      duration += step_;
+    if (late > enough && has_room)
+      duration += quarter_;
     else if (late < -enough)
-      duration = std::max(usual - step_, 0.0);
+      duration = std::max(usual - quarter_, 0.0);
     owed_ -= duration;
     const double beyond = std::max(owed_ - most_owed, 0.0);
     owed_ -= beyond;
@@ -42,9 +47,11 @@ class LivePace {
 
  private:
   static constexpr double adaption = 0.1;   // of the usual frame to each
+  static constexpr double room = 1.25;      // pace that a longer frame needs
   static constexpr double most_owed = 0.1;  // s
 
   double period_, step_;
+  double quarter_;     // s, of a period, in whole steps
   double usual_;       // s, between two frames
   double pace_ = 1.0;  // simulated over computing time of the last frame
   double owed_ = 0.0, dropped_ = 0.0;

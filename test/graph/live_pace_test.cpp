@@ -44,6 +44,20 @@ TEST(LivePace, FollowsAClockFasterThanItsSteps) {
   EXPECT_EQ(pace.takeDropped(), 0.0);
 }
 
+TEST(LivePace, CatchesUpWithStepsOfAnySize) {
+  for (const double length : {period, step, period / 16.0}) {
+    LivePace pace(period, length);
+    pace.next(5.0 * period);  // a hiccup
+    double simulated = 0.0;
+    for (int k = 0; k < 60; ++k) {
+      const double duration = pace.next(period);
+      pace.took(duration, 0.7 * duration);
+      simulated += duration;
+    }
+    EXPECT_NEAR(simulated, 64.0 * period, 1.5 * std::max(length, step)) << length;
+  }
+}
+
 TEST(LivePace, FollowsAnUnevenClock) {
   LivePace pace(period, step);
   double elapsed = 0.0, simulated = 0.0;
