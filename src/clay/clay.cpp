@@ -61,7 +61,7 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, doubl
   State& s = *state_;
   for (Stage& stage : s.statistics.stages) stage.ms = 0.0;
   s.iterations_done = 0;
-  const double dt = s.timeStep();
+  const double dt = s.config.timeStep();
   s.carry += duration;
   const int steps = std::max(static_cast<int>(std::lround(s.carry / dt)), 0);
   s.carry -= steps * dt;

@@ -33,13 +33,15 @@ struct Budget {
 
 struct ClayConfig {
   double spacing = 0.005;     // m, between particles of the initial lattice
-  double frame = 1.0 / 60.0;  // s; frame / substeps is the fixed time step
+  double frame = 1.0 / 60.0;  // s
   Budget budget;
   Eigen::Vector3d gravity{0.0, 0.0, -9.81};  // m/s^2
   double world = 1.0;                        // m, half extent of the cube that particles cannot leave
   double tolerance = 0.01;  // m/s^2, iterations stop where no particle lacks more acceleration than this
   int threads = 0;          // 0: as many as there are cores
   bool sleeping = true;     // leave clay at rest alone until something comes near (class Sleep)
+
+  double timeStep() const { return frame / budget.substeps; }  // s, fixed
 };
 
 /// Particles to start from.

@@ -26,7 +26,6 @@ struct Clay::State {
 
   double& ms(StageIndex stage) { return statistics.stages[stage].ms; }
   bool sleeps() const { return config.sleeping && config.budget.method != Method::paper; }
-  double timeStep() const { return config.frame / config.budget.substeps; }
 
   void takeGhosts(const Ghosts& ghosts);
   const std::vector<Solid>& withWalls(const std::vector<Solid>& solids, double farthest);

@@ -200,7 +200,7 @@ void ClaySimulator::runLive() {
   const std::chrono::duration<double> period(period_);
   Clock::time_point before = Clock::now(), skin_at = before - std::chrono::hours(1);
   clay::Ghosts held;
-  LivePace pace(period_, scene_.config.frame / scene_.config.budget.substeps);
+  LivePace pace(period_, scene_.config.timeStep());
   while (true) {
     Cloud::ConstPtr skin;
     {

@@ -49,7 +49,7 @@ Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::
   config.sleeping = false;  // the solver alone is compared
   clay::Clay clay(config, scene.materials, scene.particles);
   const double first_volume = volumeOf(clay.particles().position, config.spacing);
-  const double step = config.frame / budget.substeps;
+  const double step = config.timeStep();
   const bool with_hands = std::any_of(samples.begin(), samples.end(),
                                       [](const HandSample& sample) { return sample.skin.size() > 0; });
   Outcome outcome;

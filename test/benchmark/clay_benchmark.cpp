@@ -118,8 +118,8 @@ void without(benchmark::State& state, const std::function<void(clay::Material&)>
   run(state, rig);
 }
 
-/// One substep of a cube of `count` particles resting on a table, with all of its iterations: what rests
-/// would need two or three of them, and the fewer the smaller it is.
+/// One substep of a cube of `count` particles resting on a table, with all of its iterations: small cubes at
+/// rest would stop after two or three.
 void step(benchmark::State& state, int count) {
   clay::ClayConfig config;
   config.budget = {1, scene::loadQuality("balanced", TACTILE_CLAY_SHARE).iterations};
