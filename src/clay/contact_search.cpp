@@ -17,7 +17,7 @@ constexpr float capture = 1.0f;  // spacings beneath the skin, from where it pus
 // inside of two of them has nowhere to go, and stores what they squeeze it by.
 constexpr float skin_recovery_speed = 0.5f, solid_recovery_speed = 0.1f;
 
-constexpr std::size_t ghosts_a_chunk = 256, runs_a_chunk = 32;
+constexpr std::size_t ghosts_a_chunk = 256, particles_a_chunk = 64;
 
 using Vector = Eigen::Vector3f;
 
@@ -73,9 +73,9 @@ std::optional<SurfacePoint> firstMet(const Solid& solid, const Eigen::Vector3d& 
 }
 
 /// Whether the skin held a particle. \param contacts by particle
-bool isHeld(const std::vector<Contact>& contacts, std::uint32_t particle) {
+bool isHeld(const std::vector<Contact>& contacts, std::size_t particle) {
   const auto from = std::lower_bound(contacts.begin(), contacts.end(), particle,
-                                     [](const Contact& c, std::uint32_t p) { return c.particle < p; });
+                                     [](const Contact& c, std::size_t p) { return c.particle < p; });
   for (auto c = from; c != contacts.end() && c->particle == particle; ++c)
     if (c->solid == Contact::skin && c->state != Contact::State::open) return true;
   return false;
@@ -95,32 +95,46 @@ void clear(ContactSearch::Found& found) {
 
 }  // namespace
 
-const ContactSearch::Found& ContactSearch::findAtStart(const std::vector<Contact>& before,
-                                                       const Neighbourhood& near, const Particles& particles,
-                                                       const VectorField& guess, const Ghosts& ghosts,
-                                                       const std::vector<Solid>& solids,
-                                                       const std::vector<Eigen::Isometry3d>& start,
-                                                       const std::vector<Eigen::Isometry3d>& end, float dt) {
+ContactSearch::MovingSolid::MovingSolid(const Solid& solid_in, const Eigen::Isometry3d& start,
+                                        const Eigen::Isometry3d& end_in)
+    : solid(solid_in), end(end_in), to_start(start.inverse()), to_end(end_in.inverse()) {
+  const Eigen::AlignedBox3d bounds = boundsOf(solid);
+  for (int k = 0; k < 8; ++k) {
+    const Eigen::Vector3d corner = bounds.corner(static_cast<Eigen::AlignedBox3d::CornerType>(k));
+    box.extend(start * corner);
+    travel = std::max(travel, (end * corner - start * corner).norm());
+  }
+}
+
+bool ContactSearch::MovingSolid::mayMeet(const Eigen::Vector3d& point, double way, double near) const {
+  return box.exteriorDistance(point) <= near + way + travel;
+}
+
+ContactSearch::Found& ContactSearch::findAtStart(const std::vector<Contact>& before,
+                                                 const Neighbourhood& near, const Particles& particles,
+                                                 const VectorField& guess, const Ghosts& ghosts,
+                                                 const std::vector<Solid>& solids,
+                                                 const std::vector<Eigen::Isometry3d>& start,
+                                                 const std::vector<Eigen::Isometry3d>& end, float dt) {
   guess_ = &guess;
   solids_.clear();
-  for (std::size_t s = 0; s < solids.size(); ++s)
-    solids_.push_back({solids[s], end[s], start[s].inverse(), end[s].inverse()});
-  clear(found_);
+  for (std::size_t s = 0; s < solids.size(); ++s) solids_.emplace_back(solids[s], start[s], end[s]);
   const Step step{particles, guess, ghosts, dt};
-  findSkin(before, near, step);
-  for (std::size_t s = 0; s < solids_.size(); ++s)
-    findEach(particles.size(), range_size,
-             [&](std::size_t i, Found& found) { touchSolid(step, i, s, found); });
+  findCandidates(near, step);
+  sortCandidates(particles.size());
+  findEach(particles.size(), [&](std::size_t i, Found& found) {
+    touchSkin(before, step, i, found);
+    for (std::size_t s = 0; s < solids_.size(); ++s) touchSolid(step, i, s, found);
+  });
   return found_;
 }
 
 /// What is struck goes where nothing led to at the start of the step.
 const ContactSearch::Found& ContactSearch::findStrays(const Particles& particles, const Ghosts& ghosts,
                                                       const VectorField& u, float dt) {
-  clear(found_);
   const Step step{particles, u, ghosts, dt};
   const float foreseen = margin * spacing_;
-  findEach(particles.size(), range_size, [&](std::size_t i, Found& found) {
+  findEach(particles.size(), [&](std::size_t i, Found& found) {
     if (!((u.at(i) - guess_->at(i)).squaredNorm() > foreseen * foreseen)) return;
     for (std::size_t s = 0; s < solids_.size(); ++s) strayIntoSolid(step, i, s, found);
     strayIntoSkin(step, i, found);
@@ -128,25 +142,17 @@ const ContactSearch::Found& ContactSearch::findStrays(const Particles& particles
   return found_;
 }
 
-/// Calls find(k, found) for k in [0, n) and adds what they find in this order.
+/// Calls find(i, found) for the n particles and lists what they find in this order.
 template <typename F>
-void ContactSearch::findEach(std::size_t n, std::size_t chunk_size, const F& find) {
-  chunks_.resize((n + chunk_size - 1) / chunk_size);
-  parallelRanges(n, chunk_size, [&](std::size_t first, std::size_t last) {
-    Found& found = chunks_[first / chunk_size];
+void ContactSearch::findEach(std::size_t n, const F& find) {
+  chunks_.resize((n + particles_a_chunk - 1) / particles_a_chunk);
+  parallelRanges(n, particles_a_chunk, [&](std::size_t first, std::size_t last) {
+    Found& found = chunks_[first / particles_a_chunk];
     clear(found);
-    for (std::size_t k = first; k < last; ++k) find(k, found);
+    for (std::size_t i = first; i < last; ++i) find(i, found);
   });
+  clear(found_);
   for (const Found& found : chunks_) append(found, found_);
-}
-
-void ContactSearch::findSkin(const std::vector<Contact>& before, const Neighbourhood& near,
-                             const Step& step) {
-  if (step.ghosts.size() == 0) return;
-  findCandidates(near, step);
-  sortCandidates(step.particles.size());
-  findEach(runs_.size() - 1, runs_a_chunk,
-           [&](std::size_t r, Found& found) { touchSkin(before, step, runs_[r], runs_[r + 1], found); });
 }
 
 void ContactSearch::findCandidates(const Neighbourhood& near, const Step& step) {
@@ -185,26 +191,22 @@ void ContactSearch::findPassing(const Neighbourhood& near, const Step& step, con
 }
 
 void ContactSearch::sortCandidates(std::size_t particles) {
-  candidate_place_.assign(particles + 1, 0);
+  candidate_end_.assign(particles + 1, 0);
   for (const std::vector<Candidate>& chunk : passing_)
-    for (const Candidate& c : chunk) ++candidate_place_[c.particle + 1];
-  runs_.clear();
-  for (std::size_t i = 0; i < particles; ++i) {
-    if (candidate_place_[i + 1] > 0) runs_.push_back(candidate_place_[i]);
-    candidate_place_[i + 1] += candidate_place_[i];
-  }
-  candidates_.resize(candidate_place_.back());
+    for (const Candidate& c : chunk) ++candidate_end_[c.particle + 1];
+  for (std::size_t i = 0; i < particles; ++i) candidate_end_[i + 1] += candidate_end_[i];
+  candidates_.resize(candidate_end_.back());
   for (const std::vector<Candidate>& chunk : passing_)
-    for (const Candidate& c : chunk) candidates_[candidate_place_[c.particle]++] = c;
-  runs_.push_back(static_cast<std::uint32_t>(candidates_.size()));
+    for (const Candidate& c : chunk) candidates_[candidate_end_[c.particle]++] = c;
 }
 
-/// Contacts of the particle of candidates [first, last). What was deep beneath the skin all the time may as
+/// Contacts of particle i with the skin. What was deep beneath the skin all the time may as
 /// well be in front of the other side of a finger. What the skin held in the step before was pressed through
 /// it, and is pushed out from any depth.
-void ContactSearch::touchSkin(const std::vector<Contact>& before, const Step& step, std::size_t first,
-                              std::size_t last, Found& found) const {
-  const std::uint32_t i = candidates_[first].particle;
+void ContactSearch::touchSkin(const std::vector<Contact>& before, const Step& step, std::size_t i,
+                              Found& found) const {
+  const std::uint32_t first = i > 0 ? candidate_end_[i - 1] : 0, last = candidate_end_[i];
+  if (first == last) return;
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
   const float deepest = isHeld(before, i) ? reach * spacing_ : capture * spacing_;
   thread_local std::vector<Candidate> rest;
@@ -307,9 +309,11 @@ double ContactSearch::allowedDepth(double before, float dt) const {
 void ContactSearch::touchSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const {
   const MovingSolid& moving = solids_[s];
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
+  const double near = (0.5 + margin) * spacing_;
+  if (!moving.mayMeet(x.cast<double>(), u.norm(), near)) return;
   const Eigen::Vector3d local = moving.to_start * x.cast<double>();
   const Eigen::Vector3d motion = moving.to_end * (x + u).cast<double>() - local;
-  const auto met = firstMet(moving.solid, local, motion, (0.5 + margin) * spacing_, 0.01 * spacing_);
+  const auto met = firstMet(moving.solid, local, motion, near, 0.01 * spacing_);
   if (!met) return;
   Contact contact;
   contact.particle = static_cast<std::uint32_t>(i), contact.solid = static_cast<std::uint32_t>(s);

@@ -30,13 +30,13 @@ class ContactSearch {
   /// \param spacing m
   explicit ContactSearch(float spacing) : spacing_(spacing) {}
 
-  /// What may touch in a step, the skin first, then one solid after the other, each in the order of the
-  /// particles. The guess must outlive the step. \param before contacts of the step before, by particle
-  /// \param guess, ghosts, solids, start, end as in Contacts::detect \return good until the next search
-  const Found& findAtStart(const std::vector<Contact>& before, const Neighbourhood& near,
-                           const Particles& particles, const VectorField& guess, const Ghosts& ghosts,
-                           const std::vector<Solid>& solids, const std::vector<Eigen::Isometry3d>& start,
-                           const std::vector<Eigen::Isometry3d>& end, float dt);
+  /// What may touch in a step, in the order of the particles, and of each the skin first. The guess must
+  /// outlive the step. \param before contacts of the step before, by particle \param guess, ghosts, solids,
+  /// start, end as in Contacts::detect \return the caller's, until the next search
+  Found& findAtStart(const std::vector<Contact>& before, const Neighbourhood& near,
+                     const Particles& particles, const VectorField& guess, const Ghosts& ghosts,
+                     const std::vector<Solid>& solids, const std::vector<Eigen::Isometry3d>& start,
+                     const std::vector<Eigen::Isometry3d>& end, float dt);
 
   /// In the same step, what touches particles at the end of their way if u leads them elsewhere than the
   /// guess, in the order of the particles. \return good until the next search
@@ -50,9 +50,15 @@ class ContactSearch {
     float dt;                    // s
   };
   struct MovingSolid {
+    MovingSolid(const Solid& solid_in, const Eigen::Isometry3d& start, const Eigen::Isometry3d& end_in);
+    /// Whether a point may come nearer to it than that. \param way m, what the point moves in the step
+    bool mayMeet(const Eigen::Vector3d& point, double way, double near) const;
+
     Solid solid;
     Eigen::Isometry3d end;               // its pose at the end of the step
     Eigen::Isometry3d to_start, to_end;  // from world into its frame
+    Eigen::AlignedBox3d box;             // m, about it at the start of the step
+    double travel = 0.0;                 // m, what moves the farthest of it in the step
   };
   struct Candidate {  // ghost that may be part of the skin at a particle
     std::uint32_t particle, ghost;
@@ -64,13 +70,11 @@ class ContactSearch {
     Eigen::Vector3f drift = Eigen::Vector3f::Zero();   // m
   };
 
-  void findSkin(const std::vector<Contact>& before, const Neighbourhood& near, const Step& step);
   void findCandidates(const Neighbourhood& near, const Step& step);
   void findPassing(const Neighbourhood& near, const Step& step, const Eigen::AlignedBox3f& ways,
                    std::uint32_t ghost, std::vector<Candidate>& candidates) const;
   void sortCandidates(std::size_t particles);
-  void touchSkin(const std::vector<Contact>& before, const Step& step, std::size_t first, std::size_t last,
-                 Found& found) const;
+  void touchSkin(const std::vector<Contact>& before, const Step& step, std::size_t i, Found& found) const;
   double allowedDepth(double before, float dt) const;
   void touchSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
   void strayIntoSkin(const Step& step, std::size_t i, Found& found) const;
@@ -87,7 +91,7 @@ class ContactSearch {
   SkinPlane planeOf(const Step& step, const std::vector<Candidate>& side, const Eigen::Vector3f& x,
                     std::vector<GhostShare>& shares) const;
   template <typename F>
-  void findEach(std::size_t n, std::size_t chunk_size, const F& find);
+  void findEach(std::size_t n, const F& find);
 
   float spacing_;
   // Of the step.
@@ -97,9 +101,8 @@ class ContactSearch {
   // Kept for their memory.
   std::vector<Found> chunks_;
   std::vector<std::vector<Candidate>> passing_;  // by chunks of the ghosts
-  std::vector<Candidate> candidates_;            // sorted by particle: a run holds those of one
-  std::vector<std::uint32_t> runs_;              // where each begins, and the end of the last
-  std::vector<std::uint32_t> candidate_place_;   // of each particle, for sorting
+  std::vector<Candidate> candidates_;            // by particle
+  std::vector<std::uint32_t> candidate_end_;     // of each particle, where the next one's begin
 };
 
 }  // namespace tactile_clay::clay

@@ -34,29 +34,23 @@ void Contacts::detect(const Neighbourhood& near, const Particles& particles, con
                       const std::vector<Eigen::Isometry3d>& start, const std::vector<Eigen::Isometry3d>& end,
                       float dt) {
   previous_.swap(contacts_);
-  contacts_.clear(), shares_.clear();
-  const ContactSearch::Found& found =
+  ContactSearch::Found& found =
       search_.findAtStart(previous_, near, particles, guess, ghosts, solids, start, end, dt);
-  for (const Contact& contact : found.contacts) add(contact, found.shares, particles, dt);
-  sortContacts();
-  recall(guess);
+  contacts_.swap(found.contacts), shares_.swap(found.shares);
+  parallelRanges(contacts_.size(), range_size, [&](std::size_t first, std::size_t last) {
+    for (std::size_t c = first; c < last; ++c) open(contacts_[c], particles, dt);
+    recall(guess, first, last);
+  });
+  listFilters();
 }
 
-/// Adds a contact that was found, open and without a past. \param shares those found with it
-void Contacts::add(const Contact& contact, const std::vector<GhostShare>& shares, const Particles& particles,
-                   float dt) {
-  const auto first = shares.begin() + contact.first_ghost;
-  contacts_.push_back(contact);
-  Contact& added = contacts_.back();
-  added.first_ghost = static_cast<std::uint32_t>(shares_.size());
-  added.anchor = added.drift;
-  added.stiffness = leastStiffness(added, particles, dt);
-  shares_.insert(shares_.end(), first, first + contact.ghost_count);
+/// A contact that was found is open and has no past.
+void Contacts::open(Contact& found, const Particles& particles, float dt) const {
+  found.anchor = found.drift;
+  found.stiffness = leastStiffness(found, particles, dt);
 }
 
-void Contacts::sortContacts() {
-  std::stable_sort(contacts_.begin(), contacts_.end(),
-                   [](const Contact& a, const Contact& b) { return a.particle < b.particle; });
+void Contacts::listFilters() {
   filters_.clear();
   for (std::uint32_t c = 0; c < contacts_.size(); ++c) {
     if (filters_.empty() || filters_.back().particle != contacts_[c].particle) {
@@ -82,7 +76,11 @@ bool Contacts::detectStrays(const Particles& particles, const Ghosts& ghosts, co
   for (const Contact& stray : strays.contacts) {
     Contact* same = known(stray);
     if (same == nullptr) {
-      add(stray, strays.shares, particles, dt);
+      const auto first = strays.shares.begin() + stray.first_ghost;
+      contacts_.push_back(stray);
+      contacts_.back().first_ghost = static_cast<std::uint32_t>(shares_.size());
+      open(contacts_.back(), particles, dt);
+      shares_.insert(shares_.end(), first, first + stray.ghost_count);
     } else if (stray.solid == Contact::skin) {
       same->normal = stray.normal, same->gap = stray.gap;
       same->friction = tangential(same->friction, stray.normal);
@@ -90,7 +88,9 @@ bool Contacts::detectStrays(const Particles& particles, const Ghosts& ghosts, co
     }
   }
   if (contacts_.size() == led_to) return turned;
-  sortContacts();
+  std::stable_sort(contacts_.begin(), contacts_.end(),
+                   [](const Contact& a, const Contact& b) { return a.particle < b.particle; });
+  listFilters();
   return true;
 }
 
@@ -124,9 +124,13 @@ float Contacts::leastStiffness(const Contact& c, const Particles& particles, flo
   return least_stiffness / (particles.inverse_mass[c.particle] * dt * dt);
 }
 
-void Contacts::recall(const VectorField& guess) {
-  auto from = previous_.cbegin();
-  for (Contact& c : contacts_) {
+/// What contacts [first, last) were in the step before.
+void Contacts::recall(const VectorField& guess, std::size_t first, std::size_t last) {
+  auto from =
+      std::lower_bound(previous_.cbegin(), previous_.cend(), contacts_[first].particle,
+                       [](const Contact& a, std::uint32_t particle) { return a.particle < particle; });
+  for (std::size_t k = first; k < last; ++k) {
+    Contact& c = contacts_[k];
     while (from != previous_.cend() && from->particle < c.particle) ++from;
     for (auto old = from; old != previous_.cend() && old->particle == c.particle; ++old) {
       if (old->state == Contact::State::open || old->solid != c.solid ||

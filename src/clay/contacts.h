@@ -89,10 +89,9 @@ class Contacts {
     float pulled = 0.0f;        // J, see Changes
     Eigen::Matrix3f free;       // projector onto the free directions
   };
-  void add(const Contact& contact, const std::vector<GhostShare>& shares, const Particles& particles,
-           float dt);
-  void sortContacts();
-  void recall(const VectorField& guess);
+  void open(Contact& found, const Particles& particles, float dt) const;
+  void listFilters();
+  void recall(const VectorField& guess, std::size_t first, std::size_t last);
   Contact* known(const Contact& found);
   /// Calls f(filter) for the filters of particles [first, last).
   template <typename F>

@@ -48,6 +48,13 @@ SurfacePoint surface(const Solid& solid, const Eigen::Vector3d& point) {
   return sphereSurface(solid.size.x(), point);
 }
 
+Eigen::AlignedBox3d boundsOf(const Solid& solid) {
+  Eigen::Vector3d half = solid.size;
+  if (solid.shape == Solid::Shape::cylinder) half = {solid.size.x(), solid.size.x(), solid.size.y()};
+  if (solid.shape == Solid::Shape::sphere) half.setConstant(solid.size.x());
+  return {-half, half};
+}
+
 Eigen::Isometry3d poseAfter(const Solid& solid, double t) {
   Eigen::Isometry3d pose = solid.pose;
   pose.translation() += t * solid.linear_velocity;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+
 #include "clouds.h"
 #include "support/setups.h"
 
@@ -367,6 +370,39 @@ TEST(Contacts, WorkOfPullingIsTold) {
     const Contacts::Changes changes = loose.contacts.update(loose.particles, u, residual);
     EXPECT_FLOAT_EQ(static_cast<float>(changes.pulled), push > 0.0f ? -push * gap : 0.0f);
   }
+}
+
+/// Solids of every shape, thrown and spun at random past particles at rest: whatever a step ends in is met.
+TEST(Contacts, WhatMovesIntoAParticleIsMetFromAfar) {
+  std::mt19937 random(11);
+  std::size_t met = 0, from_afar = 0;
+  for (int k = 0; k < 300; ++k) {
+    Solid solid;
+    solid.shape = std::array{Solid::Shape::box, Solid::Shape::cylinder, Solid::Shape::sphere}[k % 3];
+    solid.size =
+        Eigen::Vector3d(0.002, 0.002, 0.002) + 0.06 * randomVector(random, 1.0f).cast<double>().cwiseAbs();
+    solid.pose = Eigen::Translation3d(0.1 * randomVector(random, 1.0f).cast<double>()) *
+                 Eigen::AngleAxisd(3.0 * k, randomVector(random, 1.0f).cast<double>().normalized());
+    solid.linear_velocity = 20.0 * randomVector(random, 1.0f).cast<double>();
+    solid.angular_velocity = 200.0 * randomVector(random, 1.0f).cast<double>();
+    std::vector<Eigen::Vector3f> points;
+    for (int i = 0; i < 1000; ++i) points.push_back(randomVector(random, 0.2f));
+    Loose loose(points, 0.0f);
+    loose.step({}, {solid}, 0);
+    const Eigen::Isometry3d to_end = poseAfter(solid, dt).inverse(), to_start = solid.pose.inverse();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double before = surface(solid, to_start * points[i].cast<double>()).distance;
+      if (before < 0.0 || surface(solid, to_end * points[i].cast<double>()).distance > 0.0) continue;
+      const auto& contacts = loose.contacts.contacts();
+      EXPECT_TRUE(
+          std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) { return c.particle == i; }))
+          << "solid " << k << " particle " << i;
+      ++met;
+      if (before > 0.05) ++from_afar;
+    }
+  }
+  EXPECT_GT(met, 1000u);
+  EXPECT_GT(from_afar, 100u);
 }
 
 }  // namespace
