@@ -11,6 +11,7 @@ namespace tactile_clay::clay {
 namespace {
 
 constexpr float reach = 1.5f;    // spacings, R: ghosts this near make the skin at a particle
+constexpr float patch = 1.25f;   // spacings, about a ghost, of the skin that it stands for
 constexpr float margin = 0.5f;   // spacings, of contacts that the step may yet close
 constexpr float capture = 1.0f;  // spacings beneath the skin, from where it pushes out what it did not hold
 // m/s, at which an old penetration is undone, so that none explodes. Solids take their time: what started
@@ -129,13 +130,15 @@ ContactSearch::Found& ContactSearch::findAtStart(const std::vector<Contact>& bef
   return found_;
 }
 
-/// What is struck goes where nothing led to at the start of the step.
+/// What is struck goes where nothing led to at the start of the step; and over the way of what flies, the
+/// skin is no plane.
 const ContactSearch::Found& ContactSearch::findStrays(const Particles& particles, const Ghosts& ghosts,
                                                       const VectorField& u, float dt) {
   const Step step{particles, u, ghosts, dt};
-  const float foreseen = margin * spacing_;
+  const float foreseen = margin * spacing_, far = reach * spacing_;
   findEach(particles.size(), [&](std::size_t i, Found& found) {
-    if (!((u.at(i) - guess_->at(i)).squaredNorm() > foreseen * foreseen)) return;
+    const bool led_off = (u.at(i) - guess_->at(i)).squaredNorm() > foreseen * foreseen;
+    if (!led_off && !(u.at(i).squaredNorm() > far * far)) return;
     for (std::size_t s = 0; s < solids_.size(); ++s) strayIntoSolid(step, i, s, found);
     strayIntoSkin(step, i, found);
   });
@@ -220,23 +223,50 @@ void ContactSearch::touchSkin(const std::vector<Contact>& before, const Step& st
   });
 }
 
-/// Where particle i ends in the skin: its tangent planes there.
+/// Where particle i went through the skin, or ends in it: its tangent planes there.
 void ContactSearch::strayIntoSkin(const Step& step, std::size_t i, Found& found) const {
   const float radius = reach * spacing_;
   const Ghosts& ghosts = step.ghosts;
   const Vector x = step.particles.position.at(i), u = step.u.at(i), end = x + u;
   thread_local std::vector<Candidate> rest;
-  rest.clear();
-  for (std::size_t g = 0; g < ghosts.size(); ++g) {
-    const float square = (end - ghosts.position[g]).squaredNorm();
-    if (square < radius * radius && heightAtStart(step, x, g) >= -capture * spacing_)
-      rest.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(g), square});
+  findCrossed(step, i, rest);
+  if (rest.empty()) {
+    for (std::size_t g = 0; g < ghosts.size(); ++g) {
+      const float square = (end - ghosts.position[g]).squaredNorm();
+      if (square < radius * radius && heightAtStart(step, x, g) >= -capture * spacing_)
+        rest.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(g), square});
+    }
   }
   touchSides(step, end, rest, found, [&](const SkinPlane& plane, Contact& contact) {
     const float depth = 0.5f * spacing_ - plane.distance;
     contact.gap = depth + contact.normal.dot(u);
     return depth > 0.0f;
   });
+}
+
+/// Ghosts beside which particle i goes from in front of the skin to behind it, where it first does so.
+void ContactSearch::findCrossed(const Step& step, std::size_t i, std::vector<Candidate>& crossed) const {
+  const float radius = reach * spacing_;
+  const Vector x = step.particles.position.at(i), u = step.u.at(i);
+  thread_local std::vector<float> gone;  // m, on the way to where it crosses, as the ghost sees it
+  crossed.clear(), gone.clear();
+  for (std::size_t g = 0; g < step.ghosts.size(); ++g) {
+    const Vector motion = step.dt * step.ghosts.velocity[g], way = u - motion;
+    const Vector start = x - (step.ghosts.position[g] - motion);
+    const float before = step.ghosts.normal[g].dot(start), after = before + step.ghosts.normal[g].dot(way);
+    if (!(before > 0.0f && after < 0.0f)) continue;
+    const float share = before / (before - after);
+    const float square = (start + share * way).squaredNorm();
+    if (!(square < patch * patch * spacing_ * spacing_)) continue;
+    crossed.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(g), square});
+    gone.push_back(share * way.norm());
+  }
+  if (crossed.empty()) return;
+  const float first = *std::min_element(gone.begin(), gone.end());
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < crossed.size(); ++k)
+    if (gone[k] < first + radius) crossed[kept++] = crossed[k];
+  crossed.resize(kept);
 }
 
 /// Contacts of a particle with each side of the skin that its candidates make near x.

@@ -38,8 +38,8 @@ class ContactSearch {
                      const std::vector<Solid>& solids, const std::vector<Eigen::Isometry3d>& start,
                      const std::vector<Eigen::Isometry3d>& end, float dt);
 
-  /// In the same step, what touches particles at the end of their way if u leads them elsewhere than the
-  /// guess, in the order of the particles. \return good until the next search
+  /// In the same step, what touches particles where they go through the skin or end, if u leads them
+  /// elsewhere than the guess or far, in the order of the particles. \return good until the next search
   const Found& findStrays(const Particles& particles, const Ghosts& ghosts, const VectorField& u, float dt);
 
  private:
@@ -78,6 +78,7 @@ class ContactSearch {
   double allowedDepth(double before, float dt) const;
   void touchSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
   void strayIntoSkin(const Step& step, std::size_t i, Found& found) const;
+  void findCrossed(const Step& step, std::size_t i, std::vector<Candidate>& crossed) const;
   void strayIntoSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
   /// m, of x over a ghost's plane at the start of the step.
   static float heightAtStart(const Step& step, const Eigen::Vector3f& x, std::size_t ghost) {

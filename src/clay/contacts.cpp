@@ -4,12 +4,14 @@
 #include <atomic>
 #include <cmath>
 
+#include "clay/half_space.h"
 #include "clay/threads.h"
 
 namespace tactile_clay::clay {
 namespace {
 
 constexpr float pre_sliding = 0.01f;  // spacings, by which a friction spring gives before its contact slides
+constexpr float farthest = 6.0f;      // spacings, that what is between skins is pushed out by
 constexpr float least_stiffness = 20.0f, most_stiffness = 500.0f;  // its range, particle masses per step^2
 
 using Vector = Eigen::Vector3f;
@@ -295,30 +297,62 @@ Contacts::Changes Contacts::update(const Particles& particles, const VectorField
 void Contacts::expel(const Particles& particles, VectorField& u, float dt) {
   parallelFor(filters_.size(), 64, [&](std::size_t f) {
     const std::uint32_t i = filters_[f].particle;
-    const float mass = 1.0f / particles.inverse_mass[i];
     Vector step = u.at(i);
-    const auto push = [&](Contact& c, const Vector& by) {
-      step += by;
-      c.force += mass / (dt * dt) * by;
-      if (c.state == Contact::State::open) c.state = Contact::State::slide;
-    };
-    const auto depth = [&](const Contact& c) { return c.gap - c.normal.dot(step); };
-    for (std::uint32_t k = filters_[f].first; k < filters_[f].last; ++k) {
-      Contact& c = contacts_[k];
-      if (depth(c) > 0.0f) push(c, depth(c) * c.normal);
-    }
-    // Where it got out of one obstacle into another, it goes no further than to the first on its way.
-    Contact* nearest = nullptr;
-    float share = 1.0f;
-    for (std::uint32_t k = filters_[f].first; k < filters_[f].last; ++k) {
-      Contact& c = contacts_[k];
-      if (!(depth(c) > 1e-3f * spacing_) || c.gap > 0.0f) continue;
-      const float reached = c.gap / c.normal.dot(step);
-      if (reached < share) share = reached, nearest = &c;
-    }
-    if (nearest != nullptr) push(*nearest, (share - 1.0f) * step);
+    expel(filters_[f], 1.0f / (particles.inverse_mass[i] * dt * dt), step);
     u.set(i, step);
   });
+}
+
+/// \param inertia N/m, of the particle \param u its displacement
+void Contacts::expel(const Filter& filter, float inertia, Vector& u) {
+  const auto push = [&](Contact& c, const Vector& by) {
+    u += by;
+    c.force += inertia * by;
+    if (c.state == Contact::State::open) c.state = Contact::State::slide;
+  };
+  const auto depth = [&](const Contact& c) { return c.gap - c.normal.dot(u); };
+  for (std::uint32_t k = filter.first; k < filter.last; ++k) {
+    Contact& c = contacts_[k];
+    if (depth(c) > 0.0f) push(c, depth(c) * c.normal);
+  }
+  bool inside = false, skin = false;
+  Contact* nearest = nullptr;
+  float share = 1.0f;
+  for (std::uint32_t k = filter.first; k < filter.last; ++k) {
+    Contact& c = contacts_[k];
+    skin = skin || c.solid == Contact::skin;
+    if (!(depth(c) > 1e-3f * spacing_)) continue;
+    inside = true;
+    if (c.gap > 0.0f) continue;
+    const float reached = c.gap / c.normal.dot(u);
+    if (reached < share) share = reached, nearest = &c;
+  }
+  // Where it got out of one obstacle into another, hands squeeze it out between them. What solids squeeze
+  // would gain energy by that: it goes no further than to the first on its way.
+  const std::vector<float> out = inside && skin ? wayOut(filter, u) : std::vector<float>();
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    Contact& c = contacts_[filter.first + k];
+    if (out[k] > 0.0f) push(c, out[k] * c.normal);
+  }
+  if (out.empty() && nearest != nullptr) push(*nearest, (share - 1.0f) * u);
+}
+
+/// The shortest way on, from the displacement u, out of all that a particle touches, as lengths along the
+/// normals of its contacts: one that is not far if there is any, though it leave the particle less than half
+/// a spacing off where there is no room for that. Empty: there is none.
+std::vector<float> Contacts::wayOut(const Filter& filter, const Vector& u) const {
+  std::vector<HalfSpace> spaces(filter.last - filter.first);
+  for (const float most : {2.0f, farthest}) {
+    for (const float closer : {0.0f, 0.25f, 0.45f}) {
+      for (std::size_t k = 0; k < spaces.size(); ++k) {
+        const Contact& c = contacts_[filter.first + k];
+        spaces[k] = {c.normal, c.gap - closer * spacing_ - c.normal.dot(u)};
+      }
+      std::vector<float> way = shortestInto(spaces, most * spacing_);
+      if (!way.empty()) return way;
+    }
+  }
+  return {};
 }
 
 void Contacts::stop(const VectorField& u, VectorField& w) const {

@@ -35,9 +35,9 @@ class Contacts {
               const std::vector<Eigen::Isometry3d>& start, const std::vector<Eigen::Isometry3d>& end,
               float dt);
 
-  /// Contacts of particles that u leads elsewhere than the guess: with solids that they end in, and with the
-  /// skin there, which over such a way is no plane any more. \param ghosts those of `detect` \return whether
-  /// there are any
+  /// Contacts of particles that u leads elsewhere than the guess, or far: with solids that they end in, and
+  /// with the skin there or where they went through it; over such a way it is no plane any more. \param
+  /// ghosts those of `detect` \return whether there are any
   bool detectStrays(const Particles& particles, const Ghosts& ghosts, const VectorField& u, float dt);
 
   /// Closes open contacts that u violates, and moves particles to where their closed contacts prescribe.
@@ -67,7 +67,7 @@ class Contacts {
   Changes update(const Particles& particles, const VectorField& u, const VectorField& residual);
 
   /// Pushes out what still penetrates, and adds the force of doing so. What gets out of one obstacle into
-  /// another stops where its way meets the first.
+  /// another is pushed out of both if one is the skin, or stops where its way meets the first.
   void expel(const Particles& particles, VectorField& u, float dt);
 
   /// Takes from the displacements w, which follow u, what goes into obstacles.
@@ -99,6 +99,8 @@ class Contacts {
   float friction(const Contact& c, const Particles& particles) const;
   float adhesion(const Contact& c, const Particles& particles) const;
   float leastStiffness(const Contact& c, const Particles& particles, float dt) const;
+  void expel(const Filter& filter, float inertia, Eigen::Vector3f& u);
+  std::vector<float> wayOut(const Filter& filter, const Eigen::Vector3f& u) const;
   Eigen::Vector3f prescribed(Filter& filter, Eigen::Vector3f u);
   Eigen::Vector3f pull(const Contact& c, const Eigen::Vector3f& u) const;
 

@@ -151,6 +151,34 @@ TEST(Contacts, WhatEndsDeepInTheSkinAndBeganBeforeItIsMetThere) {
   EXPECT_NEAR((struck.particles.position.at(0) + struck.u.at(0)).z(), 0.5f * spacing, 1e-6f);
 }
 
+/// Through the skin and out of its reach, as into the middle of a finger.
+TEST(Contacts, WhatWentThroughTheSkinIsMetWhereItDid) {
+  Loose struck({{0.0f, 0.0f, 2.0f * spacing}}, 0.0f);
+  const Ghosts skin = floorOfGhosts();
+  struck.step(skin, {});
+  ASSERT_TRUE(struck.contacts.contacts().empty());
+  struck.u.set(0, {0.2f * spacing, 0.0f, -4.0f * spacing});
+  ASSERT_TRUE(struck.contacts.detectStrays(struck.particles, skin, struck.u, dt));
+  struck.contacts.expel(struck.particles, struck.u, dt);
+  EXPECT_NEAR((struck.particles.position.at(0) + struck.u.at(0)).z(), 0.5f * spacing, 1e-6f);
+}
+
+/// Two palms at 60 degrees close on a particle: neither lets it out by itself, nor one after the other. With
+/// solids it goes to where it meets the first.
+TEST(Contacts, WhatHandsSqueezeLeavesBetweenThem) {
+  const double tilt = M_PI / 3.0;
+  const Eigen::Vector3d right(std::cos(tilt), 0.0, std::sin(tilt)),
+      left(std::cos(tilt), 0.0, -std::sin(tilt));
+  const Eigen::Vector3d closing = 1.0 * spacing / dt * Eigen::Vector3d::UnitZ();
+  Ghosts palms = ghostPlane(0.3 * spacing * right, right, 0.02, 0.004, closing);
+  append(palms, ghostPlane(0.3 * spacing * left, left, 0.02, 0.004, -closing));
+  Loose squeezed({{0.0f, 0.0f, 0.0f}}, 0.0f);
+  squeezed.step(palms, {}, 0);
+  ASSERT_EQ(squeezed.contacts.contacts().size(), 2u);
+  const Eigen::Vector3d end = squeezed.particles.position.at(0).cast<double>();
+  for (const Eigen::Vector3d& n : {right, left}) EXPECT_NEAR(n.dot(end), 0.8 * spacing, 0.01 * spacing);
+}
+
 TEST(Contacts, WhatIsStoppedGoesIntoNoObstacle) {
   Loose resting({{0.0f, 0.0f, 0.6f * spacing}}, 0.0f);
   resting.step(floorOfGhosts(), {});
