@@ -14,9 +14,7 @@ constexpr float reach = 1.5f;    // spacings, R: ghosts this near make the skin 
 constexpr float patch = 1.25f;   // spacings, about a ghost, of the skin that it stands for
 constexpr float margin = 0.5f;   // spacings, of contacts that the step may yet close
 constexpr float capture = 1.0f;  // spacings beneath the skin, from where it pushes out what it did not hold
-// m/s, at which an old penetration is undone, so that none explodes. Solids take their time: what started
-// inside of two of them has nowhere to go, and stores what they squeeze it by.
-constexpr float skin_recovery_speed = 0.5f, solid_recovery_speed = 0.1f;
+constexpr float skin_recovery_speed = 0.5f;  // m/s
 
 constexpr std::size_t ghosts_a_chunk = 256, particles_a_chunk = 64;
 
@@ -138,9 +136,8 @@ const ContactSearch::Found& ContactSearch::findStrays(const Particles& particles
   const float foreseen = margin * spacing_, far = reach * spacing_;
   findEach(particles.size(), [&](std::size_t i, Found& found) {
     const bool led_off = (u.at(i) - guess_->at(i)).squaredNorm() > foreseen * foreseen;
-    if (!led_off && !(u.at(i).squaredNorm() > far * far)) return;
-    for (std::size_t s = 0; s < solids_.size(); ++s) strayIntoSolid(step, i, s, found);
-    strayIntoSkin(step, i, found);
+    for (std::size_t s = 0; led_off && s < solids_.size(); ++s) strayIntoSolid(step, i, s, found);
+    if (led_off || u.at(i).squaredNorm() > far * far) strayIntoSkin(step, i, found);
   });
   return found_;
 }

@@ -27,6 +27,10 @@ class ContactSearch {
     std::vector<GhostShare> shares;
   };
 
+  /// m/s, at which an old penetration is undone, so that none explodes. Skin is quicker: what started inside
+  /// of two solids has nowhere to go, and stores what they squeeze it by.
+  static constexpr double solid_recovery_speed = 0.1;
+
   /// \param spacing m
   explicit ContactSearch(float spacing) : spacing_(spacing) {}
 

@@ -178,6 +178,17 @@ std::vector<double> Lumps::workOfPushingOut(const Contacts& contacts) const {
   return work;
 }
 
+std::vector<double> Lumps::workOfRecovery(const Contacts& contacts, float dt) const {
+  const double limited = 0.999 * ContactSearch::solid_recovery_speed * dt;
+  std::vector<double> work(near_.lumps(), 0.0);
+  for (const Contact& c : contacts.contacts()) {
+    const double recovered = c.gap - c.drift.dot(c.normal);
+    if (c.solid != Contact::skin && recovered > limited)
+      work[near_.lump(c.particle)] += recovered * std::max(c.force.dot(c.normal), 0.0f);
+  }
+  return work;
+}
+
 /// Of each lump, a basis of the rigid motions (translation, rotation times its size) that no contact blocks.
 std::vector<Eigen::MatrixXd> Lumps::unblocked(const Contacts& contacts) const {
   constexpr double none = 1e-6;

@@ -49,6 +49,8 @@ class Lumps {
   std::vector<bool> slideOnWhatRests(const Contacts& contacts) const;
   /// J, of each lump: work of the contact forces that push it out of obstacles it is inside of.
   std::vector<double> workOfPushingOut(const Contacts& contacts) const;
+  /// J, the part of it that solids did beyond their motion on what they still hold inside at the end.
+  std::vector<double> workOfRecovery(const Contacts& contacts, float dt) const;
 
   /// Rigid motion of a lump about its centre, m and rad.
   struct Motion {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <functional>
 #include <numeric>
 
@@ -52,6 +53,7 @@ int Minimiser::solve(const Eigen::Vector3f& gravity, const Ghosts& ghosts, int i
     contacts_->expel(particles_, u, dt_);
   shorten(u);
   balanceForces(u);
+  keepCompression();
   contacts_->finish(particles_, dt_);
   if (beyond_) {
     recovery_.resize(particles_.size());
@@ -322,6 +324,20 @@ void Minimiser::balanceForces(const VectorField& u) {
     const std::uint32_t lump = near_.lump(c.particle);
     if (force[lump] > 0.0) c.force += (c.force.norm() / force[lump] * lacking[lump]).cast<float>();
   }
+}
+
+/// Solids push out what started inside of them, and nobody pays for that. Where two of them squeeze what has
+/// nowhere to go, compression stores their work: density gives that much less back.
+void Minimiser::keepCompression() {
+  kept_.assign(near_.lumps(), 1.0f);
+  const std::vector<double> work = lumps_.workOfRecovery(*contacts_, dt_);
+  if (std::none_of(work.begin(), work.end(), [](double w) { return w > 0.0; })) return;
+  const auto& stored = stored_.of(
+      near_, particles_.size(), [&](std::size_t i) { return LumpSums<1>::Sum(potential_.storedEnergy(i)); });
+  for (std::size_t l = 0; l < work.size(); ++l)
+    if (work[l] > 0.0)
+      kept_[l] =
+          static_cast<float>(std::sqrt(std::max(1.0 - work[l] / std::max(stored[l][0], work[l]), 0.0)));
 }
 
 }  // namespace tactile_clay::clay

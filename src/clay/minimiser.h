@@ -47,7 +47,7 @@ class Minimiser {
   /// rho / rho_0 at the start of the step.
   const std::vector<float>& densityRatio() const { return potential_.densityRatio(); }
   /// What density may give back of the compression of a particle after the step.
-  float compression(std::size_t i) const { return potential_.paidCompression(i); }
+  float compression(std::size_t i) const { return kept_[near_.lump(i)] * potential_.paidCompression(i); }
 
  private:
   /// Runs f(first, last) over the particles.
@@ -74,6 +74,7 @@ class Minimiser {
   void shorten(VectorField& u);
   bool mayGain(const std::vector<bool>& rests, const std::vector<double>& work, const VectorField& u);
   void balanceForces(const VectorField& u);
+  void keepCompression();
 
   const Neighbourhood& near_;
   const Particles& particles_;
@@ -82,7 +83,7 @@ class Minimiser {
   BoundaryDensity boundary_;
   RangeSums sums_;
   LumpSums<3> inertial_forces_;
-  LumpSums<1> slopes_;
+  LumpSums<1> slopes_, stored_;
   LumpSums<2> slopes_and_motions_;
 
   // Of the step.
@@ -93,6 +94,7 @@ class Minimiser {
   VectorField r_, z_, p_, q_;   // residual, preconditioned residual, direction, its product
   VectorField d_, a_d_;         // direction of the displacements themselves, its product
   VectorField recovery_;        // m
+  std::vector<float> kept_;     // of each lump, share of the compression that density may give back
   bool beyond_ = false;         // whether there is compression to recover from
   int iterations_done_ = 0;
 };

@@ -91,6 +91,12 @@ class Potential {
     return c > 0.0f ? std::sqrt(std::max(c * c - lent_[i], 0.0f)) : 0.0f;
   }
 
+  /// J, of that.
+  double storedEnergy(std::size_t i) const {
+    const double c = paidCompression(i);
+    return 0.5 * bulk_[particles_->material[i]] * c * c;
+  }
+
   /// What the slope of the energies along that p, J, is more than with the set of
   /// active constraints, of particle i, `step` times p further than the displacements have come to.
   double slopeBeyondSet(std::size_t i, float step) const {

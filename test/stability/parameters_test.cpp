@@ -364,22 +364,23 @@ INSTANTIATE_TEST_SUITE_P(Seeds, Inside, ::testing::Range(301u, 531u, 10u),
                          ::testing::PrintToStringParamName());
 
 /// Pushed out at 0.5 m/s, all but the last gained more than is allowed; that did where what started in a
-/// solid and strayed deeper was pushed out at once.
+/// solid and strayed deeper was pushed out at once. 1034 and 1233 do where the work of walls that squeeze
+/// clay is stored in its compression.
 class InsideSeed : public ::testing::TestWithParam<unsigned> {};
 TEST_P(InsideSeed, RecoversAtItsSpeed) {
   watchInside(GetParam());
 }
 INSTANTIATE_TEST_SUITE_P(Seed, InsideSeed,
-                         ::testing::Values(215u, 267u, 299u, 537u, 706u, 715u, 969u, 1035u, 1136u, 1218u,
-                                           1240u, 1243u, 1544u, 1629u, 1891u, 5023u),
+                         ::testing::Values(215u, 267u, 299u, 537u, 706u, 715u, 969u, 1034u, 1035u, 1136u,
+                                           1218u, 1233u, 1240u, 1243u, 1544u, 1629u, 1891u, 5023u),
                          ::testing::PrintToStringParamName());
 
-/// Fails: of seeds 1 to 4000 these gain more than is allowed.
+/// Fails: of seeds 1 to 8000 these gain more than is allowed.
 class InsideTooFast : public ::testing::TestWithParam<unsigned> {};
 TEST_P(InsideTooFast, DISABLED_RecoversAtItsSpeed) {
   watchInside(GetParam());
 }
-INSTANTIATE_TEST_SUITE_P(Seed, InsideTooFast, ::testing::Values(1034u, 1233u, 2310u),
+INSTANTIATE_TEST_SUITE_P(Seed, InsideTooFast, ::testing::Values(618u, 2310u, 4796u, 4934u, 6738u),
                          ::testing::PrintToStringParamName());
 
 }  // namespace
