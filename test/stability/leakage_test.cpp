@@ -102,9 +102,10 @@ class Leakage : public ::testing::Test {
   bool touched = false;       // with more than 0.1 N; what lies on the palm weighs 0.126 N
 };
 
-struct Shaken : Leakage {
-  using Leakage::advance, Leakage::deepest, Leakage::inside;
-  explicit Shaken(const std::vector<InitialParticle>& particles) : Leakage(particles) {}
+/// One of many in a test.
+struct OneOfMany : Leakage {
+  using Leakage::advance, Leakage::deepest, Leakage::inside, Leakage::touched, Leakage::under;
+  explicit OneOfMany(const std::vector<InitialParticle>& particles) : Leakage(particles) {}
   void TestBody() override {}
 };
 
@@ -162,16 +163,45 @@ TEST(RandomFists, InOneFrameLeaveNoneInside) {
     const double bend = (60.0 + 30.0 * any(random)) * degree, thumb = -0.6 + 0.4 * any(random);
     const double along = 0.01 + 0.02 * any(random);
     const hand::Side side = seed % 2 == 0 ? hand::Side::right : hand::Side::left;
-    Shaken shaken(particles);
+    OneOfMany one(particles);
     for (int k = 0; k < 30; ++k) {
-      shaken.advance({handAt(side, Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX(), 0.1, {along, 0.0, 0.0},
+      one.advance({handAt(side, Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX(), 0.1, {along, 0.0, 0.0},
                              k < 20 ? 0.0 : bend, thumb)});
-      EXPECT_LE(shaken.inside, k == 20 ? 1 : 0) << "frame " << k;
-      EXPECT_GT(shaken.deepest, -0.2 * spacing) << "frame " << k;
-      inside += shaken.inside;
+      EXPECT_LE(one.inside, k == 20 ? 1 : 0) << "frame " << k;
+      EXPECT_GT(one.deepest, -0.2 * spacing) << "frame " << k;
+      inside += one.inside;
     }
   }
   EXPECT_LE(inside, 1);
+}
+
+/// Hands of any kind, in any direction and at any height, through a block on the table at 0.5 to 5 m/s.
+TEST(RandomHands, ThroughClayLeaveNoneInside) {
+  for (unsigned seed = 41; seed <= 60; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    const auto any = [&random](double low, double high) {
+      return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    const double speed = any(0.5, 5.0), yaw = any(0.0, 2.0 * M_PI), bend = any(0.0, 70.0) * degree;
+    const double thumb = any(-0.6, -0.2), height = any(0.005, 0.04), tilt = any(-1.0, 1.0);
+    const Eigen::Vector3d way(std::cos(yaw), std::sin(yaw), 0.0);
+    const Eigen::Vector3d beside = any(-0.015, 0.015) * Eigen::Vector3d::UnitZ().cross(way);
+    const Eigen::Vector3d fingers =
+        Eigen::AngleAxisd(any(0.0, 2.0 * M_PI), Eigen::Vector3d::UnitZ()) * Eigen::Vector3d::UnitX();
+    const Eigen::Vector3d palm = Eigen::AngleAxisd(tilt, fingers) * -Eigen::Vector3d::UnitZ();
+    const hand::Side side = seed % 2 == 0 ? hand::Side::right : hand::Side::left;
+    OneOfMany one(block(8, 8, 8, spacing));
+    for (int k = 0; k < 60; ++k) {
+      const Eigen::Vector3d at =
+          std::min(-0.3 + speed * frame * k, 0.3) * way + beside + height * Eigen::Vector3d::UnitZ();
+      one.advance({handAt(side, palm, fingers, at.dot(palm), at, bend, thumb)});
+      EXPECT_GT(one.deepest, -0.2 * spacing) << "frame " << k;
+      EXPECT_EQ(one.under, 0) << "frame " << k;
+    }
+    EXPECT_TRUE(one.touched);
+    EXPECT_EQ(one.inside, 0);
+  }
 }
 
 /// The soft hand's flesh is where it is, not where the tracked hand is: by its triangles. Fingers that press
