@@ -16,7 +16,7 @@ constexpr float margin = 0.5f;   // spacings, of contacts that the step may yet 
 constexpr float capture = 1.0f;  // spacings beneath the skin, from where it pushes out what it did not hold
 constexpr float skin_recovery_speed = 0.5f;  // m/s
 
-constexpr std::size_t ghosts_a_chunk = 256, particles_a_chunk = 64;
+constexpr std::size_t ghosts_a_chunk = 256, ghosts_a_box = 32, particles_a_chunk = 64;
 
 using Vector = Eigen::Vector3f;
 
@@ -133,6 +133,7 @@ ContactSearch::Found& ContactSearch::findAtStart(const std::vector<Contact>& bef
 const ContactSearch::Found& ContactSearch::findStrays(const Particles& particles, const Ghosts& ghosts,
                                                       const VectorField& u, float dt) {
   const Step step{particles, u, ghosts, dt};
+  boxGhosts(step);
   const float foreseen = margin * spacing_, far = reach * spacing_;
   findEach(particles.size(), [&](std::size_t i, Found& found) {
     const bool led_off = (u.at(i) - guess_->at(i)).squaredNorm() > foreseen * foreseen;
@@ -220,6 +221,30 @@ void ContactSearch::touchSkin(const std::vector<Contact>& before, const Step& st
   });
 }
 
+/// Boxes about the ways of each few ghosts in the step, widened by R; those of a few are beside each other.
+void ContactSearch::boxGhosts(const Step& step) {
+  const Ghosts& ghosts = step.ghosts;
+  ghost_boxes_.assign((ghosts.size() + ghosts_a_box - 1) / ghosts_a_box, Eigen::AlignedBox3f());
+  for (std::size_t g = 0; g < ghosts.size(); ++g) {
+    Eigen::AlignedBox3f& box = ghost_boxes_[g / ghosts_a_box];
+    for (const Vector& at : {ghosts.position[g], Vector(ghosts.position[g] - step.dt * ghosts.velocity[g])}) {
+      box.extend(at - Vector::Constant(reach * spacing_));
+      box.extend(at + Vector::Constant(reach * spacing_));
+    }
+  }
+}
+
+/// Calls f(g), in order, for all ghosts whose way may come within R of one from `from` to `to`, and others.
+template <typename F>
+void ContactSearch::forGhostsNear(const Step& step, const Vector& from, const Vector& to, const F& f) const {
+  const Eigen::AlignedBox3f way(from.cwiseMin(to), from.cwiseMax(to));
+  for (std::size_t b = 0; b < ghost_boxes_.size(); ++b) {
+    if (!ghost_boxes_[b].intersects(way)) continue;
+    const std::size_t last = std::min(step.ghosts.size(), (b + 1) * ghosts_a_box);
+    for (std::size_t g = b * ghosts_a_box; g < last; ++g) f(g);
+  }
+}
+
 /// Where particle i went through the skin, or ends in it: its tangent planes there.
 void ContactSearch::strayIntoSkin(const Step& step, std::size_t i, Found& found) const {
   const float radius = reach * spacing_;
@@ -228,11 +253,11 @@ void ContactSearch::strayIntoSkin(const Step& step, std::size_t i, Found& found)
   thread_local std::vector<Candidate> rest;
   findCrossed(step, i, rest);
   if (rest.empty()) {
-    for (std::size_t g = 0; g < ghosts.size(); ++g) {
+    forGhostsNear(step, end, end, [&](std::size_t g) {
       const float square = (end - ghosts.position[g]).squaredNorm();
       if (square < radius * radius && heightAtStart(step, x, g) >= -capture * spacing_)
         rest.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(g), square});
-    }
+    });
   }
   touchSides(step, end, rest, found, [&](const SkinPlane& plane, Contact& contact) {
     const float depth = 0.5f * spacing_ - plane.distance;
@@ -247,17 +272,17 @@ void ContactSearch::findCrossed(const Step& step, std::size_t i, std::vector<Can
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
   thread_local std::vector<float> gone;  // m, on the way to where it crosses, as the ghost sees it
   crossed.clear(), gone.clear();
-  for (std::size_t g = 0; g < step.ghosts.size(); ++g) {
+  forGhostsNear(step, x, x + u, [&](std::size_t g) {
     const Vector motion = step.dt * step.ghosts.velocity[g], way = u - motion;
     const Vector start = x - (step.ghosts.position[g] - motion);
     const float before = step.ghosts.normal[g].dot(start), after = before + step.ghosts.normal[g].dot(way);
-    if (!(before > 0.0f && after < 0.0f)) continue;
+    if (!(before > 0.0f && after < 0.0f)) return;
     const float share = before / (before - after);
     const float square = (start + share * way).squaredNorm();
-    if (!(square < patch * patch * spacing_ * spacing_)) continue;
+    if (!(square < patch * patch * spacing_ * spacing_)) return;
     crossed.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(g), square});
     gone.push_back(share * way.norm());
-  }
+  });
   if (crossed.empty()) return;
   const float first = *std::min_element(gone.begin(), gone.end());
   std::size_t kept = 0;

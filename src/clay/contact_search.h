@@ -81,6 +81,10 @@ class ContactSearch {
   void touchSkin(const std::vector<Contact>& before, const Step& step, std::size_t i, Found& found) const;
   double allowedDepth(double before, float dt) const;
   void touchSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
+  void boxGhosts(const Step& step);
+  template <typename F>
+  void forGhostsNear(const Step& step, const Eigen::Vector3f& from, const Eigen::Vector3f& to,
+                     const F& f) const;
   void strayIntoSkin(const Step& step, std::size_t i, Found& found) const;
   void findCrossed(const Step& step, std::size_t i, std::vector<Candidate>& crossed) const;
   void strayIntoSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
@@ -105,9 +109,10 @@ class ContactSearch {
   Found found_;
   // Kept for their memory.
   std::vector<Found> chunks_;
-  std::vector<std::vector<Candidate>> passing_;  // by chunks of the ghosts
-  std::vector<Candidate> candidates_;            // by particle
-  std::vector<std::uint32_t> candidate_end_;     // of each particle, where the next one's begin
+  std::vector<Eigen::AlignedBox3f> ghost_boxes_;  // m
+  std::vector<std::vector<Candidate>> passing_;   // by chunks of the ghosts
+  std::vector<Candidate> candidates_;             // by particle
+  std::vector<std::uint32_t> candidate_end_;      // of each particle, where the next one's begin
 };
 
 }  // namespace tactile_clay::clay
