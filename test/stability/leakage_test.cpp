@@ -166,7 +166,7 @@ TEST(RandomFists, InOneFrameLeaveNoneInside) {
     OneOfMany one(particles);
     for (int k = 0; k < 30; ++k) {
       one.advance({handAt(side, Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX(), 0.1, {along, 0.0, 0.0},
-                             k < 20 ? 0.0 : bend, thumb)});
+                          k < 20 ? 0.0 : bend, thumb)});
       EXPECT_LE(one.inside, k == 20 ? 1 : 0) << "frame " << k;
       EXPECT_GT(one.deepest, -0.2 * spacing) << "frame " << k;
       inside += one.inside;
