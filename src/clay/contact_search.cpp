@@ -16,7 +16,8 @@ constexpr float margin = 0.5f;   // spacings, of contacts that the step may yet 
 constexpr float capture = 1.0f;  // spacings beneath the skin, from where it pushes out what it did not hold
 constexpr float skin_recovery_speed = 0.5f;  // m/s
 
-constexpr std::size_t ghosts_a_chunk = 256, ghosts_a_box = 32, particles_a_chunk = 64;
+constexpr std::size_t ghosts_a_chunk = 256, particles_a_chunk = 64;
+constexpr std::size_t ghosts_a_box = 32;  // of which a chunk has whole ones
 
 using Vector = Eigen::Vector3f;
 
@@ -121,7 +122,7 @@ ContactSearch::Found& ContactSearch::findAtStart(const std::vector<Contact>& bef
   const Step step{particles, guess, ghosts, dt};
   findCandidates(near, step);
   sortCandidates(particles.size());
-  findEach(particles.size(), [&](std::size_t i, Found& found) {
+  findEach(particles.size(), particles_a_chunk, [&](std::size_t i, Found& found) {
     touchSkin(before, step, i, found);
     for (std::size_t s = 0; s < solids_.size(); ++s) touchSolid(step, i, s, found);
   });
@@ -133,9 +134,8 @@ ContactSearch::Found& ContactSearch::findAtStart(const std::vector<Contact>& bef
 const ContactSearch::Found& ContactSearch::findStrays(const Particles& particles, const Ghosts& ghosts,
                                                       const VectorField& u, float dt) {
   const Step step{particles, u, ghosts, dt};
-  boxGhosts(step);
   const float foreseen = margin * spacing_, far = reach * spacing_;
-  findEach(particles.size(), [&](std::size_t i, Found& found) {
+  findEach(particles.size(), range_size, [&](std::size_t i, Found& found) {
     const bool led_off = (u.at(i) - guess_->at(i)).squaredNorm() > foreseen * foreseen;
     for (std::size_t s = 0; led_off && s < solids_.size(); ++s) strayIntoSolid(step, i, s, found);
     if (led_off || u.at(i).squaredNorm() > far * far) strayIntoSkin(step, i, found);
@@ -145,10 +145,10 @@ const ContactSearch::Found& ContactSearch::findStrays(const Particles& particles
 
 /// Calls find(i, found) for the n particles and lists what they find in this order.
 template <typename F>
-void ContactSearch::findEach(std::size_t n, const F& find) {
-  chunks_.resize((n + particles_a_chunk - 1) / particles_a_chunk);
-  parallelRanges(n, particles_a_chunk, [&](std::size_t first, std::size_t last) {
-    Found& found = chunks_[first / particles_a_chunk];
+void ContactSearch::findEach(std::size_t n, std::size_t chunk_size, const F& find) {
+  chunks_.resize((n + chunk_size - 1) / chunk_size);
+  parallelRanges(n, chunk_size, [&](std::size_t first, std::size_t last) {
+    Found& found = chunks_[first / chunk_size];
     clear(found);
     for (std::size_t i = first; i < last; ++i) find(i, found);
   });
@@ -160,11 +160,16 @@ void ContactSearch::findCandidates(const Neighbourhood& near, const Step& step) 
   const std::size_t ghosts = step.ghosts.size();
   const Eigen::AlignedBox3f ways = boxOf(step.u);
   passing_.resize((ghosts + ghosts_a_chunk - 1) / ghosts_a_chunk);
+  ghost_boxes_.assign((ghosts + ghosts_a_box - 1) / ghosts_a_box, Eigen::AlignedBox3f());
   parallelRanges(ghosts, ghosts_a_chunk, [&](std::size_t first, std::size_t last) {
     std::vector<Candidate>& candidates = passing_[first / ghosts_a_chunk];
     candidates.clear();
-    for (std::size_t g = first; g < last; ++g)
+    for (std::size_t g = first; g < last; ++g) {
       findPassing(near, step, ways, static_cast<std::uint32_t>(g), candidates);
+      Eigen::AlignedBox3f& box = ghost_boxes_[g / ghosts_a_box];
+      box.extend(step.ghosts.position[g]);
+      box.extend(step.ghosts.position[g] - step.dt * step.ghosts.velocity[g]);
+    }
   });
 }
 
@@ -221,23 +226,12 @@ void ContactSearch::touchSkin(const std::vector<Contact>& before, const Step& st
   });
 }
 
-/// Boxes about the ways of each few ghosts in the step, widened by R; those of a few are beside each other.
-void ContactSearch::boxGhosts(const Step& step) {
-  const Ghosts& ghosts = step.ghosts;
-  ghost_boxes_.assign((ghosts.size() + ghosts_a_box - 1) / ghosts_a_box, Eigen::AlignedBox3f());
-  for (std::size_t g = 0; g < ghosts.size(); ++g) {
-    Eigen::AlignedBox3f& box = ghost_boxes_[g / ghosts_a_box];
-    for (const Vector& at : {ghosts.position[g], Vector(ghosts.position[g] - step.dt * ghosts.velocity[g])}) {
-      box.extend(at - Vector::Constant(reach * spacing_));
-      box.extend(at + Vector::Constant(reach * spacing_));
-    }
-  }
-}
-
-/// Calls f(g), in order, for all ghosts whose way may come within R of one from `from` to `to`, and others.
+/// Calls f(g), in order, for all ghosts whose way may come within R of one from `from` to `to`, and others:
+/// for some that follow each other, and so are beside each other, if one may.
 template <typename F>
 void ContactSearch::forGhostsNear(const Step& step, const Vector& from, const Vector& to, const F& f) const {
-  const Eigen::AlignedBox3f way(from.cwiseMin(to), from.cwiseMax(to));
+  const Vector radius = Vector::Constant(reach * spacing_);
+  const Eigen::AlignedBox3f way(from.cwiseMin(to) - radius, from.cwiseMax(to) + radius);
   for (std::size_t b = 0; b < ghost_boxes_.size(); ++b) {
     if (!ghost_boxes_[b].intersects(way)) continue;
     const std::size_t last = std::min(step.ghosts.size(), (b + 1) * ghosts_a_box);

@@ -81,7 +81,6 @@ class ContactSearch {
   void touchSkin(const std::vector<Contact>& before, const Step& step, std::size_t i, Found& found) const;
   double allowedDepth(double before, float dt) const;
   void touchSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
-  void boxGhosts(const Step& step);
   template <typename F>
   void forGhostsNear(const Step& step, const Eigen::Vector3f& from, const Eigen::Vector3f& to,
                      const F& f) const;
@@ -100,19 +99,19 @@ class ContactSearch {
   SkinPlane planeOf(const Step& step, const std::vector<Candidate>& side, const Eigen::Vector3f& x,
                     std::vector<GhostShare>& shares) const;
   template <typename F>
-  void findEach(std::size_t n, const F& find);
+  void findEach(std::size_t n, std::size_t chunk_size, const F& find);
 
   float spacing_;
   // Of the step.
   const VectorField* guess_ = nullptr;
   std::vector<MovingSolid> solids_;
+  std::vector<Eigen::AlignedBox3f> ghost_boxes_;  // m, about the ways of each few ghosts
   Found found_;
   // Kept for their memory.
   std::vector<Found> chunks_;
-  std::vector<Eigen::AlignedBox3f> ghost_boxes_;  // m
-  std::vector<std::vector<Candidate>> passing_;   // by chunks of the ghosts
-  std::vector<Candidate> candidates_;             // by particle
-  std::vector<std::uint32_t> candidate_end_;      // of each particle, where the next one's begin
+  std::vector<std::vector<Candidate>> passing_;  // by chunks of the ghosts
+  std::vector<Candidate> candidates_;            // by particle
+  std::vector<std::uint32_t> candidate_end_;     // of each particle, where the next one's begin
 };
 
 }  // namespace tactile_clay::clay
