@@ -15,6 +15,8 @@ constexpr float patch = 1.25f;   // spacings, about a ghost, of the skin that it
 constexpr float margin = 0.5f;   // spacings, of contacts that the step may yet close
 constexpr float capture = 1.0f;  // spacings beneath the skin, from where it pushes out what it did not hold
 constexpr float skin_recovery_speed = 0.5f;  // m/s
+constexpr float disc = 1.0f;                 // spacings, radius of the skin that is one ghost's
+constexpr float flesh = 0.012f;              // m, that hands are thick everywhere
 
 constexpr std::size_t ghosts_a_chunk = 256, particles_a_chunk = 64;
 constexpr std::size_t ghosts_a_box = 32;  // of which a chunk has whole ones
@@ -51,6 +53,11 @@ Eigen::AlignedBox3f boxOf(const VectorField& field) {
   for (std::size_t i = 0; i < field.size(); ++i)
     least = least.cwiseMin(field[i]), most = most.cwiseMax(field[i]);
   return {least.head<3>(), most.head<3>()};
+}
+
+Eigen::AlignedBox3f boxAbout(const Vector& from, const Vector& to, float radius) {
+  const Vector around = Vector::Constant(radius);
+  return {from.cwiseMin(to) - around, from.cwiseMax(to) + around};
 }
 
 /// The tangent plane of a solid where a point first comes near on its way, so that nothing is passed by
@@ -226,15 +233,13 @@ void ContactSearch::touchSkin(const std::vector<Contact>& before, const Step& st
   });
 }
 
-/// Calls f(g), in order, for all ghosts whose way may come within R of one from `from` to `to`, and others:
-/// for some that follow each other, and so are beside each other, if one may.
+/// Calls f(g), in order, for all ghosts whose way may come into a box, and others: for some that follow each
+/// other, and so are beside each other, if one may.
 template <typename F>
-void ContactSearch::forGhostsNear(const Step& step, const Vector& from, const Vector& to, const F& f) const {
-  const Vector radius = Vector::Constant(reach * spacing_);
-  const Eigen::AlignedBox3f way(from.cwiseMin(to) - radius, from.cwiseMax(to) + radius);
+void ContactSearch::forGhostsNear(const Ghosts& ghosts, const Eigen::AlignedBox3f& box, const F& f) const {
   for (std::size_t b = 0; b < ghost_boxes_.size(); ++b) {
-    if (!ghost_boxes_[b].intersects(way)) continue;
-    const std::size_t last = std::min(step.ghosts.size(), (b + 1) * ghosts_a_box);
+    if (!ghost_boxes_[b].intersects(box)) continue;
+    const std::size_t last = std::min(ghosts.size(), (b + 1) * ghosts_a_box);
     for (std::size_t g = b * ghosts_a_box; g < last; ++g) f(g);
   }
 }
@@ -247,7 +252,7 @@ void ContactSearch::strayIntoSkin(const Step& step, std::size_t i, Found& found)
   thread_local std::vector<Candidate> rest;
   findCrossed(step, i, rest);
   if (rest.empty()) {
-    forGhostsNear(step, end, end, [&](std::size_t g) {
+    forGhostsNear(ghosts, boxAbout(end, end, radius), [&](std::size_t g) {
       const float square = (end - ghosts.position[g]).squaredNorm();
       if (square < radius * radius && heightAtStart(step, x, g) >= -capture * spacing_)
         rest.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(g), square});
@@ -266,7 +271,7 @@ void ContactSearch::findCrossed(const Step& step, std::size_t i, std::vector<Can
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
   thread_local std::vector<float> gone;  // m, on the way to where it crosses, as the ghost sees it
   crossed.clear(), gone.clear();
-  forGhostsNear(step, x, x + u, [&](std::size_t g) {
+  forGhostsNear(step.ghosts, boxAbout(x, x + u, radius), [&](std::size_t g) {
     const Vector motion = step.dt * step.ghosts.velocity[g], way = u - motion;
     const Vector start = x - (step.ghosts.position[g] - motion);
     const float before = step.ghosts.normal[g].dot(start), after = before + step.ghosts.normal[g].dot(way);
@@ -285,6 +290,76 @@ void ContactSearch::findCrossed(const Step& step, std::size_t i, std::vector<Can
   crossed.resize(kept);
 }
 
+/// A ghost covers what is beneath its disc of skin, as far as flesh is thick, and what is beneath the tangent
+/// plane of its side.
+std::optional<Vector> ContactSearch::nearestFree(const Ghosts& ghosts, const Vector& x, float clearance,
+                                                 float most) const {
+  const float around = disc * spacing_, radius = reach * spacing_, rounding = 1e-2f * spacing_;
+  thread_local std::vector<std::uint32_t> beside;
+  beside.clear();
+  forGhostsNear(ghosts, boxAbout(x, x, most + flesh), [&](std::size_t g) {
+    if ((x - ghosts.position[g]).norm() < most + flesh) beside.push_back(static_cast<std::uint32_t>(g));
+  });
+  // Calls f(distance, normal) for the skin's sides and the solids at a place.
+  const auto forObstacles = [&](const Vector& place, const auto& f) {
+    thread_local std::vector<Candidate> rest, side;
+    thread_local std::vector<GhostShare> shares;
+    rest.clear();
+    for (const std::uint32_t g : beside) {
+      const float square = (place - ghosts.position[g]).squaredNorm();
+      if (square < radius * radius) rest.push_back({0, g, square});
+    }
+    while (!rest.empty()) {
+      takeSide(ghosts, rest, side);
+      shares.clear();
+      const SkinPlane plane = planeOf(ghosts, 0.0f, side, place, shares);
+      f(plane.distance, plane.normal);
+    }
+    for (const MovingSolid& moving : solids_) {
+      const SurfacePoint touch = surface(moving.solid, moving.to_end * place.cast<double>());
+      f(static_cast<float>(touch.distance), Vector((moving.end.linear() * touch.normal).cast<float>()));
+    }
+  };
+  const auto pushedOut = [&](Vector place) {
+    for (int k = 0; k < 3; ++k) {
+      Vector by = Vector::Zero();
+      forObstacles(place, [&](float distance, const Vector& normal) {
+        by += std::max(clearance - distance - normal.dot(by), 0.0f) * normal;
+      });
+      place += by;
+    }
+    return place;
+  };
+  const auto isFree = [&](const Vector& place) {
+    bool covered = std::any_of(beside.begin(), beside.end(), [&](std::uint32_t g) {
+      const Vector from = place - ghosts.position[g];
+      const float height = ghosts.normal[g].dot(from);
+      return height < 0.0f && height > -flesh && from.squaredNorm() - height * height < around * around;
+    });
+    forObstacles(
+        place, [&](float distance, const Vector&) { covered = covered || distance < clearance - rounding; });
+    return !covered;
+  };
+  std::optional<Vector> nearest;
+  float least = most;
+  const auto consider = [&](const Vector& about) {
+    const Vector place = pushedOut(about);
+    const float away = (place - x).norm();
+    if (away < least && isFree(place)) nearest = place, least = away;
+  };
+  consider(x);
+  for (const std::uint32_t g : beside) {
+    const Vector& n = ghosts.normal[g];
+    const Vector from = x - ghosts.position[g];
+    Vector along = from - n.dot(from) * n;
+    const float off = along.norm();
+    if (off > around) along *= around / off;
+    const Vector on_skin = ghosts.position[g] + along;
+    if ((on_skin - x).norm() < least) consider(on_skin + clearance * n);
+  }
+  return nearest;
+}
+
 /// Contacts of a particle with each side of the skin that its candidates make near x.
 /// \param rest is used up \param touches sets the gap to a side and tells whether it is a contact
 template <typename F>
@@ -297,7 +372,7 @@ void ContactSearch::touchSides(const Step& step, const Vector& x, std::vector<Ca
     contact.particle = side.front().particle, contact.solid = Contact::skin;
     contact.first_ghost = static_cast<std::uint32_t>(found.shares.size());
     contact.ghost_count = static_cast<std::uint32_t>(side.size());
-    const SkinPlane plane = planeOf(step, side, x, found.shares);
+    const SkinPlane plane = planeOf(step.ghosts, step.dt, side, x, found.shares);
     contact.normal = plane.normal, contact.drift = plane.drift;
     if (touches(plane, contact))
       found.contacts.push_back(contact);
@@ -321,17 +396,17 @@ void ContactSearch::takeSide(const Ghosts& ghosts, std::vector<Candidate>& rest,
 
 /// The tangent plane of a side of the skin near x, the mean of its candidates by weights that fall with the
 /// distance to the particle's way; these are added to `shares`.
-ContactSearch::SkinPlane ContactSearch::planeOf(const Step& step, const std::vector<Candidate>& side,
-                                                const Vector& x, std::vector<GhostShare>& shares) const {
+ContactSearch::SkinPlane ContactSearch::planeOf(const Ghosts& ghosts, float dt,
+                                                const std::vector<Candidate>& side, const Vector& x,
+                                                std::vector<GhostShare>& shares) const {
   const float radius = reach * spacing_;
-  const Ghosts& ghosts = step.ghosts;
   const std::size_t first_share = shares.size();
   float total = 0.0f;
   SkinPlane plane;
   for (const Candidate& a : side) {
     const float q = a.nearest / (radius * radius);
     const float weight = std::max((1.0f - q) * (1.0f - q), 1e-6f);
-    const Vector motion = step.dt * ghosts.velocity[a.ghost];
+    const Vector motion = dt * ghosts.velocity[a.ghost];
     const Vector& n = ghosts.normal[a.ghost];
     total += weight;
     plane.distance += weight * n.dot(x - ghosts.position[a.ghost]);
@@ -377,6 +452,8 @@ void ContactSearch::strayIntoSolid(const Step& step, std::size_t i, std::size_t 
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
   const SurfacePoint touch = surface(moving.solid, moving.to_end * (x + u).cast<double>());
   if (!(touch.distance < 0.5 * spacing_)) return;
+  // As deep as that, it may be nearer to another side than that where it came in.
+  if (touch.distance < -spacing_) return touchSolid(step, i, s, found);
   const double before = surface(moving.solid, moving.to_start * x.cast<double>()).distance;
   const auto depth = static_cast<float>(0.5 * spacing_ - touch.distance - allowedDepth(before, step.dt));
   if (!(depth > 0.0f)) return;

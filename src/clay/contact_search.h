@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "clay/contact.h"
@@ -46,6 +47,12 @@ class ContactSearch {
   /// elsewhere than the guess or far, in the order of the particles. \return good until the next search
   const Found& findStrays(const Particles& particles, const Ghosts& ghosts, const VectorField& u, float dt);
 
+  /// The nearest of the places that neither the skin nor a solid covers at the end of the step, m: x itself,
+  /// or places along the solids and the outside of the skin. \param clearance m, between them and a
+  /// particle's centre \param most m, that it may be away \return none: there is none
+  std::optional<Eigen::Vector3f> nearestFree(const Ghosts& ghosts, const Eigen::Vector3f& x, float clearance,
+                                             float most) const;
+
  private:
   struct Step {                  // of the clay and the skin; everything moves straight
     const Particles& particles;  // at its start
@@ -82,8 +89,7 @@ class ContactSearch {
   double allowedDepth(double before, float dt) const;
   void touchSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
   template <typename F>
-  void forGhostsNear(const Step& step, const Eigen::Vector3f& from, const Eigen::Vector3f& to,
-                     const F& f) const;
+  void forGhostsNear(const Ghosts& ghosts, const Eigen::AlignedBox3f& box, const F& f) const;
   void strayIntoSkin(const Step& step, std::size_t i, Found& found) const;
   void findCrossed(const Step& step, std::size_t i, std::vector<Candidate>& crossed) const;
   void strayIntoSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
@@ -96,8 +102,8 @@ class ContactSearch {
   void touchSides(const Step& step, const Eigen::Vector3f& x, std::vector<Candidate>& rest, Found& found,
                   const F& touches) const;
   static void takeSide(const Ghosts& ghosts, std::vector<Candidate>& rest, std::vector<Candidate>& side);
-  SkinPlane planeOf(const Step& step, const std::vector<Candidate>& side, const Eigen::Vector3f& x,
-                    std::vector<GhostShare>& shares) const;
+  SkinPlane planeOf(const Ghosts& ghosts, float dt, const std::vector<Candidate>& side,
+                    const Eigen::Vector3f& x, std::vector<GhostShare>& shares) const;
   template <typename F>
   void findEach(std::size_t n, std::size_t chunk_size, const F& find);
 

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cmath>
 
-#include "clay/half_space.h"
 #include "clay/threads.h"
 
 namespace tactile_clay::clay {
@@ -12,6 +11,7 @@ namespace {
 
 constexpr float pre_sliding = 0.01f;  // spacings, by which a friction spring gives before its contact slides
 constexpr float farthest = 6.0f;      // spacings, that what is between skins is pushed out by
+constexpr float detour = 2.0f;        // spacings, that a contact may lead a particle beyond its depth
 constexpr float least_stiffness = 20.0f, most_stiffness = 500.0f;  // its range, particle masses per step^2
 
 using Vector = Eigen::Vector3f;
@@ -165,7 +165,10 @@ Eigen::Vector3f Contacts::prescribed(Filter& filter, Vector u) {
     const float size = left.norm();
     if (filter.rank == 3 || size < 0.3f) continue;
     const Vector q = left / size;
-    u += (c.gap - c.normal.dot(u)) / size * q;
+    const float depth = c.gap - c.normal.dot(u);
+    // Between two that all but face each other the way is longer than deep: no solution, if by much.
+    if (std::abs(depth) / size > std::abs(depth) + detour * spacing_) continue;
+    u += depth / size * q;
     filter.free -= q * q.transpose();
     ++filter.rank;
   }
@@ -303,56 +306,68 @@ void Contacts::expel(const Particles& particles, VectorField& u, float dt) {
   });
 }
 
-/// \param inertia N/m, of the particle \param u its displacement
+/// \param inertia N/m, of the particle \param u m, its displacement
 void Contacts::expel(const Filter& filter, float inertia, Vector& u) {
-  const auto push = [&](Contact& c, const Vector& by) {
-    u += by;
-    c.force += inertia * by;
-    if (c.state == Contact::State::open) c.state = Contact::State::slide;
-  };
   const auto depth = [&](const Contact& c) { return c.gap - c.normal.dot(u); };
   for (std::uint32_t k = filter.first; k < filter.last; ++k) {
     Contact& c = contacts_[k];
-    if (depth(c) > 0.0f) push(c, depth(c) * c.normal);
+    if (depth(c) > 0.0f) push(c, depth(c) * c.normal, inertia, u);
   }
-  bool inside = false, skin = false;
   Contact* nearest = nullptr;
   float share = 1.0f;
   for (std::uint32_t k = filter.first; k < filter.last; ++k) {
     Contact& c = contacts_[k];
-    skin = skin || c.solid == Contact::skin;
-    if (!(depth(c) > 1e-3f * spacing_)) continue;
-    inside = true;
-    if (c.gap > 0.0f) continue;
+    if (c.solid == Contact::skin) return;
+    if (!(depth(c) > 1e-3f * spacing_) || c.gap > 0.0f) continue;
     const float reached = c.gap / c.normal.dot(u);
     if (reached < share) share = reached, nearest = &c;
   }
-  // Where it got out of one obstacle into another, hands squeeze it out between them. What solids squeeze
-  // would gain energy by that: it goes no further than to the first on its way.
-  const std::vector<float> out = inside && skin ? wayOut(filter, u) : std::vector<float>();
-  for (std::size_t k = 0; k < out.size(); ++k) {
-    Contact& c = contacts_[filter.first + k];
-    if (out[k] > 0.0f) push(c, out[k] * c.normal);
-  }
-  if (out.empty() && nearest != nullptr) push(*nearest, (share - 1.0f) * u);
+  // Out of one solid into another it would gain energy: it goes no further than to the first on its way.
+  if (nearest != nullptr) push(*nearest, (share - 1.0f) * u, inertia, u);
 }
 
-/// The shortest way on, from the displacement u, out of all that a particle touches, as lengths along the
-/// normals of its contacts: one that is not far if there is any, though it leave the particle less than half
-/// a spacing off where there is no room for that. Empty: there is none.
-std::vector<float> Contacts::wayOut(const Filter& filter, const Vector& u) const {
-  std::vector<HalfSpace> spaces(filter.last - filter.first);
-  for (const float most : {2.0f, farthest}) {
-    for (const float closer : {0.0f, 0.25f, 0.45f}) {
-      for (std::size_t k = 0; k < spaces.size(); ++k) {
-        const Contact& c = contacts_[filter.first + k];
-        spaces[k] = {c.normal, c.gap - closer * spacing_ - c.normal.dot(u)};
-      }
-      std::vector<float> way = shortestInto(spaces, most * spacing_);
-      if (!way.empty()) return way;
+/// Moves a particle on, as its contact does.
+void Contacts::push(Contact& c, const Vector& by, float inertia, Vector& u) {
+  u += by;
+  c.force += inertia * by;
+  if (c.state == Contact::State::open) c.state = Contact::State::slide;
+}
+
+void Contacts::release(const Particles& particles, const Ghosts& ghosts, VectorField& u, float dt) {
+  parallelFor(filters_.size(), 64, [&](std::size_t f) {
+    const Filter& filter = filters_[f];
+    const std::uint32_t i = filter.particle;
+    Vector step = u.at(i);
+    bool held = false, by_skin = false;
+    for (std::uint32_t k = filter.first; k < filter.last; ++k) {
+      const Contact& c = contacts_[k];
+      by_skin = by_skin || c.solid == Contact::skin;
+      held = held || c.gap - c.normal.dot(step) > 1e-3f * spacing_;
     }
+    if (!held || !by_skin) return;
+    const Vector x = particles.position.at(i) + step;
+    const std::optional<Vector> place = wayOut(ghosts, x);
+    if (!place) return;
+    const auto along = [&](const Contact& a, const Contact& b) {
+      return a.normal.dot(*place - x) < b.normal.dot(*place - x);
+    };
+    Contact& c = *std::max_element(contacts_.begin() + filter.first, contacts_.begin() + filter.last, along);
+    push(c, *place - x, 1.0f / (particles.inverse_mass[i] * dt * dt), step);
+    u.set(i, step);
+  });
+}
+
+/// A free place near x: one that is not far if there is any, though it leave a particle less than half a
+/// spacing off where there is no room for that.
+std::optional<Vector> Contacts::wayOut(const Ghosts& ghosts, const Vector& x) const {
+  struct Attempt {
+    float clearance, most;  // spacings
+  };
+  for (const Attempt& a : {Attempt{0.5f, 2.0f}, {0.25f, 2.0f}, {0.25f, farthest}, {0.1f, farthest}}) {
+    const auto place = search_.nearestFree(ghosts, x, a.clearance * spacing_, a.most * spacing_);
+    if (place) return place;
   }
-  return {};
+  return std::nullopt;
 }
 
 void Contacts::stop(const VectorField& u, VectorField& w) const {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "clay/contact.h"
@@ -66,9 +67,13 @@ class Contacts {
   /// contact that pulls opens; one outside the Coulomb cone slides, one inside sticks.
   Changes update(const Particles& particles, const VectorField& u, const VectorField& residual);
 
-  /// Pushes out what still penetrates, and adds the force of doing so. What gets out of one obstacle into
-  /// another is pushed out of both if one is the skin, or stops where its way meets the first.
+  /// Pushes out what still penetrates, and adds the force of doing so. What gets out of one solid into
+  /// another stops where its way meets the first.
   void expel(const Particles& particles, VectorField& u, float dt);
+
+  /// Where hands squeeze clay between them, or on solids, no side's plane leads out of all: moves what is
+  /// still held to the nearest place that nothing covers. \param ghosts those of `detect`
+  void release(const Particles& particles, const Ghosts& ghosts, VectorField& u, float dt);
 
   /// Takes from the displacements w, which follow u, what goes into obstacles.
   void stop(const VectorField& u, VectorField& w) const;
@@ -100,7 +105,8 @@ class Contacts {
   float adhesion(const Contact& c, const Particles& particles) const;
   float leastStiffness(const Contact& c, const Particles& particles, float dt) const;
   void expel(const Filter& filter, float inertia, Eigen::Vector3f& u);
-  std::vector<float> wayOut(const Filter& filter, const Eigen::Vector3f& u) const;
+  static void push(Contact& c, const Eigen::Vector3f& by, float inertia, Eigen::Vector3f& u);
+  std::optional<Eigen::Vector3f> wayOut(const Ghosts& ghosts, const Eigen::Vector3f& x) const;
   Eigen::Vector3f prescribed(Filter& filter, Eigen::Vector3f u);
   Eigen::Vector3f pull(const Contact& c, const Eigen::Vector3f& u) const;
 

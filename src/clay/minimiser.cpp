@@ -51,6 +51,7 @@ int Minimiser::solve(const Eigen::Vector3f& gravity, const Ghosts& ghosts, int i
   // Out of one side of the skin may be into another.
   for (int k = 0; k < 8 && contacts_->detectStrays(particles_, ghosts, u, dt_); ++k)
     contacts_->expel(particles_, u, dt_);
+  contacts_->release(particles_, ghosts, u, dt_);
   shorten(u);
   balanceForces(u);
   keepCompression();

@@ -391,6 +391,9 @@ void Potential::recovery(float dt, VectorField& w) {
   });
   parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
     findPressed(pairs(), {pressure_.data(), w.data()}, first, last, squeezed_.data());
+    // Of many that are squeezed into one place, as in a closing fist, it would add up to a leap.
+    for (std::size_t i = first; i < last; ++i)
+      if (w[i].norm() > 2.0f * farthest) w[i] *= 2.0f * farthest / w[i].norm();
   });
 }
 

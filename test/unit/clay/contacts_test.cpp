@@ -55,6 +55,7 @@ struct Loose {
       contacts.update(particles, u, residual());
     }
     contacts.expel(particles, u, dt);
+    contacts.release(particles, ghosts, u, dt);
     contacts.finish(particles, dt);
     for (std::size_t i = 0; i < n; ++i) {
       particles.position.add(i, u.at(i));
@@ -163,8 +164,20 @@ TEST(Contacts, WhatWentThroughTheSkinIsMetWhereItDid) {
   EXPECT_NEAR((struck.particles.position.at(0) + struck.u.at(0)).z(), 0.5f * spacing, 1e-6f);
 }
 
-/// Two palms at 60 degrees close on a particle: neither lets it out by itself, nor one after the other. With
-/// solids it goes to where it meets the first.
+/// More than half through a slab, and so nearer to its other side.
+TEST(Contacts, WhatFliesDeepIntoASolidIsMetWhereItCameIn) {
+  Loose flying({{0.0f, 0.0f, 1.5f * spacing}}, 0.0f);
+  flying.step({}, {ground()});
+  ASSERT_TRUE(flying.contacts.contacts().empty());
+  const auto thickness = static_cast<float>(2.0 * ground().size.z());
+  flying.u.set(0, {0.0f, 0.0f, -0.75f * thickness});
+  ASSERT_TRUE(flying.contacts.detectStrays(flying.particles, {}, flying.u, dt));
+  flying.contacts.expel(flying.particles, flying.u, dt);
+  EXPECT_NEAR((flying.particles.position.at(0) + flying.u.at(0)).z(), 0.5f * spacing, 1e-3f * spacing);
+}
+
+/// Two palms at 60 degrees close on a particle: neither lets it out by itself, nor one after the other. The
+/// nearest place is 1.6 spacings away; ghosts are 0.8 apart.
 TEST(Contacts, WhatHandsSqueezeLeavesBetweenThem) {
   const double tilt = M_PI / 3.0;
   const Eigen::Vector3d right(std::cos(tilt), 0.0, std::sin(tilt)),
@@ -176,7 +189,61 @@ TEST(Contacts, WhatHandsSqueezeLeavesBetweenThem) {
   squeezed.step(palms, {}, 0);
   ASSERT_EQ(squeezed.contacts.contacts().size(), 2u);
   const Eigen::Vector3d end = squeezed.particles.position.at(0).cast<double>();
-  for (const Eigen::Vector3d& n : {right, left}) EXPECT_NEAR(n.dot(end), 0.8 * spacing, 0.01 * spacing);
+  for (const Eigen::Vector3d& n : {right, left}) EXPECT_GE(n.dot(end), 0.79 * spacing);
+  EXPECT_LT(end.norm(), 2.4 * spacing);
+}
+
+/// The planes of two palms that all but face each other meet far from where they overlap.
+TEST(Contacts, WhatPalmsOverlapIsNotPrescribedToWhereTheirPlanesMeet) {
+  const double tilt = 80.0 * M_PI / 180.0;
+  const Eigen::Vector3d right(std::cos(tilt), 0.0, std::sin(tilt)),
+      left(std::cos(tilt), 0.0, -std::sin(tilt));
+  const Eigen::Vector3d closing = 1.0 * spacing / dt * Eigen::Vector3d::UnitZ();
+  Ghosts palms = ghostPlane(0.3 * spacing * right, right, 0.02, 0.004, closing);
+  append(palms, ghostPlane(0.3 * spacing * left, left, 0.02, 0.004, -closing));
+  Loose squeezed({{0.0f, 0.0f, 0.0f}}, 0.0f);
+  squeezed.step(palms, {}, 0);
+  ASSERT_EQ(squeezed.contacts.contacts().size(), 2u);
+  VectorField u = zeros(1);
+  squeezed.contacts.prescribe(u);
+  EXPECT_GT(u.at(0).norm(), 0.5f * spacing);
+  EXPECT_LT(u.at(0).norm(), 2.0f * spacing);
+}
+
+/// Out of a finger's end that is half in a palm, the nearest skin is deep in the palm's flesh.
+TEST(ContactSearch, PlacesInFleshAreNotFree) {
+  const double radius = 1.6 * spacing;
+  Ghosts skin = ghostPlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.03, 0.004);
+  append(skin, ghostBall(Eigen::Vector3d::Zero(), radius, 0.6 * spacing));
+  const Particles particles = particlesAt({{0.0f, 0.0f, -0.9f * spacing}}, particle_mass);
+  Neighbourhood near(2.0f * spacing);
+  near.build(particles.position);
+  ContactSearch search(spacing);
+  const VectorField guess = zeros(1);
+  search.findAtStart({}, near, particles, guess, skin, {}, {}, {}, dt);
+  const auto place = search.nearestFree(skin, particles.position.at(0), 0.25f * spacing, 6.0f * spacing);
+  ASSERT_TRUE(place.has_value());
+  EXPECT_GE(place->z(), 0.2f * spacing);
+  EXPECT_GE(place->norm(), radius + 0.2 * spacing);
+  EXPECT_LT((*place - particles.position.at(0)).norm(), 3.0f * spacing);
+  EXPECT_FALSE(
+      search.nearestFree(skin, particles.position.at(0), 0.25f * spacing, 1.5f * spacing).has_value());
+}
+
+/// A finger's end comes down on a particle on the table, to where it leaves no room: it goes aside, neither
+/// into the one nor the other, by no more than it must, and the finger feels what moves it.
+TEST(Contacts, WhatAFingerPressesOnTheTableGoesAside) {
+  const double radius = 1.6 * spacing, gap = 0.2 * spacing, down = 0.8 * spacing / dt;
+  const Ghosts tip = ghostBall({0.001, 0.0005, radius + gap}, radius, 0.6 * spacing, {0.0, 0.0, -down});
+  Loose pressed({{0.0f, 0.0f, 0.5f * spacing}}, 0.0f);
+  pressed.step(tip, {ground()});
+  const Eigen::Vector3d end = pressed.particles.position.at(0).cast<double>();
+  EXPECT_GE(end.z(), 0.499 * spacing);
+  EXPECT_GE((end - Eigen::Vector3d(0.001, 0.0005, radius + gap)).norm(), radius + 0.4 * spacing);
+  EXPECT_LT(end.head<2>().norm(), 2.5 * spacing);
+  Eigen::Vector3f force = Eigen::Vector3f::Zero();
+  for (const Contact& c : pressed.contacts.contacts()) force += c.force;
+  EXPECT_NEAR((force - inertia * pressed.u.at(0)).norm(), 0.0f, 1e-3f * force.norm());
 }
 
 TEST(Contacts, WhatIsStoppedGoesIntoNoObstacle) {

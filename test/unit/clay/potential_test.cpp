@@ -461,6 +461,24 @@ TEST(Potential, CompressionIsUndoneByHalfASpacingAStepAtMost) {
   EXPECT_LT(farthest, 2.0 * spacing);
 }
 
+/// As in a closing fist: each undoes what it can, and all of that adds up.
+TEST(Potential, CompressionOfManyInOnePlaceIsUndoneByNoLeap) {
+  const std::vector<Eigen::Vector3f> points = lattice(6, 0.1f * spacing, 0.0f);
+  Cloud s(density_only, 1.0f);
+  s.particles = particlesAt(points, 2e-4f);
+  std::fill(s.particles.compression.begin(), s.particles.compression.end(), 0.0f);
+  const VectorField rest = zeros(points.size());
+  s.near.build(s.particles.position);
+  for (const float step : {0.1f, 0.004f}) {
+    VectorField w = rest;
+    s.potential.begin(s.near, s.particles, nullptr, rest, step);
+    ASSERT_TRUE(s.potential.limitExcess(0, points.size()));
+    s.potential.recovery(step, w);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      EXPECT_LE(w.at(i).norm(), 1.001f * std::min(spacing, 1.0f * step));  // 1 m/s
+  }
+}
+
 /// What it takes to shear a cube of the initial lattice by `step` s, over eta gamma^2 volume.
 double shearPower(int side, const Eigen::Matrix3f& turn, float step) {
   std::vector<Material> materials{viscosity_only};
