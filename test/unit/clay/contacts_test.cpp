@@ -176,33 +176,36 @@ TEST(Contacts, WhatFliesDeepIntoASolidIsMetWhereItCameIn) {
   EXPECT_NEAR((flying.particles.position.at(0) + flying.u.at(0)).z(), 0.5f * spacing, 1e-3f * spacing);
 }
 
+/// Two palms, tilted to either side of the x axis, close on the origin by a spacing in a step, to where they
+/// overlap.
+struct ClosingPalms {
+  explicit ClosingPalms(double tilt)
+      : right(std::cos(tilt), 0.0, std::sin(tilt)), left(std::cos(tilt), 0.0, -std::sin(tilt)) {
+    const Eigen::Vector3d closing = 1.0 * spacing / dt * Eigen::Vector3d::UnitZ();
+    ghosts = ghostPlane(0.3 * spacing * right, right, 0.02, 0.004, closing);
+    append(ghosts, ghostPlane(0.3 * spacing * left, left, 0.02, 0.004, -closing));
+  }
+  Eigen::Vector3d right, left;  // their normals
+  Ghosts ghosts;
+};
+
 /// Two palms at 60 degrees close on a particle: neither lets it out by itself, nor one after the other. The
-/// nearest place is 1.6 spacings away; ghosts are 0.8 apart.
+/// nearest place is 1.6 spacings away.
 TEST(Contacts, WhatHandsSqueezeLeavesBetweenThem) {
-  const double tilt = M_PI / 3.0;
-  const Eigen::Vector3d right(std::cos(tilt), 0.0, std::sin(tilt)),
-      left(std::cos(tilt), 0.0, -std::sin(tilt));
-  const Eigen::Vector3d closing = 1.0 * spacing / dt * Eigen::Vector3d::UnitZ();
-  Ghosts palms = ghostPlane(0.3 * spacing * right, right, 0.02, 0.004, closing);
-  append(palms, ghostPlane(0.3 * spacing * left, left, 0.02, 0.004, -closing));
+  const ClosingPalms palms(M_PI / 3.0);
   Loose squeezed({{0.0f, 0.0f, 0.0f}}, 0.0f);
-  squeezed.step(palms, {}, 0);
+  squeezed.step(palms.ghosts, {}, 0);
   ASSERT_EQ(squeezed.contacts.contacts().size(), 2u);
   const Eigen::Vector3d end = squeezed.particles.position.at(0).cast<double>();
-  for (const Eigen::Vector3d& n : {right, left}) EXPECT_GE(n.dot(end), 0.79 * spacing);
-  EXPECT_LT(end.norm(), 2.4 * spacing);
+  for (const Eigen::Vector3d& n : {palms.right, palms.left})
+    EXPECT_NEAR(n.dot(end), 0.8 * spacing, 0.01 * spacing);
 }
 
 /// The planes of two palms that all but face each other meet far from where they overlap.
 TEST(Contacts, WhatPalmsOverlapIsNotPrescribedToWhereTheirPlanesMeet) {
-  const double tilt = 80.0 * M_PI / 180.0;
-  const Eigen::Vector3d right(std::cos(tilt), 0.0, std::sin(tilt)),
-      left(std::cos(tilt), 0.0, -std::sin(tilt));
-  const Eigen::Vector3d closing = 1.0 * spacing / dt * Eigen::Vector3d::UnitZ();
-  Ghosts palms = ghostPlane(0.3 * spacing * right, right, 0.02, 0.004, closing);
-  append(palms, ghostPlane(0.3 * spacing * left, left, 0.02, 0.004, -closing));
+  const ClosingPalms palms(80.0 * M_PI / 180.0);
   Loose squeezed({{0.0f, 0.0f, 0.0f}}, 0.0f);
-  squeezed.step(palms, {}, 0);
+  squeezed.step(palms.ghosts, {}, 0);
   ASSERT_EQ(squeezed.contacts.contacts().size(), 2u);
   VectorField u = zeros(1);
   squeezed.contacts.prescribe(u);
