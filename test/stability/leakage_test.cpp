@@ -229,8 +229,8 @@ TEST(RandomHands, ThroughClayLeaveNoneInside) {
   }
 }
 
-/// What the tests of many scenes count. Where palms and fingers overlap each other or the table, some clay
-/// has nowhere near to go: of 20 scenes two may hold a centre in some frame, by less than half a spacing.
+/// What the tests of many scenes count. Discs and planes of the skin tell only roughly what is
+/// free: of 20 scenes two may hold a centre in some frame, by less than half a spacing.
 struct Leaks {
   int scenes = 0;        // with a particle's centre inside a hand in some frame
   double deepest = 0.0;  // spacings
