@@ -290,31 +290,64 @@ void ContactSearch::findCrossed(const Step& step, std::size_t i, std::vector<Can
   crossed.resize(kept);
 }
 
-/// A ghost covers what is beneath its disc of skin, as far as flesh is thick, and what is beneath the tangent
-/// plane of its side.
+/// Calls f(distance, normal) for the sides of the skin that some ghosts make at a place.
+template <typename F>
+void ContactSearch::forSidesAt(const Ghosts& ghosts, const std::vector<std::uint32_t>& of,
+                               const Vector& place, const F& f) const {
+  const float radius = reach * spacing_;
+  thread_local std::vector<Candidate> rest, side;
+  thread_local std::vector<GhostShare> shares;
+  rest.clear();
+  for (const std::uint32_t g : of) {
+    const float square = (place - ghosts.position[g]).squaredNorm();
+    if (square < radius * radius) rest.push_back({0, g, square});
+  }
+  while (!rest.empty()) {
+    takeSide(ghosts, rest, side);
+    shares.clear();
+    const SkinPlane plane = planeOf(ghosts, 0.0f, side, place, shares);
+    f(plane.distance, plane.normal);
+  }
+}
+
+/// The ghosts whose flesh may come as near as that.
+std::vector<std::uint32_t> ContactSearch::ghostsBeside(const Ghosts& ghosts, const Vector& x,
+                                                       float most) const {
+  std::vector<std::uint32_t> beside;
+  const float far = std::max(most + flesh, reach * spacing_);
+  forGhostsNear(ghosts, boxAbout(x, x, far), [&](std::size_t g) {
+    if ((x - ghosts.position[g]).norm() < far) beside.push_back(static_cast<std::uint32_t>(g));
+  });
+  return beside;
+}
+
+/// A ghost covers what is beneath its disc of skin, as far as flesh is thick.
+bool ContactSearch::isBeneathDisc(const Ghosts& ghosts, const std::vector<std::uint32_t>& of,
+                                  const Vector& place) const {
+  const float around = disc * spacing_;
+  return std::any_of(of.begin(), of.end(), [&](std::uint32_t g) {
+    const Vector from = place - ghosts.position[g];
+    const float height = ghosts.normal[g].dot(from);
+    return height < 0.0f && height > -flesh && from.squaredNorm() - height * height < around * around;
+  });
+}
+
+bool ContactSearch::isInFlesh(const Ghosts& ghosts, const Vector& x) const {
+  const std::vector<std::uint32_t> beside = ghostsBeside(ghosts, x, 0.0f);
+  if (!isBeneathDisc(ghosts, beside, x)) return false;
+  bool beneath = false;
+  forSidesAt(ghosts, beside, x, [&](float distance, const Vector&) { beneath = beneath || distance < 0.0f; });
+  return beneath;
+}
+
+/// Discs and sides both tell only roughly what is covered; what is free is so by both.
 std::optional<Vector> ContactSearch::nearestFree(const Ghosts& ghosts, const Vector& x, float clearance,
                                                  float most) const {
-  const float around = disc * spacing_, radius = reach * spacing_, rounding = 1e-2f * spacing_;
-  thread_local std::vector<std::uint32_t> beside;
-  beside.clear();
-  forGhostsNear(ghosts, boxAbout(x, x, most + flesh), [&](std::size_t g) {
-    if ((x - ghosts.position[g]).norm() < most + flesh) beside.push_back(static_cast<std::uint32_t>(g));
-  });
+  const float around = disc * spacing_, rounding = 1e-2f * spacing_;
+  const std::vector<std::uint32_t> beside = ghostsBeside(ghosts, x, most);
   // Calls f(distance, normal) for the skin's sides and the solids at a place.
   const auto forObstacles = [&](const Vector& place, const auto& f) {
-    thread_local std::vector<Candidate> rest, side;
-    thread_local std::vector<GhostShare> shares;
-    rest.clear();
-    for (const std::uint32_t g : beside) {
-      const float square = (place - ghosts.position[g]).squaredNorm();
-      if (square < radius * radius) rest.push_back({0, g, square});
-    }
-    while (!rest.empty()) {
-      takeSide(ghosts, rest, side);
-      shares.clear();
-      const SkinPlane plane = planeOf(ghosts, 0.0f, side, place, shares);
-      f(plane.distance, plane.normal);
-    }
+    forSidesAt(ghosts, beside, place, f);
     for (const MovingSolid& moving : solids_) {
       const SurfacePoint touch = surface(moving.solid, moving.to_end * place.cast<double>());
       f(static_cast<float>(touch.distance), Vector((moving.end.linear() * touch.normal).cast<float>()));
@@ -331,11 +364,7 @@ std::optional<Vector> ContactSearch::nearestFree(const Ghosts& ghosts, const Vec
     return place;
   };
   const auto isFree = [&](const Vector& place) {
-    bool covered = std::any_of(beside.begin(), beside.end(), [&](std::uint32_t g) {
-      const Vector from = place - ghosts.position[g];
-      const float height = ghosts.normal[g].dot(from);
-      return height < 0.0f && height > -flesh && from.squaredNorm() - height * height < around * around;
-    });
+    bool covered = isBeneathDisc(ghosts, beside, place);
     forObstacles(
         place, [&](float distance, const Vector&) { covered = covered || distance < clearance - rounding; });
     return !covered;

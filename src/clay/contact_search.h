@@ -53,6 +53,9 @@ class ContactSearch {
   std::optional<Eigen::Vector3f> nearestFree(const Ghosts& ghosts, const Eigen::Vector3f& x, float clearance,
                                              float most) const;
 
+  /// Whether a place is beneath the skin at the end of the step, beyond doubt.
+  bool isInFlesh(const Ghosts& ghosts, const Eigen::Vector3f& x) const;
+
  private:
   struct Step {                  // of the clay and the skin; everything moves straight
     const Particles& particles;  // at its start
@@ -90,6 +93,12 @@ class ContactSearch {
   void touchSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
   template <typename F>
   void forGhostsNear(const Ghosts& ghosts, const Eigen::AlignedBox3f& box, const F& f) const;
+  template <typename F>
+  void forSidesAt(const Ghosts& ghosts, const std::vector<std::uint32_t>& of, const Eigen::Vector3f& place,
+                  const F& f) const;
+  std::vector<std::uint32_t> ghostsBeside(const Ghosts& ghosts, const Eigen::Vector3f& x, float most) const;
+  bool isBeneathDisc(const Ghosts& ghosts, const std::vector<std::uint32_t>& of,
+                     const Eigen::Vector3f& place) const;
   void strayIntoSkin(const Step& step, std::size_t i, Found& found) const;
   void findCrossed(const Step& step, std::size_t i, std::vector<Candidate>& crossed) const;
   void strayIntoSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;

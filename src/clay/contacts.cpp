@@ -12,6 +12,8 @@ namespace {
 constexpr float pre_sliding = 0.01f;  // spacings, by which a friction spring gives before its contact slides
 constexpr float farthest = 6.0f;      // spacings, that what is between skins is pushed out by
 constexpr float detour = 2.0f;        // spacings, that a contact may lead a particle beyond its depth
+constexpr float plane = 0.25f;        // spacings, over which the skin is one
+constexpr float rounding = 1e-3f;     // spacings
 constexpr float least_stiffness = 20.0f, most_stiffness = 500.0f;  // its range, particle masses per step^2
 
 using Vector = Eigen::Vector3f;
@@ -318,7 +320,7 @@ void Contacts::expel(const Filter& filter, float inertia, Vector& u) {
   for (std::uint32_t k = filter.first; k < filter.last; ++k) {
     Contact& c = contacts_[k];
     if (c.solid == Contact::skin) return;
-    if (!(depth(c) > 1e-3f * spacing_) || c.gap > 0.0f) continue;
+    if (!(depth(c) > rounding * spacing_) || c.gap > 0.0f) continue;
     const float reached = c.gap / c.normal.dot(u);
     if (reached < share) share = reached, nearest = &c;
   }
@@ -338,14 +340,16 @@ void Contacts::release(const Particles& particles, const Ghosts& ghosts, VectorF
     const Filter& filter = filters_[f];
     const std::uint32_t i = filter.particle;
     Vector step = u.at(i);
-    bool held = false, by_skin = false;
+    bool held = false, by_skin = false, leads_far = false;
     for (std::uint32_t k = filter.first; k < filter.last; ++k) {
       const Contact& c = contacts_[k];
-      by_skin = by_skin || c.solid == Contact::skin;
-      held = held || c.gap - c.normal.dot(step) > 1e-3f * spacing_;
+      held = held || c.gap - c.normal.dot(step) > rounding * spacing_;
+      if (c.solid != Contact::skin) continue;
+      by_skin = true;
+      leads_far = leads_far || (step - c.drift).norm() > plane * spacing_;
     }
-    if (!held || !by_skin) return;
     const Vector x = particles.position.at(i) + step;
+    if (!by_skin || !(held || (leads_far && search_.isInFlesh(ghosts, x)))) return;
     const std::optional<Vector> place = wayOut(ghosts, x);
     if (!place) return;
     const auto along = [&](const Contact& a, const Contact& b) {
@@ -370,16 +374,25 @@ std::optional<Vector> Contacts::wayOut(const Ghosts& ghosts, const Vector& x) co
   return std::nullopt;
 }
 
-void Contacts::stop(const VectorField& u, VectorField& w) const {
+void Contacts::stop(const Particles& particles, const Ghosts& ghosts, const VectorField& u,
+                    VectorField& w) const {
   parallelFor(filters_.size(), 64, [&](std::size_t f) {
     const std::uint32_t i = filters_[f].particle;
     Vector step = w.at(i);
+    bool squeezed = false;
     for (std::uint32_t k = filters_[f].first; k < filters_[f].last; ++k) {
       const Contact& c = contacts_[k];
-      const float least = std::min(c.gap - c.normal.dot(u.at(i)), 0.0f);
-      step += std::max(least - c.normal.dot(step), 0.0f) * c.normal;
+      const float left = c.gap - c.normal.dot(u.at(i));
+      squeezed = squeezed || left > rounding * spacing_;
+      step += std::max(std::min(left, 0.0f) - c.normal.dot(step), 0.0f) * c.normal;
     }
+    if (squeezed) step.setZero();  // the planes tell nothing about the way from where it was released to
     w.set(i, step);
+  });
+  parallelFor(w.size(), 64, [&](std::size_t i) {
+    const Vector step = w.at(i);
+    const bool far = step.norm() > plane * spacing_;
+    if (far && search_.isInFlesh(ghosts, particles.position.at(i) + u.at(i) + step)) w.set(i, Vector::Zero());
   });
 }
 

@@ -72,11 +72,13 @@ class Contacts {
   void expel(const Particles& particles, VectorField& u, float dt);
 
   /// Where hands squeeze clay between them, or on solids, no side's plane leads out of all: moves what is
-  /// still held to the nearest place that nothing covers. \param ghosts those of `detect`
+  /// still held to the nearest place that nothing covers; and what went so far along the skin that it is
+  /// beneath it. \param ghosts those of `detect`
   void release(const Particles& particles, const Ghosts& ghosts, VectorField& u, float dt);
 
-  /// Takes from the displacements w, which follow u, what goes into obstacles.
-  void stop(const VectorField& u, VectorField& w) const;
+  /// Takes from the displacements w, which follow u, what goes into obstacles. \param ghosts those of
+  /// `detect`
+  void stop(const Particles& particles, const Ghosts& ghosts, const VectorField& u, VectorField& w) const;
 
   /// Ends a step: slides anchors.
   void finish(const Particles& particles, float dt);

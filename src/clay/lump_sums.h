@@ -10,37 +10,65 @@
 
 namespace tactile_clay::clay {
 
-/// Sums over the particles of each lump. They are formed over fixed ranges of particles and added in order:
-/// the same bits for any number of threads.
-template <int size>
-class LumpSums {
- public:
-  using Sum = Eigen::Matrix<double, size, 1>;
+/// Calls f(lump, from, to) for the runs of particles of one lump in [first, last).
+template <typename F>
+void forRuns(const Neighbourhood& near, std::size_t first, std::size_t last, const F& f) {
+  for (std::size_t from = first, to = first; from < last; from = to) {
+    const std::uint32_t lump = near.lump(from);
+    if (near.lumps() == 1) to = last;
+    while (to < last && near.lump(to) == lump) ++to;
+    f(lump, from, to);
+  }
+}
 
-  /// \param f f(i) is what particle i of [0, n) adds \return one sum a lump, valid until the next call
+/// Sums over the runs of each lump. They are formed in fixed ranges of particles and added in order: the same
+/// bits for any number of threads.
+template <typename Sum>
+class RunSums {
+ public:
+  /// \param f f(lump, from, to) gives the sum over particles [from, to) of [0, n), all of that lump \return
+  /// one sum a lump, valid until the next call
   template <typename F>
-  const std::vector<Sum>& of(const Neighbourhood& near, std::size_t n, const F& f) {
+  const std::vector<Sum>& of(const Neighbourhood& near, std::size_t n, const Sum& none, const F& f) {
     ranges_.resize((n + range_size - 1) / range_size);
     parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
       Parts& parts = ranges_[first / range_size];
       parts.clear();
-      for (std::size_t i = first; i < last;) {
-        const std::uint32_t lump = near.lump(i);
-        Sum sum = Sum::Zero();
-        for (; i < last && near.lump(i) == lump; ++i) sum += f(i);
-        parts.emplace_back(lump, sum);
-      }
+      forRuns(near, first, last, [&](std::uint32_t lump, std::size_t from, std::size_t to) {
+        parts.emplace_back(lump, f(lump, from, to));
+      });
     });
-    totals_.assign(near.lumps(), Sum::Zero());
+    totals_.assign(near.lumps(), none);
     for (const Parts& parts : ranges_)
       for (const auto& [lump, sum] : parts) totals_[lump] += sum;
     return totals_;
   }
 
  private:
-  using Parts = std::vector<std::pair<std::uint32_t, Sum>>;  // of a range: runs of particles of one lump
+  using Parts = std::vector<std::pair<std::uint32_t, Sum>>;  // of a range
   std::vector<Parts> ranges_;
   std::vector<Sum> totals_;
+};
+
+/// Sums over the particles of each lump.
+template <int size>
+class LumpSums {
+ public:
+  using Sum = Eigen::Matrix<double, size, 1>;
+
+  /// \param f f(i) is what particle i of [0, n) adds \return as RunSums
+  template <typename F>
+  const std::vector<Sum>& of(const Neighbourhood& near, std::size_t n, const F& f) {
+    const Sum none = Sum::Zero();
+    return runs_.of(near, n, none, [&](std::uint32_t, std::size_t from, std::size_t to) {
+      Sum sum = none;
+      for (std::size_t i = from; i < to; ++i) sum += f(i);
+      return sum;
+    });
+  }
+
+ private:
+  RunSums<Sum> runs_;
 };
 
 }  // namespace tactile_clay::clay

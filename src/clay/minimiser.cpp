@@ -59,7 +59,7 @@ int Minimiser::solve(const Eigen::Vector3f& gravity, const Ghosts& ghosts, int i
   if (beyond_) {
     recovery_.resize(particles_.size());
     potential_.recovery(dt_, recovery_);
-    contacts_->stop(u, recovery_);
+    contacts_->stop(particles_, ghosts, u, recovery_);
   }
   return iterations_done_;
 }
@@ -70,7 +70,7 @@ bool Minimiser::gainsByPull(double pulled, const Eigen::Vector3f& gravity, const
   if (!(pulled > 0.0)) return false;
   const Eigen::Vector3f fall = dt_ * dt_ * gravity;
   const float slow = 0.02f * dt_;  // gains of less than at 2 cm/s are left
-  const Sums energies = sumOver([&](std::size_t first, std::size_t last) {
+  const Sums energies = energies_.of(particles_.size(), [&](std::size_t first, std::size_t last) {
     Sums sums;  // kinetic, and what it grew by without the work of gravity
     for (std::size_t i = first; i < last; ++i) {
       const Eigen::Vector3f was = free_->at(i) - fall, is = u.at(i);
@@ -121,75 +121,88 @@ void Minimiser::translate(VectorField& u) {
 /// free. The first direction is that of the displacements themselves, and all others are conjugate to it
 /// (deflation, Saad et al. 2000): the residual stays orthogonal to the displacements, and so, the energies
 /// being convex, a step gains no energy however few directions are tried; see doc/method.md.
+/// Lumps do not interact, so each has steps of its own: with common ones a crumb took the energy of a block.
 /// \return whether the residual is under the tolerance
 bool Minimiser::descend(int count, double tolerance, VectorField& u) {
   const float enough = static_cast<float>(tolerance * tolerance);
+  const auto over = [enough](const Sums& s) { return s.largest > enough; };
   std::vector<Lumps::Unblocked> motions = lumps_.unblockedMotions(u, *contacts_);
   setOwnDirection(motions, u);
-  Sums products = residualBesideOwnProduct(u);  // r . z, A d . z
-  if (products.largest <= enough) return true;
+  const std::vector<Sums>* products = &residualBesideOwnProduct(u);  // r . z, A d . z
+  if (std::none_of(products->begin(), products->end(), over)) return true;
   ++iterations_done_;
-  const Sums own = moveAsLumps(motions, u);  // d . A d, d . r
-  const bool moves = own.first > 0.0;
-  const float own_step = moves ? static_cast<float>(own.second / own.first) : 0.0f;
-  products = sumOver([&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-      u[i] += own_step * d_[i];
-      r_[i] -= own_step * a_d_[i];
-    }
-    potential_.follow(own_step, first, last);
-    return precondition(first, last);
-  });
-  double last_rz = 0.0;
-  for (int k = 1; k < count && products.largest > enough; ++k) {
-    ++iterations_done_;
-    const double rz = products.first;
-    const float b = k > 1 ? static_cast<float>(rz / last_rz) : 0.0f;
-    const float o = moves ? static_cast<float>(products.second / own.first) : 0.0f;
-    ranges([&](std::size_t first, std::size_t last) {
+  const std::vector<Sums>& own = moveAsLumps(motions, u);  // d . A d, d . r
+  descents_.assign(near_.lumps(), Descent());
+  for (std::size_t l = 0; l < descents_.size(); ++l) {
+    descents_[l].active = true;
+    descents_[l].own = std::max(own[l].first, 0.0);
+    if (own[l].first > 0.0) descents_[l].step = static_cast<float>(own[l].second / own[l].first);
+  }
+  const auto follow = [&](const VectorField& p, const VectorField& a_p) {
+    products = &sumOver([&](std::uint32_t lump, std::size_t first, std::size_t last) {
+      const float step = descents_[lump].step;
       for (std::size_t i = first; i < last; ++i) {
-        p_[i] = k > 1 ? Eigen::Vector4f(z_[i] + b * p_[i]) : z_[i];
-        if (moves) p_[i] -= o * d_[i];
+        u[i] += step * p[i];
+        r_[i] -= step * a_p[i];
       }
-    });
-    const Sums along = multiply(p_, q_);  // p . A p, p . r
-    // A is M / dt^2 at least, and so no step longer than dt^2 but by rounding, with nothing left to solve.
-    if (!(along.first > 0.0 && along.second <= 1.01 * dt_ * dt_ * along.first)) break;
-    const float alpha = static_cast<float>(along.second / along.first);
-    products = sumOver([&](std::size_t first, std::size_t last) {
-      for (std::size_t i = first; i < last; ++i) {
-        u[i] += alpha * p_[i];
-        r_[i] -= alpha * q_[i];
-      }
-      potential_.follow(alpha, first, last);
+      potential_.follow(step, first, last);
       return precondition(first, last);
     });
-    last_rz = rz;
+  };
+  follow(d_, a_d_);
+  for (int k = 1; k < count && std::any_of(products->begin(), products->end(), over); ++k) {
+    ++iterations_done_;
+    for (std::size_t l = 0; l < descents_.size(); ++l) {
+      Descent& descent = descents_[l];
+      descent.active = descent.active && over((*products)[l]);
+      if (!descent.active) continue;
+      const Sums& product = (*products)[l];
+      descent.again = k > 1 ? static_cast<float>(product.first / descent.last) : 0.0f;
+      descent.deflation = descent.own > 0.0 ? static_cast<float>(product.second / descent.own) : 0.0f;
+      descent.last = product.first;
+    }
+    runs([&](std::uint32_t lump, std::size_t first, std::size_t last) {
+      const Descent& descent = descents_[lump];
+      for (std::size_t i = first; i < last; ++i) {
+        p_[i] = k > 1 ? Eigen::Vector4f(z_[i] + descent.again * p_[i]) : z_[i];
+        if (descent.own > 0.0) p_[i] -= descent.deflation * d_[i];
+      }
+    });
+    const std::vector<Sums>& along = multiply(p_, q_);  // p . A p, p . r
+    for (std::size_t l = 0; l < descents_.size(); ++l) {
+      Descent& descent = descents_[l];
+      // A is M / dt^2 at least, and so no step longer than dt^2 but by rounding, with nothing left to solve.
+      descent.active =
+          descent.active && along[l].first > 0.0 && along[l].second <= 1.01 * dt_ * dt_ * along[l].first;
+      descent.step = descent.active ? static_cast<float>(along[l].second / along[l].first) : 0.0f;
+    }
+    if (std::none_of(descents_.begin(), descents_.end(), [](const Descent& d) { return d.active; })) break;
+    follow(p_, q_);
   }
-  return products.largest <= enough;
+  return std::none_of(products->begin(), products->end(), over);
 }
 
-/// r = forces - M (u - free) / dt^2, z = r / M where contacts leave it free. \return as `precondition`
-Sums Minimiser::residual(const VectorField& u) {
+/// r = forces - M (u - free) / dt^2, z = r / M where contacts leave it free.
+void Minimiser::residual(const VectorField& u) {
   std::atomic<bool> pressing{false};
   ranges([&](std::size_t first, std::size_t last) {
     if (potential_.startForce(u, r_, first, last)) pressing = true;
   });
   potential_.setPressing(pressing);
-  return sumOver([&](std::size_t first, std::size_t last) {
+  ranges([&](std::size_t first, std::size_t last) {
     potential_.finishForce(r_, first, last);
-    return finishResidual(u, first, last);
+    finishResidual(u, first, last);
   });
 }
 
-/// The same, and the change of the internal forces with d, in a_d.
-Sums Minimiser::residualBesideOwnProduct(const VectorField& u) {
+/// The same, and the change of the internal forces with d, in a_d. \return of each lump, as `precondition`
+const std::vector<Sums>& Minimiser::residualBesideOwnProduct(const VectorField& u) {
   std::atomic<bool> pressing{false};
   ranges([&](std::size_t first, std::size_t last) {
     if (potential_.startForceAndChange(u, r_, d_, a_d_, first, last)) pressing = true;
   });
   potential_.setPressing(pressing);
-  return sumOver([&](std::size_t first, std::size_t last) {
+  return sumOver([&](std::uint32_t, std::size_t first, std::size_t last) {
     potential_.finishForceAndChange(r_, a_d_, first, last);
     return finishResidual(u, first, last);
   });
@@ -212,8 +225,8 @@ void Minimiser::setOwnDirection(const std::vector<Lumps::Unblocked>& motions, co
 }
 
 /// Gives the displacements the rigid motions of lumps that they lack, so that no residual is left along them.
-/// a_d = A d, from what `residualBesideOwnProduct` left there. \return d . A d, and d . r
-Sums Minimiser::moveAsLumps(std::vector<Lumps::Unblocked>& motions, VectorField& u) {
+/// a_d = A d, from what `residualBesideOwnProduct` left there. \return of each, d . A d, and d . r
+const std::vector<Sums>& Minimiser::moveAsLumps(std::vector<Lumps::Unblocked>& motions, VectorField& u) {
   const bool far = lumps_.findLacking(z_, *contacts_, dt_, motions);
   if (far) setOwnDirection(motions, u);
   const auto move = [&](std::size_t first, std::size_t last) {
@@ -227,7 +240,7 @@ Sums Minimiser::moveAsLumps(std::vector<Lumps::Unblocked>& motions, VectorField&
     ranges(move);
     return multiply(d_, a_d_);
   }
-  return sumOver([&](std::size_t first, std::size_t last) {
+  return sumOver([&](std::uint32_t, std::size_t first, std::size_t last) {
     move(first, last);
     return finishProduct(d_, a_d_, first, last);
   });
@@ -242,10 +255,10 @@ Sums Minimiser::precondition(std::size_t first, std::size_t last) {
   return {dot(r_, z_, first, last), dot(a_d_, z_, first, last), largest};
 }
 
-/// a_x = A x = M x / dt^2 - (linear part of the forces). \return x . A x, and x . r
-Sums Minimiser::multiply(const VectorField& x, VectorField& a_x) {
+/// a_x = A x = M x / dt^2 - (linear part of the forces). \return of each lump, x . A x, and x . r
+const std::vector<Sums>& Minimiser::multiply(const VectorField& x, VectorField& a_x) {
   ranges([&](std::size_t first, std::size_t last) { potential_.startChange(x, a_x, first, last); });
-  return sumOver([&](std::size_t first, std::size_t last) {
+  return sumOver([&](std::uint32_t, std::size_t first, std::size_t last) {
     potential_.finishChange(a_x, first, last);
     return finishProduct(x, a_x, first, last);
   });

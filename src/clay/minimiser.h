@@ -55,21 +55,35 @@ class Minimiser {
   void ranges(const F& f) const {
     parallelRanges(particles_.size(), range_size, f);
   }
+  /// The same over their runs of one lump: f(lump, first, last).
   template <typename F>
-  Sums sumOver(const F& f) {
-    return sums_.of(particles_.size(), f);
+  void runs(const F& f) const {
+    ranges([&](std::size_t first, std::size_t last) { forRuns(near_, first, last, f); });
   }
+  /// Of each lump, what f(lump, first, last) gives over its runs. \return valid until the next call
+  template <typename F>
+  const std::vector<Sums>& sumOver(const F& f) {
+    return sums_.of(near_, particles_.size(), Sums(), f);
+  }
+  /// Where the conjugate gradients of a lump are.
+  struct Descent {
+    bool active = false;                   // whether its residual is to be lowered
+    double own = 0.0;                      // d . A d
+    double last = 0.0;                     // r . z at the last direction
+    float step = 0.0f;                     // along the direction
+    float again = 0.0f, deflation = 0.0f;  // of the last direction, and of d, in the next
+  };
   bool gainsByPull(double pulled, const Eigen::Vector3f& gravity, const VectorField& u);
   void start(const Eigen::Vector3f& gravity, VectorField& u);
   void translate(VectorField& u);
   bool descend(int count, double tolerance, VectorField& u);
-  Sums residual(const VectorField& u);
-  Sums residualBesideOwnProduct(const VectorField& u);
+  void residual(const VectorField& u);
+  const std::vector<Sums>& residualBesideOwnProduct(const VectorField& u);
   Sums finishResidual(const VectorField& u, std::size_t first, std::size_t last);
   void setOwnDirection(const std::vector<Lumps::Unblocked>& motions, const VectorField& u);
-  Sums moveAsLumps(std::vector<Lumps::Unblocked>& motions, VectorField& u);
+  const std::vector<Sums>& moveAsLumps(std::vector<Lumps::Unblocked>& motions, VectorField& u);
   Sums precondition(std::size_t first, std::size_t last);
-  Sums multiply(const VectorField& x, VectorField& a_x);
+  const std::vector<Sums>& multiply(const VectorField& x, VectorField& a_x);
   Sums finishProduct(const VectorField& x, VectorField& a_x, std::size_t first, std::size_t last);
   void shorten(VectorField& u);
   bool mayGain(const std::vector<bool>& rests, const std::vector<double>& work, const VectorField& u);
@@ -81,7 +95,8 @@ class Minimiser {
   Lumps lumps_;
   Potential potential_;
   BoundaryDensity boundary_;
-  RangeSums sums_;
+  RunSums<Sums> sums_;
+  RangeSums energies_;
   LumpSums<3> inertial_forces_;
   LumpSums<1> slopes_, stored_;
   LumpSums<2> slopes_and_motions_;
@@ -89,13 +104,14 @@ class Minimiser {
   // Of the step.
   const VectorField* free_ = nullptr;
   Contacts* contacts_ = nullptr;
-  float dt_ = 0.0f;             // s
-  std::vector<float> inertia_;  // N/m, mass over the square of the time step
-  VectorField r_, z_, p_, q_;   // residual, preconditioned residual, direction, its product
-  VectorField d_, a_d_;         // direction of the displacements themselves, its product
-  VectorField recovery_;        // m
-  std::vector<float> kept_;     // of each lump, share of the compression that density may give back
-  bool beyond_ = false;         // whether there is compression to recover from
+  float dt_ = 0.0f;                // s
+  std::vector<float> inertia_;     // N/m, mass over the square of the time step
+  VectorField r_, z_, p_, q_;      // residual, preconditioned residual, direction, its product
+  VectorField d_, a_d_;            // direction of the displacements themselves, its product
+  VectorField recovery_;           // m
+  std::vector<Descent> descents_;  // of the lumps
+  std::vector<float> kept_;        // of each lump, share of the compression that density may give back
+  bool beyond_ = false;            // whether there is compression to recover from
   int iterations_done_ = 0;
 };
 

@@ -85,10 +85,11 @@ class Potential {
   float compression(std::size_t i) const {
     return active_[i] > 0.0f ? std::max(compression_[i], 0.0f) : 0.0f;
   }
-  /// The same without what it was lent.
+  /// The same without what it was lent, and up to twice the rest density: what hands shut in without any room
+  /// would store joules, and throw what slips out.
   float paidCompression(std::size_t i) const {
     const float c = compression(i);
-    return c > 0.0f ? std::sqrt(std::max(c * c - lent_[i], 0.0f)) : 0.0f;
+    return c > 0.0f ? std::min(std::sqrt(std::max(c * c - lent_[i], 0.0f)), 1.0f) : 0.0f;
   }
 
   /// J, of that.

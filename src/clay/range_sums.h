@@ -12,9 +12,10 @@ namespace tactile_clay::clay {
 struct Sums {
   double first = 0.0, second = 0.0;
   float largest = 0.0f;
-  void add(const Sums& other) {
+  Sums& operator+=(const Sums& other) {
     first += other.first, second += other.second;
     largest = std::max(largest, other.largest);
+    return *this;
   }
 };
 
@@ -28,7 +29,7 @@ class RangeSums {
     parallelRanges(n, range_size,
                    [&](std::size_t first, std::size_t last) { parts_[first / range_size] = f(first, last); });
     Sums total;
-    for (const Sums& part : parts_) total.add(part);
+    for (const Sums& part : parts_) total += part;
     return total;
   }
 

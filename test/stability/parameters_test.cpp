@@ -310,12 +310,15 @@ INSTANTIATE_TEST_SUITE_P(Seeds, Clinging, ::testing::Range(1u, 201u, 10u),
 INSTANTIATE_TEST_SUITE_P(PulledOn, Clinging, ::testing::Values(1951u, 2301u, 3131u, 3451u),
                          ::testing::PrintToStringParamName());
 
-/// Fails: of seeds 1 to 4000 these four gain energy.
+/// In 336 it gains energy where all lumps have common steps of conjugate gradients.
+INSTANTIATE_TEST_SUITE_P(Crumbs, Clinging, ::testing::Values(331u), ::testing::PrintToStringParamName());
+
+/// Fails: of seeds 1 to 4000 these three gain energy.
 class ClingingTooFast : public ::testing::TestWithParam<unsigned> {};
 TEST_P(ClingingTooFast, DISABLED_GainsNoEnergy) {
   watchClinging(GetParam());
 }
-INSTANTIATE_TEST_SUITE_P(Seed, ClingingTooFast, ::testing::Values(336u, 530u, 3101u, 3705u),
+INSTANTIATE_TEST_SUITE_P(Seed, ClingingTooFast, ::testing::Values(530u, 3101u, 3705u),
                          ::testing::PrintToStringParamName());
 
 /// The same without viscosity, bonds and friction: it slides together in the edge of two solids, or of the
@@ -365,14 +368,15 @@ INSTANTIATE_TEST_SUITE_P(Seeds, Inside, ::testing::Range(301u, 531u, 10u),
 
 /// Pushed out at 0.5 m/s, all but the last gained more than is allowed; that did where what started in a
 /// solid and strayed deeper was pushed out at once. 1034 and 1233 do where the work of walls that squeeze
-/// clay is stored in its compression.
+/// clay is stored in its compression; 618 and 6738 where all lumps have common steps of conjugate gradients.
 class InsideSeed : public ::testing::TestWithParam<unsigned> {};
 TEST_P(InsideSeed, RecoversAtItsSpeed) {
   watchInside(GetParam());
 }
 INSTANTIATE_TEST_SUITE_P(Seed, InsideSeed,
-                         ::testing::Values(215u, 267u, 299u, 537u, 706u, 715u, 969u, 1034u, 1035u, 1136u,
-                                           1218u, 1233u, 1240u, 1243u, 1544u, 1629u, 1891u, 5023u),
+                         ::testing::Values(215u, 267u, 299u, 537u, 618u, 706u, 715u, 969u, 1034u, 1035u,
+                                           1136u, 1218u, 1233u, 1240u, 1243u, 1544u, 1629u, 1891u, 5023u,
+                                           6738u),
                          ::testing::PrintToStringParamName());
 
 /// Fails: of seeds 1 to 8000 these gain more than is allowed.
@@ -380,7 +384,7 @@ class InsideTooFast : public ::testing::TestWithParam<unsigned> {};
 TEST_P(InsideTooFast, DISABLED_RecoversAtItsSpeed) {
   watchInside(GetParam());
 }
-INSTANTIATE_TEST_SUITE_P(Seed, InsideTooFast, ::testing::Values(618u, 2310u, 4796u, 4934u, 6738u),
+INSTANTIATE_TEST_SUITE_P(Seed, InsideTooFast, ::testing::Values(2310u, 4796u, 4934u),
                          ::testing::PrintToStringParamName());
 
 }  // namespace

@@ -178,6 +178,30 @@ std::size_t bondsOfPair(double rate, double stiffness, int substeps) {
   return clay.statistics().bonds;
 }
 
+/// Lumps do not interact: what is done to one moves no other, however few iterations there are. With one step
+/// along a direction for all, a crumb took what a block was given.
+TEST(Clay, ACrumbSlidesAsIfNoBlockWereCrushed) {
+  const auto wayOfCrumb = [](bool beside) {
+    std::vector<InitialParticle> particles;
+    if (beside) particles = block(6, 6, 6, spacing);
+    InitialParticle crumb;
+    crumb.position = {0.0f, 0.2f, static_cast<float>(0.5 * spacing)};
+    crumb.velocity = {2.0f, 0.0f, 0.0f};
+    particles.push_back(crumb);
+    Clay clay(configOf(4, 6), {Material()}, particles);
+    for (int k = 0; k < 12; ++k) {
+      const double down = 2.0, height = 0.08 - down * clay.config().frame * k;
+      const Eigen::Vector3d at(0.0, 0.0, std::max(height, 0.5 * spacing));
+      clay.advance(ghostPlane(at, -Eigen::Vector3d::UnitZ(), 0.03, 0.004, {0.0, 0.0, -down}), {ground()},
+                   clay.config().frame);
+    }
+    return clay.particles().position.at(particles.size() - 1).x();
+  };
+  const double alone = wayOfCrumb(false);
+  EXPECT_GT(alone, 0.1);
+  EXPECT_NEAR(wayOfCrumb(true), alone, 1e-3 * alone);
+}
+
 TEST(Clay, BondsPartByWhatAFrameDoesHoweverItIsCut) {
   for (const int substeps : {1, 4, 16, 64}) {
     EXPECT_EQ(bondsOfPair(9.0, 1e-3, substeps), 1u) << substeps;

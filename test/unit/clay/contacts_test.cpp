@@ -258,10 +258,35 @@ TEST(Contacts, WhatIsStoppedGoesIntoNoObstacle) {
   for (const float down : {-0.5f * room, 0.5f * room, 3.0f * room}) {
     VectorField w = zeros(1);
     w.set(0, {1e-4f, 0.0f, -down});
-    resting.contacts.stop(resting.u, w);
+    resting.contacts.stop(resting.particles, floorOfGhosts(), resting.u, w);
     EXPECT_NEAR(w.at(0).x(), 1e-4f, 1e-9f);
     EXPECT_NEAR(w.at(0).z(), -std::min(down, room), 1e-3f * room);
   }
+}
+
+/// What recovery moves past the contacts of the step ends in no skin either.
+TEST(Contacts, WhatIsStoppedEndsInNoFlesh) {
+  Loose resting({{0.0f, 0.0f, 0.6f * spacing}}, 0.0f);
+  Ghosts skin = ghostPlane({-1.1 * spacing, 0.0, 0.0}, Eigen::Vector3d::UnitX(), 0.01, 0.004);
+  resting.step(skin, {ground()});
+  for (const Contact& c : resting.contacts.contacts()) ASSERT_NE(c.solid, Contact::skin);
+  for (const float way : {0.5f, 1.0f, 1.2f, 1.8f}) {
+    VectorField w = zeros(1);
+    w.set(0, {-way * spacing, 0.0f, 0.0f});
+    resting.contacts.stop(resting.particles, skin, resting.u, w);
+    EXPECT_EQ(w.at(0).x(), way < 1.1f ? -way * spacing : 0.0f) << way;
+  }
+}
+
+/// Planes of what squeezed a particle tell nothing about ways from where it was released to.
+TEST(Contacts, WhatWasReleasedStays) {
+  const ClosingPalms palms(M_PI / 3.0);
+  Loose squeezed({{0.0f, 0.0f, 0.0f}}, 0.0f);
+  squeezed.step(palms.ghosts, {}, 0);
+  VectorField w = zeros(1);
+  w.set(0, {0.0f, 0.2f * spacing, 0.0f});
+  squeezed.contacts.stop(squeezed.particles, palms.ghosts, squeezed.u, w);
+  EXPECT_EQ(w.at(0).norm(), 0.0f);
 }
 
 TEST(Contacts, OppositeSkinsAreTwoContacts) {

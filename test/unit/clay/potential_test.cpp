@@ -412,6 +412,25 @@ TEST(Potential, CompressionThatWasLentIsNotKept) {
   }
 }
 
+/// What is pressed to many times its density, as between palms that leave no room, gives no more back than
+/// what is pressed to twice.
+TEST(Potential, CompressionIsKeptUpToTwiceTheDensity) {
+  Cloud s(density_only, 0.6f);
+  const VectorField rest = zeros(s.size());
+  const std::vector<float> ratio = s.potential.densityRatio();
+  for (std::size_t i = 0; i < s.size(); ++i) s.particles.compression[i] = std::max(ratio[i] - 1.0f, 0.0f);
+  s.potential.limitExcess(0, s.size());
+  s.forceAt(rest);
+  int more = 0, less = 0;
+  for (std::size_t i = 0; i < s.size(); ++i) {
+    (ratio[i] > 2.01f ? more : less) += 1;
+    EXPECT_NEAR(s.potential.compression(i), std::max(ratio[i] - 1.0f, 0.0f), 2e-3f * ratio[i]) << i;
+    EXPECT_NEAR(s.potential.paidCompression(i), std::clamp(ratio[i] - 1.0f, 0.0f, 1.0f), 2e-3f) << i;
+  }
+  EXPECT_GT(more, 10);
+  EXPECT_GT(less, 10);
+}
+
 /// What may not push is undone by displacements that add up to none.
 TEST(Potential, CompressionBeyondThatOfTheLastStepIsUndone) {
   Cloud s(density_only, 0.93f);
