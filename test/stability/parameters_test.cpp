@@ -366,9 +366,10 @@ TEST_P(Inside, RecoversAtItsSpeed) {
 INSTANTIATE_TEST_SUITE_P(Seeds, Inside, ::testing::Range(301u, 531u, 10u),
                          ::testing::PrintToStringParamName());
 
-/// Pushed out at 0.5 m/s, all but the last gained more than is allowed; that did where what started in a
-/// solid and strayed deeper was pushed out at once. 1034 and 1233 do where the work of walls that squeeze
-/// clay is stored in its compression; 618 where all lumps have common steps of conjugate gradients.
+/// Pushed out at 0.5 m/s, these gained more than is allowed. But 5023 did where what started in a solid and
+/// strayed deeper was pushed out at once, 618 does where all lumps have common steps of conjugate gradients,
+/// and 6738 did before lumps had steps of their own and compression was kept up to twice the density. 1034
+/// and 1233 do where the work of walls that squeeze clay is stored in its compression, too.
 class InsideSeed : public ::testing::TestWithParam<unsigned> {};
 TEST_P(InsideSeed, RecoversAtItsSpeed) {
   watchInside(GetParam());
