@@ -321,15 +321,17 @@ std::vector<std::uint32_t> ContactSearch::ghostsBeside(const Ghosts& ghosts, con
   return beside;
 }
 
-/// A ghost covers what is beneath its disc of skin, as far as flesh is thick.
+bool ContactSearch::covers(const Ghosts& ghosts, std::uint32_t ghost, const Vector& place,
+                           float clearance) const {
+  const float around = disc * spacing_;
+  const Vector from = place - ghosts.position[ghost];
+  const float height = ghosts.normal[ghost].dot(from);
+  return height < clearance && height > -flesh && from.squaredNorm() - height * height < around * around;
+}
+
 bool ContactSearch::isBeneathDisc(const Ghosts& ghosts, const std::vector<std::uint32_t>& of,
                                   const Vector& place) const {
-  const float around = disc * spacing_;
-  return std::any_of(of.begin(), of.end(), [&](std::uint32_t g) {
-    const Vector from = place - ghosts.position[g];
-    const float height = ghosts.normal[g].dot(from);
-    return height < 0.0f && height > -flesh && from.squaredNorm() - height * height < around * around;
-  });
+  return std::any_of(of.begin(), of.end(), [&](std::uint32_t g) { return covers(ghosts, g, place, 0.0f); });
 }
 
 bool ContactSearch::isInFlesh(const Ghosts& ghosts, const Vector& x) const {
@@ -338,6 +340,12 @@ bool ContactSearch::isInFlesh(const Ghosts& ghosts, const Vector& x) const {
   bool beneath = false;
   forSidesAt(ghosts, beside, x, [&](float distance, const Vector&) { beneath = beneath || distance < 0.0f; });
   return beneath;
+}
+
+bool ContactSearch::isInSolid(const Vector& x) const {
+  return std::any_of(solids_.begin(), solids_.end(), [&](const MovingSolid& moving) {
+    return surface(moving.solid, moving.to_end * x.cast<double>()).distance < 0.0;
+  });
 }
 
 /// Discs and sides both tell only roughly what is covered; what is free is so by both.

@@ -53,8 +53,13 @@ class ContactSearch {
   std::optional<Eigen::Vector3f> nearestFree(const Ghosts& ghosts, const Eigen::Vector3f& x, float clearance,
                                              float most) const;
 
+  /// Whether a place is beneath a ghost's disc of skin at the end of the step, or less than `clearance`, m,
+  /// above it; a ghost covers what is beneath its disc, as far as flesh is thick.
+  bool covers(const Ghosts& ghosts, std::uint32_t ghost, const Eigen::Vector3f& place, float clearance) const;
   /// Whether a place is beneath the skin at the end of the step, beyond doubt.
   bool isInFlesh(const Ghosts& ghosts, const Eigen::Vector3f& x) const;
+  /// Whether a place is in a solid at the end of the step.
+  bool isInSolid(const Eigen::Vector3f& x) const;
 
  private:
   struct Step {                  // of the clay and the skin; everything moves straight

@@ -13,6 +13,7 @@ constexpr float pre_sliding = 0.01f;  // spacings, by which a friction spring gi
 constexpr float farthest = 6.0f;      // spacings, that what is between skins is pushed out by
 constexpr float detour = 2.0f;        // spacings, that a contact may lead a particle beyond its depth
 constexpr float plane = 0.25f;        // spacings, over which the skin is one
+constexpr float narrow = 0.1f;        // spacings, between skin and centres where there is hardly any room
 constexpr float rounding = 1e-3f;     // spacings
 constexpr float least_stiffness = 20.0f, most_stiffness = 500.0f;  // its range, particle masses per step^2
 
@@ -20,6 +21,11 @@ using Vector = Eigen::Vector3f;
 
 Vector tangential(const Vector& v, const Vector& n) {
   return v - v.dot(n) * n;
+}
+
+/// m, by which a contact is violated at the displacement u.
+float depth(const Contact& c, const Vector& u) {
+  return c.gap - c.normal.dot(u);
 }
 
 }  // namespace
@@ -167,10 +173,10 @@ Eigen::Vector3f Contacts::prescribed(Filter& filter, Vector u) {
     const float size = left.norm();
     if (filter.rank == 3 || size < 0.3f) continue;
     const Vector q = left / size;
-    const float depth = c.gap - c.normal.dot(u);
+    const float way = depth(c, u);
     // Between two that all but face each other the way is longer than deep: no solution, if by much.
-    if (std::abs(depth) / size > std::abs(depth) + detour * spacing_) continue;
-    u += depth / size * q;
+    if (std::abs(way) / size > std::abs(way) + detour * spacing_) continue;
+    u += way / size * q;
     filter.free -= q * q.transpose();
     ++filter.rank;
   }
@@ -310,17 +316,16 @@ void Contacts::expel(const Particles& particles, VectorField& u, float dt) {
 
 /// \param inertia N/m, of the particle \param u m, its displacement
 void Contacts::expel(const Filter& filter, float inertia, Vector& u) {
-  const auto depth = [&](const Contact& c) { return c.gap - c.normal.dot(u); };
   for (std::uint32_t k = filter.first; k < filter.last; ++k) {
     Contact& c = contacts_[k];
-    if (depth(c) > 0.0f) push(c, depth(c) * c.normal, inertia, u);
+    if (depth(c, u) > 0.0f) push(c, depth(c, u) * c.normal, inertia, u);
   }
   Contact* nearest = nullptr;
   float share = 1.0f;
   for (std::uint32_t k = filter.first; k < filter.last; ++k) {
     Contact& c = contacts_[k];
     if (c.solid == Contact::skin) return;
-    if (!(depth(c) > rounding * spacing_) || c.gap > 0.0f) continue;
+    if (!(depth(c, u) > rounding * spacing_) || c.gap > 0.0f) continue;
     const float reached = c.gap / c.normal.dot(u);
     if (reached < share) share = reached, nearest = &c;
   }
@@ -343,13 +348,14 @@ void Contacts::release(const Particles& particles, const Ghosts& ghosts, VectorF
     bool held = false, by_skin = false, leads_far = false;
     for (std::uint32_t k = filter.first; k < filter.last; ++k) {
       const Contact& c = contacts_[k];
-      held = held || c.gap - c.normal.dot(step) > rounding * spacing_;
+      held = held || depth(c, step) > rounding * spacing_;
       if (c.solid != Contact::skin) continue;
       by_skin = true;
       leads_far = leads_far || (step - c.drift).norm() > plane * spacing_;
     }
     const Vector x = particles.position.at(i) + step;
-    if (!by_skin || !(held || (leads_far && search_.isInFlesh(ghosts, x)))) return;
+    if (!by_skin) return;
+    if (!held && !isCovered(filter, ghosts, x, 0.0f) && !(leads_far && search_.isInFlesh(ghosts, x))) return;
     const std::optional<Vector> place = wayOut(ghosts, x);
     if (!place) return;
     const auto along = [&](const Contact& a, const Contact& b) {
@@ -361,13 +367,29 @@ void Contacts::release(const Particles& particles, const Ghosts& ghosts, VectorF
   });
 }
 
+/// Whether a place is beneath what is nearest to it of a side of the skin that touches the particle, or all
+/// but is. A side is the mean of the skin nearby, and where fingers overlap, some of that is before the mean.
+/// \param clearance m
+bool Contacts::isCovered(const Filter& filter, const Ghosts& ghosts, const Vector& x, float clearance) const {
+  const auto distance = [&](const GhostShare& s) { return (x - ghosts.position[s.ghost]).squaredNorm(); };
+  const auto isCovering = [&](const Contact& c) {
+    if (c.solid != Contact::skin) return false;
+    const auto first = shares_.begin() + c.first_ghost;
+    const auto nearest =
+        std::min_element(first, first + c.ghost_count,
+                         [&](const GhostShare& a, const GhostShare& b) { return distance(a) < distance(b); });
+    return search_.covers(ghosts, nearest->ghost, x, clearance);
+  };
+  return std::any_of(contacts_.begin() + filter.first, contacts_.begin() + filter.last, isCovering);
+}
+
 /// A free place near x: one that is not far if there is any, though it leave a particle less than half a
 /// spacing off where there is no room for that.
 std::optional<Vector> Contacts::wayOut(const Ghosts& ghosts, const Vector& x) const {
   struct Attempt {
     float clearance, most;  // spacings
   };
-  for (const Attempt& a : {Attempt{0.5f, 2.0f}, {0.25f, 2.0f}, {0.25f, farthest}, {0.1f, farthest}}) {
+  for (const Attempt& a : {Attempt{0.5f, 2.0f}, {0.25f, 2.0f}, {0.25f, farthest}, {narrow, farthest}}) {
     const auto place = search_.nearestFree(ghosts, x, a.clearance * spacing_, a.most * spacing_);
     if (place) return place;
   }
@@ -377,22 +399,25 @@ std::optional<Vector> Contacts::wayOut(const Ghosts& ghosts, const Vector& x) co
 void Contacts::stop(const Particles& particles, const Ghosts& ghosts, const VectorField& u,
                     VectorField& w) const {
   parallelFor(filters_.size(), 64, [&](std::size_t f) {
-    const std::uint32_t i = filters_[f].particle;
+    const Filter& filter = filters_[f];
+    const std::uint32_t i = filter.particle;
+    const Vector x = particles.position.at(i) + u.at(i);
     Vector step = w.at(i);
     bool squeezed = false;
-    for (std::uint32_t k = filters_[f].first; k < filters_[f].last; ++k) {
+    for (std::uint32_t k = filter.first; k < filter.last; ++k) {
       const Contact& c = contacts_[k];
-      const float left = c.gap - c.normal.dot(u.at(i));
+      const float left = depth(c, u.at(i));
       squeezed = squeezed || left > rounding * spacing_;
       step += std::max(std::min(left, 0.0f) - c.normal.dot(step), 0.0f) * c.normal;
     }
-    if (squeezed) step.setZero();  // the planes tell nothing about the way from where it was released to
+    // The planes tell nothing about the way from where it was released to.
+    if (squeezed || isCovered(filter, ghosts, x + step, narrow * spacing_)) step.setZero();
     w.set(i, step);
   });
   parallelFor(w.size(), 64, [&](std::size_t i) {
-    const Vector step = w.at(i);
-    const bool far = step.norm() > plane * spacing_;
-    if (far && search_.isInFlesh(ghosts, particles.position.at(i) + u.at(i) + step)) w.set(i, Vector::Zero());
+    const Vector step = w.at(i), end = particles.position.at(i) + u.at(i) + step;
+    if (!(step.norm() > rounding * spacing_)) return;
+    if (search_.isInFlesh(ghosts, end) || search_.isInSolid(end)) w.set(i, Vector::Zero());
   });
 }
 

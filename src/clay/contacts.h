@@ -72,8 +72,8 @@ class Contacts {
   void expel(const Particles& particles, VectorField& u, float dt);
 
   /// Where hands squeeze clay between them, or on solids, no side's plane leads out of all: moves what is
-  /// still held to the nearest place that nothing covers; and what went so far along the skin that it is
-  /// beneath it. \param ghosts those of `detect`
+  /// still held, or beneath the skin, to the nearest place that nothing covers. \param ghosts those of
+  /// `detect`
   void release(const Particles& particles, const Ghosts& ghosts, VectorField& u, float dt);
 
   /// Takes from the displacements w, which follow u, what goes into obstacles. \param ghosts those of
@@ -108,6 +108,7 @@ class Contacts {
   float leastStiffness(const Contact& c, const Particles& particles, float dt) const;
   void expel(const Filter& filter, float inertia, Eigen::Vector3f& u);
   static void push(Contact& c, const Eigen::Vector3f& by, float inertia, Eigen::Vector3f& u);
+  bool isCovered(const Filter& filter, const Ghosts& ghosts, const Eigen::Vector3f& x, float clearance) const;
   std::optional<Eigen::Vector3f> wayOut(const Ghosts& ghosts, const Eigen::Vector3f& x) const;
   Eigen::Vector3f prescribed(Filter& filter, Eigen::Vector3f u);
   Eigen::Vector3f pull(const Contact& c, const Eigen::Vector3f& u) const;

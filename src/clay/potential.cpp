@@ -364,11 +364,15 @@ bool Potential::limitExcess(std::size_t first, std::size_t last) {
   if (!dense_) return false;
   bool any = false;
   for (std::size_t i = first; i < last; ++i) {
-    const float bulk = bulk_[particles_->material[i]], paid = particles_->compression[i];
-    const float per_square_speed = bulk > 0.0f ? 1.0f / (bulk * particles_->inverse_mass[i]) : 0.0f;
+    beyond_[i] = lent_[i] = 0.0f;
+    const float stiff = stiffness(i);
+    if (!(stiff > 0.0f)) continue;
+    const float paid = particles_->compression[i];
+    const float paid_square = bulk_[particles_->material[i]] / stiff * paid * paid;
+    const float per_square_speed = 1.0f / (stiff * particles_->inverse_mass[i]);
     const float bounded =
-        std::min(excess_[i], std::sqrt(paid * paid + per_square_speed * recovery_speed * recovery_speed));
-    const float kept = std::sqrt(paid * paid + per_square_speed * forgiven_speed * forgiven_speed);
+        std::min(excess_[i], std::sqrt(paid_square + per_square_speed * recovery_speed * recovery_speed));
+    const float kept = std::sqrt(paid_square + per_square_speed * forgiven_speed * forgiven_speed);
     beyond_[i] = excess_[i] - bounded;
     excess_[i] = bounded;
     lent_[i] = bounded > kept ? bounded * bounded - kept * kept : 0.0f;
@@ -417,7 +421,7 @@ bool Potential::addStart(VectorField& f, std::size_t first, std::size_t last) {
     f[i] += force_[i];
     if (!dense_) continue;
     const float c = compression_[i] += excess_[i];
-    active_[i] = c > 0.0f ? bulk_[particles_->material[i]] : 0.0f;
+    active_[i] = c > 0.0f ? stiffness(i) : 0.0f;
     pressure_[i] = active_[i] * c;
     pressing = pressing || c > 0.0f;
   }

@@ -26,7 +26,9 @@ struct PairArrays {
 /// The three internal constraint families of the paper are written as energies of the displacements u of the
 /// step; a constraint with compliance and its energy are the same thing (Macklin et al. 2016, XPBD). With the
 /// length l_ij of a pair and its length r_ij at the start of the step:
-///  - density (Macklin & Mueller 2013), one-sided: kappa/2 V C_i^2 where C_i = rho_i / rho_0 - 1 > 0;
+///  - density (Macklin & Mueller 2013), one-sided: kappa/2 V C_i^2 where C_i = rho_i / rho_0 - 1 > 0. Where
+///  clay
+///    starts the step denser than twice, as in pockets between hands, its volume is less (`stiffness`);
 ///  - viscosity (Eq. 3, 4), the strain of the step measured along pairs (Monaghan 2005, Rep. Prog. Phys.
 ///    68:1703; Weiler et al. 2018): c/2 (1 - (r/h)^2)^3 r_ij^2 (l_ij - r_ij)^2 / dt. Rotation changes no
 ///    length, so none need be turned back, and pairs see the motions that a gradient summed over neighbours
@@ -85,11 +87,14 @@ class Potential {
   float compression(std::size_t i) const {
     return active_[i] > 0.0f ? std::max(compression_[i], 0.0f) : 0.0f;
   }
-  /// The same without what it was lent, and up to twice the rest density: what hands shut in without any room
-  /// would store joules, and throw what slips out.
+  /// What stores the energy of that, without what it was lent, at the stiffness of clay less than twice as
+  /// dense as at rest; 1 at most, what clay stores at that density: what hands shut in without any room would
+  /// store joules, and throw what slips out.
   float paidCompression(std::size_t i) const {
     const float c = compression(i);
-    return c > 0.0f ? std::min(std::sqrt(std::max(c * c - lent_[i], 0.0f)), 1.0f) : 0.0f;
+    if (!(c > 0.0f)) return 0.0f;
+    const float square = stiffness(i) / bulk_[particles_->material[i]] * std::max(c * c - lent_[i], 0.0f);
+    return std::min(std::sqrt(square), 1.0f);
   }
 
   /// J, of that.
@@ -103,8 +108,7 @@ class Potential {
   double slopeBeyondSet(std::size_t i, float step) const {
     if (!dense_) return 0.0;
     const float c = compression_[i] + step * growth_[i];
-    const float stiffness = c > 0.0f ? bulk_[particles_->material[i]] : 0.0f;
-    return static_cast<double>(stiffness - active_[i]) * c * growth_[i];
+    return static_cast<double>((c > 0.0f ? stiffness(i) : 0.0f) - active_[i]) * c * growth_[i];
   }
 
   /// Displacements, m, that undo some of what `limitExcess` found beyond its bound, at 0.5 m/s and by half
@@ -119,6 +123,13 @@ class Potential {
 
  private:
   PairArrays pairs() const;
+  /// J, bulk modulus times volume. The work of a pressure kappa C on clay that is compressed is kappa V C /
+  /// (1 + C)^2 dC, for its volume is V / (1 + C); here, so that stiffness is the same for a step, and V up to
+  /// twice the density, V (2 / ratio)^2 at the start.
+  float stiffness(std::size_t i) const {
+    const float share = 2.0f / std::max(ratio_[i], 2.0f);
+    return share * share * bulk_[particles_->material[i]];
+  }
   void stretch(const VectorField& u, VectorField& f, std::vector<float>& growth, std::size_t first,
                std::size_t last);
   bool addStart(VectorField& f, std::size_t first, std::size_t last);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 #include <random>
 #include <string>
 #include <tuple>
@@ -141,18 +142,14 @@ TEST_P(OnThePalm, AFistInOneFrameLeavesNoneInside) {
   EXPECT_TRUE(touched);
   for (int k = 0; k < 40; ++k) {
     advance({bent(85 * degree)});
-    EXPECT_GT(deepest, -0.2 * spacing) << "frame " << k;
+    EXPECT_EQ(inside, 0) << "frame " << k << " by " << -deepest << " m";
+    EXPECT_EQ(under, 0) << "frame " << k;
   }
-  EXPECT_EQ(inside, 0) << deepest;
-  EXPECT_EQ(under, 0);
 }
 
 /// The same from starts shaken by 1e-6 of a spacing, which part the ways of the particles. In the frame of
-/// the fist the palm and the fingers overlap, and some clay has nowhere to go: of 16 fists three may have a
-/// particle inside by more than half a spacing then; six had before what strays was met again where it
-/// ends. None stays.
+/// the fist the palm and the fingers overlap, and some clay has nowhere to go.
 TEST(ShakenOnThePalm, AFistInOneFrameLeavesNoneInside) {
-  int deep = 0;
   for (const hand::Side side : {hand::Side::left, hand::Side::right}) {
     for (unsigned seed = 1; seed <= 8; ++seed) {
       SCOPED_TRACE("seed " + std::to_string(seed));
@@ -163,18 +160,14 @@ TEST(ShakenOnThePalm, AFistInOneFrameLeavesNoneInside) {
         p.position +=
             static_cast<float>(spacing) * Eigen::Vector3f(shake(random), shake(random), shake(random));
       OneOfMany shaken(particles);
-      double deepest = 0.0;
       for (int k = 0; k < 30; ++k) {
         const double bend = k < 20 ? 0.0 : 85 * degree;
         shaken.advance(
             {handAt(side, Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX(), 0.1, {0.02, 0.0, 0.0}, bend)});
-        deepest = std::min(deepest, shaken.deepest);
+        EXPECT_EQ(shaken.inside, 0) << "frame " << k << " by " << -shaken.deepest << " m";
       }
-      EXPECT_EQ(shaken.inside, 0);
-      deep += deepest < -0.5 * spacing ? 1 : 0;
     }
   }
-  EXPECT_LE(deep, 3);
 }
 
 /// Fists of any kind, around clay that is shaken by 1e-6 of a spacing, which parts the ways of the particles.
@@ -229,19 +222,10 @@ TEST(RandomHands, ThroughClayLeaveNoneInside) {
   }
 }
 
-/// What the tests of many scenes count. Discs and planes of the skin tell only roughly what is
-/// free: of 20 scenes one may hold a centre in some frame, by less than a fifth of a spacing.
-struct Leaks {
-  int scenes = 0;        // with a particle's centre inside a hand in some frame
-  double deepest = 0.0;  // spacings
-  int under = 0;         // particles, over all frames
-};
-
 /// Plays scenes of a block and hands that move, each by its seed.
 template <typename Scene>
-Leaks leaksOf(unsigned first, unsigned last, const Scene& scene) {
-  Leaks leaks;
-  for (unsigned seed = first; seed <= last; ++seed) {
+void expectNoLeak(const std::vector<unsigned>& seeds, const Scene& scene) {
+  for (const unsigned seed : seeds) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
     const auto any = [&random](double low, double high) {
@@ -250,22 +234,27 @@ Leaks leaksOf(unsigned first, unsigned last, const Scene& scene) {
     const int nx = 4 + static_cast<int>(random() % 5), ny = 4 + static_cast<int>(random() % 5);
     OneOfMany one(block(nx, ny, 4 + static_cast<int>(random() % 4), spacing));
     const auto hands = scene(any);
-    bool inside = false;
     for (int k = 0; k < 60; ++k) {
       one.advance(hands(k));
-      inside = inside || one.inside > 0;
-      leaks.deepest = std::max(leaks.deepest, -one.deepest / spacing);
-      leaks.under += one.under;
+      EXPECT_EQ(one.inside, 0) << "frame " << k << " by " << -one.deepest << " m";
+      EXPECT_EQ(one.under, 0) << "frame " << k;
     }
     EXPECT_TRUE(one.touched);
-    leaks.scenes += inside ? 1 : 0;
   }
-  return leaks;
 }
 
-/// Two hands clap a block on the table between them, to 2 to 20 mm, at 0.2 to 3 m/s each.
+std::vector<unsigned> seedsTo(unsigned last) {
+  std::vector<unsigned> seeds(last);
+  std::iota(seeds.begin(), seeds.end(), 1u);
+  return seeds;
+}
+
+/// Two hands clap a block on the table between them, to 2 to 20 mm, at 0.2 to 3 m/s each. In 87 clay was led
+/// under the table, when what makes room for it was not looked at there.
 TEST(RandomClaps, LetClayGoSideways) {
-  const Leaks leaks = leaksOf(1, 20, [](const auto& any) {
+  std::vector<unsigned> seeds = seedsTo(20);
+  seeds.push_back(87);
+  expectNoLeak(seeds, [](const auto& any) {
     const double speed = any(0.2, 3.0), least = any(0.001, 0.01), yaw = any(0.0, 2.0 * M_PI);
     const double height = any(0.01, 0.03), bend = any(0.0, 20.0) * degree, thumb = any(-0.6, -0.2);
     const Eigen::Vector3d way(std::cos(yaw), std::sin(yaw), 0.0);
@@ -281,15 +270,12 @@ TEST(RandomClaps, LetClayGoSideways) {
       return hands;
     };
   });
-  EXPECT_EQ(leaks.under, 0);
-  EXPECT_LE(leaks.scenes, 1);
-  EXPECT_LT(leaks.deepest, 0.2);
 }
 
 /// A hand comes down on a block on the table at 0.3 to 5 m/s, to where its fingers are 4 to 12 mm above it,
 /// and goes up again.
 TEST(RandomSlams, LetClayGoSideways) {
-  const Leaks leaks = leaksOf(1, 20, [](const auto& any) {
+  expectNoLeak(seedsTo(20), [](const auto& any) {
     const double speed = any(0.3, 5.0), least = any(0.004, 0.012), along = any(-0.02, 0.02);
     const double bend = any(0.0, 45.0) * degree, thumb = any(-0.6, -0.2);
     const Eigen::Vector3d fingers =
@@ -303,14 +289,11 @@ TEST(RandomSlams, LetClayGoSideways) {
       return std::vector<hand::TrackedHand>{handAt(side, palm, fingers, at.dot(palm), at, bend, thumb)};
     };
   });
-  EXPECT_EQ(leaks.under, 0);
-  EXPECT_LE(leaks.scenes, 1);
-  EXPECT_LT(leaks.deepest, 0.2);
 }
 
 /// A hand that came down into a block becomes a fist in one frame, opens in another, and closes once more.
 TEST(RandomGrabs, LeaveNoneInside) {
-  const Leaks leaks = leaksOf(1, 20, [](const auto& any) {
+  expectNoLeak(seedsTo(20), [](const auto& any) {
     const double speed = any(0.1, 1.0), least = any(0.01, 0.03), along = any(0.0, 0.03);
     const double bend = any(50.0, 95.0) * degree, thumb = any(-0.6, -0.2);
     const Eigen::Vector3d fingers =
@@ -328,9 +311,6 @@ TEST(RandomGrabs, LeaveNoneInside) {
                                                    thumb)};
     };
   });
-  EXPECT_EQ(leaks.under, 0);
-  EXPECT_LE(leaks.scenes, 1);
-  EXPECT_LT(leaks.deepest, 0.2);
 }
 
 /// The soft hand's flesh is where it is, not where the tracked hand is: by its triangles. Fingers that press

@@ -276,6 +276,63 @@ TEST(Contacts, WhatIsStoppedEndsInNoFlesh) {
     resting.contacts.stop(resting.particles, skin, resting.u, w);
     EXPECT_EQ(w.at(0).x(), way < 1.1f ? -way * spacing : 0.0f) << way;
   }
+  // However little that is, where the step led it to skin that it had not met.
+  VectorField u = zeros(1), w = zeros(1);
+  u.set(0, {-1.0f * spacing, 0.0f, 0.0f}), w.set(0, {-0.15f * spacing, 0.0f, 0.0f});
+  resting.contacts.stop(resting.particles, skin, u, w);
+  EXPECT_EQ(w.at(0).x(), 0.0f);
+}
+
+/// Nor under the table, of which it was out of reach in the step.
+TEST(Contacts, WhatIsStoppedEndsInNoSolid) {
+  const float height = 2.2f * spacing;
+  Loose above({{0.0f, 0.0f, height}}, 0.0f);
+  above.step({}, {ground()});
+  ASSERT_TRUE(above.contacts.contacts().empty());
+  for (const float way : {0.2f, 2.1f, 2.3f}) {
+    VectorField w = zeros(1);
+    w.set(0, {0.0f, 0.0f, -way * spacing});
+    above.contacts.stop(above.particles, {}, zeros(1), w);
+    EXPECT_EQ(w.at(0).z(), way * spacing < height ? -way * spacing : 0.0f) << way;
+  }
+}
+
+/// A ghost of one finger, and some of another which faces nearly as the first does, but is farther: their
+/// mean, which is the contact's plane, is behind the first one's skin.
+struct MeetingFingers {
+  MeetingFingers() {
+    const Eigen::Vector3f slant(std::cos(1.2f), std::sin(1.2f), 0.0f);
+    ghosts.position.push_back(Eigen::Vector3f::Zero());
+    ghosts.normal.push_back(Eigen::Vector3f::UnitX());
+    for (const float z : {-0.5f, -0.2f, 0.2f, 0.5f}) {
+      ghosts.position.push_back(spacing * (Eigen::Vector3f(0.0f, 0.0f, z) - 0.9f * slant));
+      ghosts.normal.push_back(slant);
+    }
+    ghosts.velocity.assign(ghosts.position.size(), Eigen::Vector3f::Zero());
+  }
+  Ghosts ghosts;
+};
+
+TEST(Contacts, WhatIsStoppedEndsInNoSkinBeforeTheMean) {
+  const MeetingFingers fingers;
+  Loose between({{0.2f * spacing, 0.0f, 0.0f}}, 0.0f);
+  between.step(fingers.ghosts, {});
+  ASSERT_EQ(between.contacts.contacts().size(), 1u);
+  ASSERT_EQ(between.u.at(0).norm(), 0.0f);  // the plane leaves it free
+  for (const float way : {0.05f, 0.15f, 0.22f}) {
+    VectorField w = zeros(1);
+    w.set(0, {-way * spacing, 0.0f, 0.0f});
+    between.contacts.stop(between.particles, fingers.ghosts, between.u, w);
+    EXPECT_EQ(w.at(0).x(), way < 0.1f ? -way * spacing : 0.0f) << way;
+  }
+}
+
+TEST(Contacts, WhatIsBeneathSkinBeforeTheMeanIsLedOut) {
+  const MeetingFingers fingers;
+  Loose pushed({{0.1f * spacing, 0.0f, 0.0f}}, 0.0f);
+  pushed.push.set(0, {-0.2f * spacing * inertia, 0.0f, 0.0f});
+  pushed.step(fingers.ghosts, {});
+  EXPECT_GT(pushed.particles.position[0].x(), 0.05f * spacing);
 }
 
 /// Planes of what squeezed a particle tell nothing about ways from where it was released to.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <memory>
 
 #include "clay/lattice.h"
@@ -82,18 +83,21 @@ struct Cloud {
     return guessed(i, j).norm() + (x(i) - x(j)).normalized().dot(beyond(u, i, j));
   }
 
-  /// sum_i kappa/2 V C_i^2, C_i = rho_i/rho_0 - 1 to first order in u; `active` are those with C_i(at) > 0.
+  /// sum_i kappa/2 V C_i^2, C_i = rho_i/rho_0 - 1 to first order in u, of those with C_i(at) > 0; V falls
+  /// with the square of the density at the start beyond twice.
   double densityEnergy(const Vectors& u, const Vectors& at) const {
     const double rest = latticeSum(kernel, spacing);
     double energy = 0.0;
     for (std::size_t i = 0; i < size(); ++i) {
-      double here = kernel.sigma / rest - 1.0, there = here;
+      double here = kernel.sigma / rest - 1.0, there = here, ratio = kernel.sigma / rest;
       forNeighbours(i, [&](std::size_t j, const Eigen::Vector3d& r) {
         const double w = kernel.value(static_cast<float>(guessed(i, j).norm()));
+        ratio += kernel.value(static_cast<float>(r.norm())) / rest;
         here += (w + gradient(r).dot(beyond(u, i, j))) / rest;
         there += (w + gradient(r).dot(beyond(at, i, j))) / rest;
       });
-      if (there > 0.0) energy += 0.5 * materials[0].bulk_modulus * volume() * here * here;
+      const double less = std::pow(2.0 / std::max(ratio, 2.0), 2.0);
+      if (there > 0.0) energy += 0.5 * materials[0].bulk_modulus * less * volume() * here * here;
     }
     return energy;
   }
@@ -191,10 +195,16 @@ VectorField smallMotion(const Cloud& s) {
 }
 
 TEST(Potential, DensityForceIsTheGradientOfItsEnergy) {
-  Cloud s(density_only, 0.93f);
-  const VectorField u = smallMotion(s);
-  const Vectors at = toVectors(u);
-  expectForceIsGradient(s, s.forceAt(u), at, [&](const Vectors& v) { return s.densityEnergy(v, at); });
+  for (const float scale : {0.93f, 0.6f}) {
+    Cloud s(density_only, scale);
+    const auto ratios =
+        std::minmax_element(s.potential.densityRatio().begin(), s.potential.densityRatio().end());
+    ASSERT_LT(*ratios.first, 1.5f);
+    ASSERT_EQ(*ratios.second > 3.0f, scale < 0.9f);
+    const VectorField u = smallMotion(s);
+    const Vectors at = toVectors(u);
+    expectForceIsGradient(s, s.forceAt(u), at, [&](const Vectors& v) { return s.densityEnergy(v, at); });
+  }
 }
 
 TEST(Potential, ViscousForceIsTheGradientOfItsEnergy) {
