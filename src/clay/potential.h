@@ -26,9 +26,8 @@ struct PairArrays {
 /// The three internal constraint families of the paper are written as energies of the displacements u of the
 /// step; a constraint with compliance and its energy are the same thing (Macklin et al. 2016, XPBD). With the
 /// length l_ij of a pair and its length r_ij at the start of the step:
-///  - density (Macklin & Mueller 2013), one-sided: kappa/2 V C_i^2 where C_i = rho_i / rho_0 - 1 > 0. Where
-///  clay
-///    starts the step denser than twice, as in pockets between hands, its volume is less (`stiffness`);
+///  - density (Macklin & Mueller 2013), one-sided: kappa/2 V C_i^2 where C_i = rho_i / rho_0 - 1 > 0;
+///    V is less where clay starts the step denser than twice, as in pockets between hands (`stiffness`);
 ///  - viscosity (Eq. 3, 4), the strain of the step measured along pairs (Monaghan 2005, Rep. Prog. Phys.
 ///    68:1703; Weiler et al. 2018): c/2 (1 - (r/h)^2)^3 r_ij^2 (l_ij - r_ij)^2 / dt. Rotation changes no
 ///    length, so none need be turned back, and pairs see the motions that a gradient summed over neighbours
@@ -123,9 +122,9 @@ class Potential {
 
  private:
   PairArrays pairs() const;
-  /// J, bulk modulus times volume. The work of a pressure kappa C on clay that is compressed is kappa V C /
-  /// (1 + C)^2 dC, for its volume is V / (1 + C); here, so that stiffness is the same for a step, and V up to
-  /// twice the density, V (2 / ratio)^2 at the start.
+  /// J, bulk modulus times volume. The work of a pressure kappa C on clay whose volume is V / (1 + C) is
+  /// kappa V C / (1 + C)^2 dC. So that it is the same for a step, and V up to twice the density, the factor
+  /// is (2 / ratio)^2 of the start.
   float stiffness(std::size_t i) const {
     const float share = 2.0f / std::max(ratio_[i], 2.0f);
     return share * share * bulk_[particles_->material[i]];
