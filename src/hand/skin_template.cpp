@@ -277,27 +277,38 @@ HandPose restPose(Side side, double scale) {
   return pose;
 }
 
-// The ends of what thumbs do. Tracked ones come farther out than the range of our tables, -0.35.
-std::vector<TrackedHand> thumbPoses(double scale) {
-  std::vector<TrackedHand> hands;
+// The ends of what thumbs do, and a fist. Tracked thumbs come farther out than the range of our tables,
+// -0.35.
+std::vector<TrackedHand> baringPoses(double scale) {
+  std::vector<HandPose> poses;
+  const auto addThumb = [&](double abduction, double cmc, double mp) {
+    HandPose& pose = poses.emplace_back(restPose(Side::right, scale));
+    pose.fingers[0].abduction = abduction;
+    pose.fingers[0].flexion[0] = cmc;
+    pose.fingers[0].flexion[1] = mp;
+  };
+  const double mp_at_rest = restPose(Side::right, scale).fingers[0].flexion[1];
   for (const double abduction : {-0.6, 0.35})
-    for (const double flexion : {-0.09, 0.61}) {
-      HandPose pose = restPose(Side::right, scale);
-      pose.fingers[0].abduction = abduction;
-      pose.fingers[0].flexion[0] = flexion;
-      hands.push_back(forwardKinematics(pose));
-    }
+    for (const double cmc : {-0.09, 0.61}) addThumb(abduction, cmc, mp_at_rest);
+  addThumb(0.35, -0.09, -0.52);
+  HandPose& fist = poses.emplace_back(restPose(Side::right, scale));
+  for (int finger = 1; finger < finger_count; ++finger)
+    for (int joint = 0; joint < 3; ++joint)
+      fist.fingers[finger].flexion[joint] = finger_limits[finger].flexion[joint].y();
+  std::vector<TrackedHand> hands;
+  std::transform(poses.begin(), poses.end(), std::back_inserter(hands), forwardKinematics);
   return hands;
 }
 
-// Adds samples of what the thumb covers at rest and bares elsewhere. `samples` are those of the skin at rest.
+// Adds samples of what thumb and fingers cover at rest and bare elsewhere. `samples` are those of the skin at
+// rest.
 void addCovered(const TrackedHand& rest, double spacing, const std::vector<SurfacePoint>& samples,
                 SkinTemplate& skin) {
   const double distance = poisson_distance * spacing;
   std::vector<Capsule> at_rest;
   for (const Bone& bone : bones) at_rest.push_back(boneCapsule(bone, rest));
   std::vector<SurfacePoint> all = samples;  // at rest
-  for (const TrackedHand& hand : thumbPoses(skin.scale)) {
+  for (const TrackedHand& hand : baringPoses(skin.scale)) {
     std::vector<SurfacePoint> bare = coverHand(hand, spacing, SkinKind::kinematic), present;
     bare.erase(std::remove_if(bare.begin(), bare.end(),
                               [&](const SurfacePoint& point) {

@@ -25,7 +25,7 @@ struct BoundSample {
 };
 
 enum class SkinKind {
-  kinematic,  // of bare bones: also what the thumb covers at rest
+  kinematic,  // of bare bones: also what they cover of each other at rest
   soft        // of flesh, whole between thumb and palm, whose finger pads flatten: they have finer samples
 };
 
@@ -33,7 +33,8 @@ enum class SkinKind {
 struct SkinTemplate {
   Side side = Side::right;
   double scale = 1.0;  // of the person that it was made for
-  /// First those of the skin at rest, then those that the thumb covers there and bares in other poses.
+  /// First those of the skin at rest, then those of what thumb and fingers cover there and bare in
+  /// other poses.
   std::vector<BoundSample> samples;
   std::size_t bare_at_rest = 0;
   std::array<Eigen::Vector3d, bones.size()> rest_direction;  // of each bone, in its frame joint
@@ -50,11 +51,11 @@ TrackedHand restHand(Side side, double scale);
 
 /// Samples the union of the hand's capsules: a maximal Poisson-disk set (no two samples on one side of the
 /// skin closer than 0.8 spacings, none missing where one would fit), in the mean one sample a spacing
-/// squared. A sample's area is the part of the skin that is closest to it. The same for what the thumb covers
-/// and bares at the ends of its range, beside the samples that are there. A left hand is the mirror image of
-/// a right one. The finger pads of a soft hand, palmar side and tip of the last phalanges, have samples 0.4
-/// spacings apart, so that the area on which they touch is told in small steps. \param spacing m, 1 to 20 mm
-/// \throws std::invalid_argument
+/// squared. A sample's area is the part of the skin that is closest to it. The same for what thumb and
+/// fingers cover and bare at the ends of their range, beside the samples that are there. A left hand is the
+/// mirror image of a right one. The finger pads of a soft hand, palmar side and tip of the last phalanges,
+/// have samples 0.4 spacings apart, so that the area on which they touch is told in small steps. \param
+/// spacing m, 1 to 20 mm \throws std::invalid_argument
 SkinTemplate makeSkinTemplate(Side side, double scale, double spacing, SkinKind kind = SkinKind::kinematic);
 
 /// The same skin on the hand of the other side.

@@ -7,6 +7,7 @@
 #include <limits>
 #include <random>
 
+#include "hand/anatomy.h"
 #include "hand/hand_pose.h"
 #include "hand/hand_shape.h"
 #include "hand/kinematic_hand.h"
@@ -54,33 +55,32 @@ TEST(Skin, AreasSumToTheUnionSurface) {
   }
 }
 
-// Farthest that the surface is from a sample, m, where rays from outside hit it.
+// Farthest that bare points of the bones' capsules are from a sample, m.
 double barest(const TrackedHand& hand, const Skin& skin) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
   double worst = 0.0;
-  for (int i = 0; i < 2000; ++i) {
-    const Vector3d direction = Vector3d(normal(random), normal(random), normal(random)).normalized();
-    const Bone& bone = bones[static_cast<std::size_t>(random() % bones.size())];
-    Vector3d point = hand.joints[bone.from].position + 0.5 * direction;
-    bool hit = false;
-    for (int step = 0; step < 100 && !hit; ++step) {
-      const double distance = handDistance(hand, point);
-      hit = distance < 1e-5;
-      point -= distance * direction;
+  for (const Bone& bone : bones) {
+    const Capsule capsule = boneCapsule(bone, hand);
+    for (int i = 0; i < 300; ++i) {
+      const double u = unit(random);
+      const Vector3d direction = Vector3d(normal(random), normal(random), normal(random)).normalized();
+      Vector3d point = capsule.centre(u) + 0.1 * direction;
+      while (capsule.distance(point) > 1e-6) point -= capsule.distance(point) * direction;
+      if (handDistance(hand, point) < -1e-5) continue;
+      double closest = 1.0;
+      for (const Eigen::Vector3f& x : skin.position)
+        closest = std::min(closest, (x.cast<double>() - point).norm());
+      worst = std::max(worst, closest);
     }
-    if (!hit) continue;
-    double closest = 1.0;
-    for (const Eigen::Vector3f& x : skin.position)
-      closest = std::min(closest, (x.cast<double>() - point).norm());
-    worst = std::max(worst, closest);
   }
   return worst;
 }
 
 // Far from the pose it was sampled in, samples near knuckles leave the capsules by a blend's error, and
-// folded skin is buried: the rest must still lie on the surface, and the surface must have no bare patch.
-TEST(Skin, FlatHandAndFistStayCovered) {
+// folded skin is buried: the rest must still lie on the surface.
+TEST(Skin, FlatHandsAndFistsStayOnTheSurface) {
   for (const double bend : {0.0, 1.4}) {
     HandPose pose;
     pose.scale = 1.05;
@@ -99,13 +99,37 @@ TEST(Skin, FlatHandAndFistStayCovered) {
     }
     EXPECT_LT(off, 0.02 * static_cast<double>(skin.size())) << bend;
     EXPECT_GT(outside, 0.8 * static_cast<double>(skin.size())) << bend;
-    const double worst = barest(hand, skin);
-    RecordProperty(bend > 0.0 ? "fist_worst_um" : "flat_worst_um", static_cast<int>(1e6 * worst));
-    EXPECT_LT(worst, 1.5 * spacing) << bend;
   }
 }
 
-// Wherever the thumb is, beyond the range of our tables too, nothing is bare that it covers at rest.
+// Discs of a spacing about the samples tell what is beneath the skin. The samples are 0.8 spacings apart at
+// most where they were chosen; knuckles stretch that.
+TEST(Skin, NoPoseLeavesAnythingBare) {
+  KinematicHands hands(spacing);
+  std::mt19937 random(6);
+  const auto within = [&](const Eigen::Vector2d& range) {
+    return std::uniform_real_distribution<double>(range.x(), range.y())(random);
+  };
+  double worst = 0.0;
+  for (int k = 0; k < 60; ++k) {
+    SCOPED_TRACE(k);
+    HandPose pose;
+    pose.side = k % 2 == 0 ? Side::left : Side::right;
+    pose.scale = 1.05;
+    for (int finger = 0; finger < finger_count; ++finger) {
+      for (int joint = 0; joint < 3; ++joint)
+        pose.fingers[finger].flexion[joint] = within(finger_limits[finger].flexion[joint]);
+      pose.fingers[finger].abduction = within(finger_limits[finger].abduction);
+    }
+    const TrackedHand hand = forwardKinematics(pose);
+    const double barest_here = barest(hand, hands.update({hand}, nanoseconds(0)));
+    EXPECT_LT(barest_here, 1.1 * spacing);
+    worst = std::max(worst, barest_here);
+  }
+  RecordProperty("worst_um", static_cast<int>(1e6 * worst));
+}
+
+// Tracked thumbs come farther out than the range of our tables.
 TEST(Skin, AnyThumbLeavesNothingBare) {
   KinematicHands hands(spacing);
   for (const Side side : {Side::left, Side::right})
@@ -117,7 +141,7 @@ TEST(Skin, AnyThumbLeavesNothingBare) {
         pose.fingers[0].abduction = abduction;
         pose.fingers[0].flexion[0] = flexion;
         const TrackedHand hand = forwardKinematics(pose);
-        EXPECT_LT(barest(hand, hands.update({hand}, nanoseconds(0))), 1.5 * spacing)
+        EXPECT_LT(barest(hand, hands.update({hand}, nanoseconds(0))), 1.1 * spacing)
             << (side == Side::left ? "left " : "right ") << abduction << ' ' << flexion;
       }
 }
