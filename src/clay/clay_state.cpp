@@ -158,7 +158,7 @@ void Clay::State::step(const Ghosts& ghosts, const std::vector<Solid>& of_scene,
       minimiser.begin(of_particles, free, contact_constraint, dt);
     }
     const Stopwatch watch(ms(iterations));
-    iterations_done += minimiser.solve(gravity, ghosts, config.budget.iterations, config.tolerance, u);
+    iterations_done += minimiser.solve(gravity, config.budget.iterations, config.tolerance, u);
   }
   endStep(dt);
 }

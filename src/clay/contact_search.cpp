@@ -4,22 +4,19 @@
 #include <iterator>
 #include <optional>
 
+#include "clay/skin_side.h"
 #include "clay/threads.h"
 #include "lanes/lanes.h"
 
 namespace tactile_clay::clay {
 namespace {
 
-constexpr float reach = 1.5f;    // spacings, R: ghosts this near make the skin at a particle
 constexpr float patch = 1.25f;   // spacings, about a ghost, of the skin that it stands for
 constexpr float margin = 0.5f;   // spacings, of contacts that the step may yet close
 constexpr float capture = 1.0f;  // spacings beneath the skin, from where it pushes out what it did not hold
 constexpr float skin_recovery_speed = 0.5f;  // m/s
-constexpr float disc = 1.0f;                 // spacings, radius of the skin that is one ghost's
-constexpr float flesh = 0.012f;              // m, that hands are thick everywhere
 
 constexpr std::size_t ghosts_a_chunk = 256, particles_a_chunk = 64;
-constexpr std::size_t ghosts_a_box = 32;  // of which a chunk has whole ones
 
 using Vector = Eigen::Vector3f;
 
@@ -53,11 +50,6 @@ Eigen::AlignedBox3f boxOf(const VectorField& field) {
   for (std::size_t i = 0; i < field.size(); ++i)
     least = least.cwiseMin(field[i]), most = most.cwiseMax(field[i]);
   return {least.head<3>(), most.head<3>()};
-}
-
-Eigen::AlignedBox3f boxAbout(const Vector& from, const Vector& to, float radius) {
-  const Vector around = Vector::Constant(radius);
-  return {from.cwiseMin(to) - around, from.cwiseMax(to) + around};
 }
 
 /// The tangent plane of a solid where a point first comes near on its way, so that nothing is passed by
@@ -102,49 +94,30 @@ void clear(ContactSearch::Found& found) {
 
 }  // namespace
 
-ContactSearch::MovingSolid::MovingSolid(const Solid& solid_in, const Eigen::Isometry3d& start,
-                                        const Eigen::Isometry3d& end_in)
-    : solid(solid_in), end(end_in), to_start(start.inverse()), to_end(end_in.inverse()) {
-  const Eigen::AlignedBox3d bounds = boundsOf(solid);
-  for (int k = 0; k < 8; ++k) {
-    const Eigen::Vector3d corner = bounds.corner(static_cast<Eigen::AlignedBox3d::CornerType>(k));
-    box.extend(start * corner);
-    travel = std::max(travel, (end * corner - start * corner).norm());
-  }
-}
-
-bool ContactSearch::MovingSolid::mayMeet(const Eigen::Vector3d& point, double way, double near) const {
-  return box.exteriorDistance(point) <= near + way + travel;
-}
-
 ContactSearch::Found& ContactSearch::findAtStart(const std::vector<Contact>& before,
                                                  const Neighbourhood& near, const Particles& particles,
-                                                 const VectorField& guess, const Ghosts& ghosts,
-                                                 const std::vector<Solid>& solids,
-                                                 const std::vector<Eigen::Isometry3d>& start,
-                                                 const std::vector<Eigen::Isometry3d>& end, float dt) {
+                                                 const VectorField& guess, const Obstacles& obstacles,
+                                                 float dt) {
   guess_ = &guess;
-  solids_.clear();
-  for (std::size_t s = 0; s < solids.size(); ++s) solids_.emplace_back(solids[s], start[s], end[s]);
-  const Step step{particles, guess, ghosts, dt};
+  const Step step{particles, guess, obstacles, obstacles.ghosts(), dt};
   findCandidates(near, step);
   sortCandidates(particles.size());
   findEach(particles.size(), particles_a_chunk, [&](std::size_t i, Found& found) {
     touchSkin(before, step, i, found);
-    for (std::size_t s = 0; s < solids_.size(); ++s) touchSolid(step, i, s, found);
+    for (std::size_t s = 0; s < obstacles.solids().size(); ++s) touchSolid(step, i, s, found);
   });
   return found_;
 }
 
 /// What is struck goes where nothing led to at the start of the step; and over the way of what flies, the
 /// skin is no plane.
-const ContactSearch::Found& ContactSearch::findStrays(const Particles& particles, const Ghosts& ghosts,
+const ContactSearch::Found& ContactSearch::findStrays(const Particles& particles, const Obstacles& obstacles,
                                                       const VectorField& u, float dt) {
-  const Step step{particles, u, ghosts, dt};
-  const float foreseen = margin * spacing_, far = reach * spacing_;
+  const Step step{particles, u, obstacles, obstacles.ghosts(), dt};
+  const float foreseen = margin * spacing_, far = Obstacles::reach * spacing_;
   findEach(particles.size(), range_size, [&](std::size_t i, Found& found) {
     const bool led_off = (u.at(i) - guess_->at(i)).squaredNorm() > foreseen * foreseen;
-    for (std::size_t s = 0; led_off && s < solids_.size(); ++s) strayIntoSolid(step, i, s, found);
+    for (std::size_t s = 0; led_off && s < obstacles.solids().size(); ++s) strayIntoSolid(step, i, s, found);
     if (led_off || u.at(i).squaredNorm() > far * far) strayIntoSkin(step, i, found);
   });
   return found_;
@@ -167,16 +140,11 @@ void ContactSearch::findCandidates(const Neighbourhood& near, const Step& step) 
   const std::size_t ghosts = step.ghosts.size();
   const Eigen::AlignedBox3f ways = boxOf(step.u);
   passing_.resize((ghosts + ghosts_a_chunk - 1) / ghosts_a_chunk);
-  ghost_boxes_.assign((ghosts + ghosts_a_box - 1) / ghosts_a_box, Eigen::AlignedBox3f());
   parallelRanges(ghosts, ghosts_a_chunk, [&](std::size_t first, std::size_t last) {
     std::vector<Candidate>& candidates = passing_[first / ghosts_a_chunk];
     candidates.clear();
-    for (std::size_t g = first; g < last; ++g) {
+    for (std::size_t g = first; g < last; ++g)
       findPassing(near, step, ways, static_cast<std::uint32_t>(g), candidates);
-      Eigen::AlignedBox3f& box = ghost_boxes_[g / ghosts_a_box];
-      box.extend(step.ghosts.position[g]);
-      box.extend(step.ghosts.position[g] - step.dt * step.ghosts.velocity[g]);
-    }
   });
 }
 
@@ -184,7 +152,7 @@ void ContactSearch::findCandidates(const Neighbourhood& near, const Step& step) 
 /// it, or not deeper beneath it than that. \param ways m, what holds the displacements of all particles
 void ContactSearch::findPassing(const Neighbourhood& near, const Step& step, const Eigen::AlignedBox3f& ways,
                                 std::uint32_t g, std::vector<Candidate>& candidates) const {
-  const float radius = reach * spacing_;
+  const float radius = Obstacles::reach * spacing_;
   const Neighbourhood::Places places = near.places();
   const Vector motion = step.dt * step.ghosts.velocity[g];
   const Passed ghost{step.ghosts.position[g] - motion, motion, step.ghosts.normal[g], radius};
@@ -197,20 +165,20 @@ void ContactSearch::findPassing(const Neighbourhood& near, const Step& step, con
       if (to - k < lane_width) hits &= (1u << (to - k)) - 1u;
       for (; hits != 0; hits &= hits - 1u) {
         const int lane = __builtin_ctz(hits);
-        candidates.push_back({places.slot[k + lane] / slot_size, g, nearest[lane]});
+        candidates.push_back({places.slot[k + lane] / slot_size, {g, nearest[lane]}});
       }
     }
   });
 }
 
 void ContactSearch::sortCandidates(std::size_t particles) {
-  candidate_end_.assign(particles + 1, 0);
+  near_ghost_end_.assign(particles + 1, 0);
   for (const std::vector<Candidate>& chunk : passing_)
-    for (const Candidate& c : chunk) ++candidate_end_[c.particle + 1];
-  for (std::size_t i = 0; i < particles; ++i) candidate_end_[i + 1] += candidate_end_[i];
-  candidates_.resize(candidate_end_.back());
+    for (const Candidate& c : chunk) ++near_ghost_end_[c.particle + 1];
+  for (std::size_t i = 0; i < particles; ++i) near_ghost_end_[i + 1] += near_ghost_end_[i];
+  near_ghosts_.resize(near_ghost_end_.back());
   for (const std::vector<Candidate>& chunk : passing_)
-    for (const Candidate& c : chunk) candidates_[candidate_end_[c.particle]++] = c;
+    for (const Candidate& c : chunk) near_ghosts_[near_ghost_end_[c.particle]++] = c.near;
 }
 
 /// Contacts of particle i with the skin. What was deep beneath the skin all the time may as
@@ -218,47 +186,36 @@ void ContactSearch::sortCandidates(std::size_t particles) {
 /// it, and is pushed out from any depth.
 void ContactSearch::touchSkin(const std::vector<Contact>& before, const Step& step, std::size_t i,
                               Found& found) const {
-  const std::uint32_t first = i > 0 ? candidate_end_[i - 1] : 0, last = candidate_end_[i];
+  const std::uint32_t first = i > 0 ? near_ghost_end_[i - 1] : 0, last = near_ghost_end_[i];
   if (first == last) return;
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
-  const float deepest = isHeld(before, i) ? reach * spacing_ : capture * spacing_;
-  thread_local std::vector<Candidate> rest;
+  const float deepest = isHeld(before, i) ? Obstacles::reach * spacing_ : capture * spacing_;
+  thread_local std::vector<NearGhost> rest;
   rest.clear();
-  std::copy_if(candidates_.begin() + first, candidates_.begin() + last, std::back_inserter(rest),
-               [&](const Candidate& c) { return heightAtStart(step, x, c.ghost) >= -deepest; });
-  touchSides(step, x, rest, found, [&](const SkinPlane& plane, Contact& contact) {
+  std::copy_if(near_ghosts_.begin() + first, near_ghosts_.begin() + last, std::back_inserter(rest),
+               [&](const NearGhost& c) { return heightAtStart(step, x, c.ghost) >= -deepest; });
+  touchSides(step, i, x, rest, found, [&](const SkinPlane& plane, Contact& contact) {
     const float allowance = std::max(0.5f * spacing_ - plane.before - skin_recovery_speed * step.dt, 0.0f);
     contact.gap = 0.5f * spacing_ - plane.distance - allowance;
     return contact.normal.dot(u) < contact.gap + margin * spacing_;
   });
 }
 
-/// Calls f(g), in order, for all ghosts whose way may come into a box, and others: for some that follow each
-/// other, and so are beside each other, if one may.
-template <typename F>
-void ContactSearch::forGhostsNear(const Ghosts& ghosts, const Eigen::AlignedBox3f& box, const F& f) const {
-  for (std::size_t b = 0; b < ghost_boxes_.size(); ++b) {
-    if (!ghost_boxes_[b].intersects(box)) continue;
-    const std::size_t last = std::min(ghosts.size(), (b + 1) * ghosts_a_box);
-    for (std::size_t g = b * ghosts_a_box; g < last; ++g) f(g);
-  }
-}
-
 /// Where particle i went through the skin, or ends in it: its tangent planes there.
 void ContactSearch::strayIntoSkin(const Step& step, std::size_t i, Found& found) const {
-  const float radius = reach * spacing_;
+  const float radius = Obstacles::reach * spacing_;
   const Ghosts& ghosts = step.ghosts;
   const Vector x = step.particles.position.at(i), u = step.u.at(i), end = x + u;
-  thread_local std::vector<Candidate> rest;
+  thread_local std::vector<NearGhost> rest;
   findCrossed(step, i, rest);
   if (rest.empty()) {
-    forGhostsNear(ghosts, boxAbout(end, end, radius), [&](std::size_t g) {
+    step.obstacles.forGhostsNear(boxAbout(end, end, radius), [&](std::size_t g) {
       const float square = (end - ghosts.position[g]).squaredNorm();
       if (square < radius * radius && heightAtStart(step, x, g) >= -capture * spacing_)
-        rest.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(g), square});
+        rest.push_back({static_cast<std::uint32_t>(g), square});
     });
   }
-  touchSides(step, end, rest, found, [&](const SkinPlane& plane, Contact& contact) {
+  touchSides(step, i, end, rest, found, [&](const SkinPlane& plane, Contact& contact) {
     const float depth = 0.5f * spacing_ - plane.distance;
     contact.gap = depth + contact.normal.dot(u);
     return depth > 0.0f;
@@ -266,12 +223,12 @@ void ContactSearch::strayIntoSkin(const Step& step, std::size_t i, Found& found)
 }
 
 /// Ghosts beside which particle i goes from in front of the skin to behind it, where it first does so.
-void ContactSearch::findCrossed(const Step& step, std::size_t i, std::vector<Candidate>& crossed) const {
-  const float radius = reach * spacing_;
+void ContactSearch::findCrossed(const Step& step, std::size_t i, std::vector<NearGhost>& crossed) const {
+  const float radius = Obstacles::reach * spacing_;
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
   thread_local std::vector<float> gone;  // m, on the way to where it crosses, as the ghost sees it
   crossed.clear(), gone.clear();
-  forGhostsNear(step.ghosts, boxAbout(x, x + u, radius), [&](std::size_t g) {
+  step.obstacles.forGhostsNear(boxAbout(x, x + u, radius), [&](std::size_t g) {
     const Vector motion = step.dt * step.ghosts.velocity[g], way = u - motion;
     const Vector start = x - (step.ghosts.position[g] - motion);
     const float before = step.ghosts.normal[g].dot(start), after = before + step.ghosts.normal[g].dot(way);
@@ -279,7 +236,7 @@ void ContactSearch::findCrossed(const Step& step, std::size_t i, std::vector<Can
     const float share = before / (before - after);
     const float square = (start + share * way).squaredNorm();
     if (!(square < patch * patch * spacing_ * spacing_)) return;
-    crossed.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(g), square});
+    crossed.push_back({static_cast<std::uint32_t>(g), square});
     gone.push_back(share * way.norm());
   });
   if (crossed.empty()) return;
@@ -290,172 +247,25 @@ void ContactSearch::findCrossed(const Step& step, std::size_t i, std::vector<Can
   crossed.resize(kept);
 }
 
-/// Calls f(distance, normal) for the sides of the skin that some ghosts make at a place.
-template <typename F>
-void ContactSearch::forSidesAt(const Ghosts& ghosts, const std::vector<std::uint32_t>& of,
-                               const Vector& place, const F& f) const {
-  const float radius = reach * spacing_;
-  thread_local std::vector<Candidate> rest, side;
-  thread_local std::vector<GhostShare> shares;
-  rest.clear();
-  for (const std::uint32_t g : of) {
-    const float square = (place - ghosts.position[g]).squaredNorm();
-    if (square < radius * radius) rest.push_back({0, g, square});
-  }
-  while (!rest.empty()) {
-    takeSide(ghosts, rest, side);
-    shares.clear();
-    const SkinPlane plane = planeOf(ghosts, 0.0f, side, place, shares);
-    f(plane.distance, plane.normal);
-  }
-}
-
-/// The ghosts whose flesh may come as near as that.
-std::vector<std::uint32_t> ContactSearch::ghostsBeside(const Ghosts& ghosts, const Vector& x,
-                                                       float most) const {
-  std::vector<std::uint32_t> beside;
-  const float far = std::max(most + flesh, reach * spacing_);
-  forGhostsNear(ghosts, boxAbout(x, x, far), [&](std::size_t g) {
-    if ((x - ghosts.position[g]).norm() < far) beside.push_back(static_cast<std::uint32_t>(g));
-  });
-  return beside;
-}
-
-bool ContactSearch::covers(const Ghosts& ghosts, std::uint32_t ghost, const Vector& place,
-                           float clearance) const {
-  const float around = disc * spacing_;
-  const Vector from = place - ghosts.position[ghost];
-  const float height = ghosts.normal[ghost].dot(from);
-  return height < clearance && height > -flesh && from.squaredNorm() - height * height < around * around;
-}
-
-bool ContactSearch::isBeneathDisc(const Ghosts& ghosts, const std::vector<std::uint32_t>& of,
-                                  const Vector& place) const {
-  return std::any_of(of.begin(), of.end(), [&](std::uint32_t g) { return covers(ghosts, g, place, 0.0f); });
-}
-
-bool ContactSearch::isInFlesh(const Ghosts& ghosts, const Vector& x) const {
-  const std::vector<std::uint32_t> beside = ghostsBeside(ghosts, x, 0.0f);
-  if (!isBeneathDisc(ghosts, beside, x)) return false;
-  bool beneath = false;
-  forSidesAt(ghosts, beside, x, [&](float distance, const Vector&) { beneath = beneath || distance < 0.0f; });
-  return beneath;
-}
-
-bool ContactSearch::isInSolid(const Vector& x) const {
-  return std::any_of(solids_.begin(), solids_.end(), [&](const MovingSolid& moving) {
-    return surface(moving.solid, moving.to_end * x.cast<double>()).distance < 0.0;
-  });
-}
-
-/// Discs and sides both tell only roughly what is covered; what is free is so by both.
-std::optional<Vector> ContactSearch::nearestFree(const Ghosts& ghosts, const Vector& x, float clearance,
-                                                 float most) const {
-  const float around = disc * spacing_, rounding = 1e-2f * spacing_;
-  const std::vector<std::uint32_t> beside = ghostsBeside(ghosts, x, most);
-  // Calls f(distance, normal) for the skin's sides and the solids at a place.
-  const auto forObstacles = [&](const Vector& place, const auto& f) {
-    forSidesAt(ghosts, beside, place, f);
-    for (const MovingSolid& moving : solids_) {
-      const SurfacePoint touch = surface(moving.solid, moving.to_end * place.cast<double>());
-      f(static_cast<float>(touch.distance), Vector((moving.end.linear() * touch.normal).cast<float>()));
-    }
-  };
-  const auto pushedOut = [&](Vector place) {
-    for (int k = 0; k < 3; ++k) {
-      Vector by = Vector::Zero();
-      forObstacles(place, [&](float distance, const Vector& normal) {
-        by += std::max(clearance - distance - normal.dot(by), 0.0f) * normal;
-      });
-      place += by;
-    }
-    return place;
-  };
-  const auto isFree = [&](const Vector& place) {
-    bool covered = isBeneathDisc(ghosts, beside, place);
-    forObstacles(
-        place, [&](float distance, const Vector&) { covered = covered || distance < clearance - rounding; });
-    return !covered;
-  };
-  std::optional<Vector> nearest;
-  float least = most;
-  const auto consider = [&](const Vector& about) {
-    const Vector place = pushedOut(about);
-    const float away = (place - x).norm();
-    if (away < least && isFree(place)) nearest = place, least = away;
-  };
-  consider(x);
-  for (const std::uint32_t g : beside) {
-    const Vector& n = ghosts.normal[g];
-    const Vector from = x - ghosts.position[g];
-    Vector along = from - n.dot(from) * n;
-    const float off = along.norm();
-    if (off > around) along *= around / off;
-    const Vector on_skin = ghosts.position[g] + along;
-    if ((on_skin - x).norm() < least) consider(on_skin + clearance * n);
-  }
-  return nearest;
-}
-
 /// Contacts of a particle with each side of the skin that its candidates make near x.
 /// \param rest is used up \param touches sets the gap to a side and tells whether it is a contact
 template <typename F>
-void ContactSearch::touchSides(const Step& step, const Vector& x, std::vector<Candidate>& rest, Found& found,
-                               const F& touches) const {
-  thread_local std::vector<Candidate> side;
+void ContactSearch::touchSides(const Step& step, std::size_t i, const Vector& x, std::vector<NearGhost>& rest,
+                               Found& found, const F& touches) const {
+  thread_local std::vector<NearGhost> side;
   while (!rest.empty()) {
     takeSide(step.ghosts, rest, side);
     Contact contact;
-    contact.particle = side.front().particle, contact.solid = Contact::skin;
+    contact.particle = static_cast<std::uint32_t>(i), contact.solid = Contact::skin;
     contact.first_ghost = static_cast<std::uint32_t>(found.shares.size());
     contact.ghost_count = static_cast<std::uint32_t>(side.size());
-    const SkinPlane plane = planeOf(step.ghosts, step.dt, side, x, found.shares);
+    const SkinPlane plane = planeOf(step.ghosts, side, x, Obstacles::reach * spacing_, step.dt, found.shares);
     contact.normal = plane.normal, contact.drift = plane.drift;
     if (touches(plane, contact))
       found.contacts.push_back(contact);
     else
       found.shares.resize(contact.first_ghost);
   }
-}
-
-/// Moves the candidates that face as the nearest does from `rest` to `side`.
-void ContactSearch::takeSide(const Ghosts& ghosts, std::vector<Candidate>& rest,
-                             std::vector<Candidate>& side) {
-  const Candidate closest = *std::min_element(
-      rest.begin(), rest.end(), [](const Candidate& a, const Candidate& b) { return a.nearest < b.nearest; });
-  const Vector facing = ghosts.normal[closest.ghost];
-  const auto split = std::stable_partition(rest.begin(), rest.end(), [&](const Candidate& a) {
-    return ghosts.normal[a.ghost].dot(facing) <= Contact::same_side;
-  });
-  side.assign(split, rest.end());
-  rest.erase(split, rest.end());
-}
-
-/// The tangent plane of a side of the skin near x, the mean of its candidates by weights that fall with the
-/// distance to the particle's way; these are added to `shares`.
-ContactSearch::SkinPlane ContactSearch::planeOf(const Ghosts& ghosts, float dt,
-                                                const std::vector<Candidate>& side, const Vector& x,
-                                                std::vector<GhostShare>& shares) const {
-  const float radius = reach * spacing_;
-  const std::size_t first_share = shares.size();
-  float total = 0.0f;
-  SkinPlane plane;
-  for (const Candidate& a : side) {
-    const float q = a.nearest / (radius * radius);
-    const float weight = std::max((1.0f - q) * (1.0f - q), 1e-6f);
-    const Vector motion = dt * ghosts.velocity[a.ghost];
-    const Vector& n = ghosts.normal[a.ghost];
-    total += weight;
-    plane.distance += weight * n.dot(x - ghosts.position[a.ghost]);
-    plane.before += weight * n.dot(x - ghosts.position[a.ghost] + motion);
-    plane.normal += weight * n;
-    plane.drift += weight * motion;
-    shares.push_back({a.ghost, weight});
-  }
-  for (std::size_t s = first_share; s < shares.size(); ++s) shares[s].share /= total;
-  plane.normal.normalize();
-  plane.distance /= total, plane.before /= total, plane.drift /= total;
-  return plane;
 }
 
 /// How deep a particle may still be in a solid at the end of the step, m. \param before its distance at the
@@ -465,7 +275,7 @@ double ContactSearch::allowedDepth(double before, float dt) const {
 }
 
 void ContactSearch::touchSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const {
-  const MovingSolid& moving = solids_[s];
+  const Obstacles::MovingSolid& moving = step.obstacles.solids()[s];
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
   const double near = (0.5 + margin) * spacing_;
   if (!moving.mayMeet(x.cast<double>(), u.norm(), near)) return;
@@ -485,7 +295,7 @@ void ContactSearch::touchSolid(const Step& step, std::size_t i, std::size_t s, F
 
 /// Where particle i ends deeper in a solid than recovery leaves it.
 void ContactSearch::strayIntoSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const {
-  const MovingSolid& moving = solids_[s];
+  const Obstacles::MovingSolid& moving = step.obstacles.solids()[s];
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
   const SurfacePoint touch = surface(moving.solid, moving.to_end * (x + u).cast<double>());
   if (!(touch.distance < 0.5 * spacing_)) return;

@@ -31,7 +31,7 @@ float depth(const Contact& c, const Vector& u) {
 }  // namespace
 
 Contacts::Contacts(float spacing, const std::vector<Material>& materials)
-    : spacing_(spacing), search_(spacing) {
+    : spacing_(spacing), obstacles_(spacing), search_(spacing) {
   for (const Material& m : materials) {
     friction_.push_back(static_cast<float>(m.friction));
     skin_friction_.push_back(static_cast<float>(m.skin_friction));
@@ -44,8 +44,8 @@ void Contacts::detect(const Neighbourhood& near, const Particles& particles, con
                       const std::vector<Eigen::Isometry3d>& start, const std::vector<Eigen::Isometry3d>& end,
                       float dt) {
   previous_.swap(contacts_);
-  ContactSearch::Found& found =
-      search_.findAtStart(previous_, near, particles, guess, ghosts, solids, start, end, dt);
+  obstacles_.begin(ghosts, solids, start, end, dt);
+  ContactSearch::Found& found = search_.findAtStart(previous_, near, particles, guess, obstacles_, dt);
   contacts_.swap(found.contacts), shares_.swap(found.shares);
   parallelRanges(contacts_.size(), range_size, [&](std::size_t first, std::size_t last) {
     for (std::size_t c = first; c < last; ++c) open(contacts_[c], particles, dt);
@@ -78,9 +78,8 @@ void Contacts::forFilters(std::size_t first, std::size_t last, const F& f) const
   for (; at != filters_.end() && at->particle < last; ++at) f(*at);
 }
 
-bool Contacts::detectStrays(const Particles& particles, const Ghosts& ghosts, const VectorField& u,
-                            float dt) {
-  const ContactSearch::Found& strays = search_.findStrays(particles, ghosts, u, dt);
+bool Contacts::detectStrays(const Particles& particles, const VectorField& u, float dt) {
+  const ContactSearch::Found& strays = search_.findStrays(particles, obstacles_, u, dt);
   const std::size_t led_to = contacts_.size();
   bool turned = false;
   for (const Contact& stray : strays.contacts) {
@@ -340,7 +339,7 @@ void Contacts::push(Contact& c, const Vector& by, float inertia, Vector& u) {
   if (c.state == Contact::State::open) c.state = Contact::State::slide;
 }
 
-void Contacts::release(const Particles& particles, const Ghosts& ghosts, VectorField& u, float dt) {
+void Contacts::release(const Particles& particles, VectorField& u, float dt) {
   parallelFor(filters_.size(), 64, [&](std::size_t f) {
     const Filter& filter = filters_[f];
     const std::uint32_t i = filter.particle;
@@ -355,8 +354,8 @@ void Contacts::release(const Particles& particles, const Ghosts& ghosts, VectorF
     }
     const Vector x = particles.position.at(i) + step;
     if (!by_skin) return;
-    if (!held && !isCovered(filter, ghosts, x, 0.0f) && !(leads_far && search_.isInFlesh(ghosts, x))) return;
-    const std::optional<Vector> place = wayOut(ghosts, x);
+    if (!held && !isCovered(filter, x, 0.0f) && !(leads_far && obstacles_.isInFlesh(x))) return;
+    const std::optional<Vector> place = wayOut(x);
     if (!place) return;
     const auto along = [&](const Contact& a, const Contact& b) {
       return a.normal.dot(*place - x) < b.normal.dot(*place - x);
@@ -370,39 +369,40 @@ void Contacts::release(const Particles& particles, const Ghosts& ghosts, VectorF
 /// Whether a place is beneath what is nearest to it of a side of the skin that touches the particle, or all
 /// but is. A side is the mean of the skin nearby, and where fingers overlap, some of that is before the mean.
 /// \param clearance m
-bool Contacts::isCovered(const Filter& filter, const Ghosts& ghosts, const Vector& x, float clearance) const {
-  const auto distance = [&](const GhostShare& s) { return (x - ghosts.position[s.ghost]).squaredNorm(); };
+bool Contacts::isCovered(const Filter& filter, const Vector& x, float clearance) const {
+  const std::vector<Vector>& skin = obstacles_.ghosts().position;
+  const auto distance = [&](const GhostShare& s) { return (x - skin[s.ghost]).squaredNorm(); };
   const auto isCovering = [&](const Contact& c) {
     if (c.solid != Contact::skin) return false;
     const auto first = shares_.begin() + c.first_ghost;
     const auto nearest =
         std::min_element(first, first + c.ghost_count,
                          [&](const GhostShare& a, const GhostShare& b) { return distance(a) < distance(b); });
-    return search_.covers(ghosts, nearest->ghost, x, clearance);
+    return obstacles_.covers(nearest->ghost, x, clearance);
   };
   return std::any_of(contacts_.begin() + filter.first, contacts_.begin() + filter.last, isCovering);
 }
 
 /// A free place near x: one that is not far if there is any, though it leave a particle less than half a
 /// spacing off where there is no room for that.
-std::optional<Vector> Contacts::wayOut(const Ghosts& ghosts, const Vector& x) const {
+std::optional<Vector> Contacts::wayOut(const Vector& x) const {
   struct Attempt {
     float clearance, most;  // spacings
   };
   for (const Attempt& a : {Attempt{0.5f, 2.0f}, {0.25f, 2.0f}, {0.25f, farthest}, {narrow, farthest}}) {
-    const auto place = search_.nearestFree(ghosts, x, a.clearance * spacing_, a.most * spacing_);
+    const auto place = obstacles_.nearestFree(x, a.clearance * spacing_, a.most * spacing_);
     if (place) return place;
   }
   return std::nullopt;
 }
 
-void Contacts::stop(const Particles& particles, const Ghosts& ghosts, const VectorField& u,
-                    VectorField& w) const {
+void Contacts::stop(const Particles& particles, const VectorField& u, VectorField& w) const {
   parallelFor(filters_.size(), 64, [&](std::size_t f) {
     const Filter& filter = filters_[f];
     const std::uint32_t i = filter.particle;
     const Vector x = particles.position.at(i) + u.at(i);
     Vector step = w.at(i);
+    if (step.isZero(0.0f)) return;
     bool squeezed = false;
     for (std::uint32_t k = filter.first; k < filter.last; ++k) {
       const Contact& c = contacts_[k];
@@ -411,13 +411,13 @@ void Contacts::stop(const Particles& particles, const Ghosts& ghosts, const Vect
       step += std::max(std::min(left, 0.0f) - c.normal.dot(step), 0.0f) * c.normal;
     }
     // The planes tell nothing about the way from where it was released to.
-    if (squeezed || isCovered(filter, ghosts, x + step, narrow * spacing_)) step.setZero();
+    if (squeezed || isCovered(filter, x + step, narrow * spacing_)) step.setZero();
     w.set(i, step);
   });
   parallelFor(w.size(), 64, [&](std::size_t i) {
     const Vector step = w.at(i), end = particles.position.at(i) + u.at(i) + step;
     if (!(step.norm() > rounding * spacing_)) return;
-    if (search_.isInFlesh(ghosts, end) || search_.isInSolid(end)) w.set(i, Vector::Zero());
+    if (obstacles_.isInFlesh(end) || obstacles_.isInSolid(end)) w.set(i, Vector::Zero());
   });
 }
 

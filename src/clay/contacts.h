@@ -10,6 +10,7 @@
 #include "clay/ghosts.h"
 #include "clay/material.h"
 #include "clay/neighbourhood.h"
+#include "clay/obstacles.h"
 #include "clay/particles.h"
 #include "clay/solid.h"
 
@@ -29,7 +30,7 @@ class Contacts {
 
   /// Starts a step: finds what may touch in it and recalls the state of what touched before.
   /// \param guess displacements, m, that the particles would make freely
-  /// \param ghosts at the end of the step; they move straight, with their velocities
+  /// \param ghosts at the end of the step, which they must outlive; they move straight, with their velocities
   /// \param start, end poses of the solids at the start and the end of the step
   void detect(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
               const Ghosts& ghosts, const std::vector<Solid>& solids,
@@ -37,9 +38,9 @@ class Contacts {
               float dt);
 
   /// Contacts of particles that u leads elsewhere than the guess, or far: with solids that they end in, and
-  /// with the skin there or where they went through it; over such a way it is no plane any more. \param
-  /// ghosts those of `detect` \return whether there are any
-  bool detectStrays(const Particles& particles, const Ghosts& ghosts, const VectorField& u, float dt);
+  /// with the skin there or where they went through it; over such a way it is no plane any more. \return
+  /// whether there are any
+  bool detectStrays(const Particles& particles, const VectorField& u, float dt);
 
   /// Closes open contacts that u violates, and moves particles to where their closed contacts prescribe.
   void prescribe(VectorField& u);
@@ -72,13 +73,11 @@ class Contacts {
   void expel(const Particles& particles, VectorField& u, float dt);
 
   /// Where hands squeeze clay between them, or on solids, no side's plane leads out of all: moves what is
-  /// still held, or beneath the skin, to the nearest place that nothing covers. \param ghosts those of
-  /// `detect`
-  void release(const Particles& particles, const Ghosts& ghosts, VectorField& u, float dt);
+  /// still held, or beneath the skin, to the nearest place that nothing covers.
+  void release(const Particles& particles, VectorField& u, float dt);
 
-  /// Takes from the displacements w, which follow u, what goes into obstacles. \param ghosts those of
-  /// `detect`
-  void stop(const Particles& particles, const Ghosts& ghosts, const VectorField& u, VectorField& w) const;
+  /// Takes from the displacements w, which follow u, what goes into obstacles.
+  void stop(const Particles& particles, const VectorField& u, VectorField& w) const;
 
   /// Ends a step: slides anchors.
   void finish(const Particles& particles, float dt);
@@ -108,14 +107,15 @@ class Contacts {
   float leastStiffness(const Contact& c, const Particles& particles, float dt) const;
   void expel(const Filter& filter, float inertia, Eigen::Vector3f& u);
   static void push(Contact& c, const Eigen::Vector3f& by, float inertia, Eigen::Vector3f& u);
-  bool isCovered(const Filter& filter, const Ghosts& ghosts, const Eigen::Vector3f& x, float clearance) const;
-  std::optional<Eigen::Vector3f> wayOut(const Ghosts& ghosts, const Eigen::Vector3f& x) const;
+  bool isCovered(const Filter& filter, const Eigen::Vector3f& x, float clearance) const;
+  std::optional<Eigen::Vector3f> wayOut(const Eigen::Vector3f& x) const;
   Eigen::Vector3f prescribed(Filter& filter, Eigen::Vector3f u);
   Eigen::Vector3f pull(const Contact& c, const Eigen::Vector3f& u) const;
 
   float spacing_;
   std::vector<float> friction_, skin_friction_;  // of each material
   std::vector<float> adhesion_;                  // N, of one particle of each material
+  Obstacles obstacles_;
   ContactSearch search_;
   std::vector<Contact> contacts_, previous_;
   std::vector<GhostShare> shares_;

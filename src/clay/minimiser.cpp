@@ -28,8 +28,7 @@ void Minimiser::begin(const Bonds* bonds, const VectorField& free, Contacts& con
   lumps_.measure();
 }
 
-int Minimiser::solve(const Eigen::Vector3f& gravity, const Ghosts& ghosts, int iterations, double tolerance,
-                     VectorField& u) {
+int Minimiser::solve(const Eigen::Vector3f& gravity, int iterations, double tolerance, VectorField& u) {
   iterations_done_ = 0;
   start(gravity, u);
   // Contacts and compression are looked at anew every few iterations.
@@ -41,7 +40,7 @@ int Minimiser::solve(const Eigen::Vector3f& gravity, const Ghosts& ghosts, int i
     if (left < iterations || left <= iterations_a_round) contacts_->dampSlides(particles_, u, dt_);
     const bool solved = descend(std::min(left, iterations_a_round), tolerance, u);
     const Contacts::Changes changes = contacts_->update(particles_, u, r_);
-    const bool strayed = contacts_->detectStrays(particles_, ghosts, u, dt_);
+    const bool strayed = contacts_->detectStrays(particles_, u, dt_);
     if (solved && !changes.any && !strayed) break;
     const bool last = left <= iterations_a_round;
     if (last && rounds_more > 0 && gainsByPull(changes.pulled, gravity, u))
@@ -49,9 +48,9 @@ int Minimiser::solve(const Eigen::Vector3f& gravity, const Ghosts& ghosts, int i
   }
   contacts_->expel(particles_, u, dt_);
   // Out of one side of the skin may be into another.
-  for (int k = 0; k < 8 && contacts_->detectStrays(particles_, ghosts, u, dt_); ++k)
+  for (int k = 0; k < 8 && contacts_->detectStrays(particles_, u, dt_); ++k)
     contacts_->expel(particles_, u, dt_);
-  contacts_->release(particles_, ghosts, u, dt_);
+  contacts_->release(particles_, u, dt_);
   shorten(u);
   balanceForces(u);
   keepCompression();
@@ -59,7 +58,7 @@ int Minimiser::solve(const Eigen::Vector3f& gravity, const Ghosts& ghosts, int i
   if (beyond_) {
     recovery_.resize(particles_.size());
     potential_.recovery(dt_, recovery_);
-    contacts_->stop(particles_, ghosts, u, recovery_);
+    contacts_->stop(particles_, u, recovery_);
   }
   return iterations_done_;
 }

@@ -6,7 +6,6 @@
 #include "clay/bonds.h"
 #include "clay/boundary_density.h"
 #include "clay/contacts.h"
-#include "clay/ghosts.h"
 #include "clay/kernel.h"
 #include "clay/lump_sums.h"
 #include "clay/lumps.h"
@@ -34,11 +33,10 @@ class Minimiser {
   void begin(const Bonds* bonds, const VectorField& free, Contacts& contacts, float dt);
 
   /// Solves it, as well as the budget allows. Contacts get their states, anchors and forces.
-  /// \param gravity m/s^2 \param ghosts those that the contacts were detected with
-  /// \param iterations at most, but where contacts pulled the clay \param tolerance m/s^2; done where no
-  /// particle lacks more acceleration \param u displacements of the step, m \return iterations done
-  int solve(const Eigen::Vector3f& gravity, const Ghosts& ghosts, int iterations, double tolerance,
-            VectorField& u);
+  /// \param gravity m/s^2 \param iterations at most, but where contacts pulled the clay \param tolerance
+  /// m/s^2; done where no particle lacks more acceleration \param u displacements of the step, m \return
+  /// iterations done
+  int solve(const Eigen::Vector3f& gravity, int iterations, double tolerance, VectorField& u);
 
   /// Displacements, m, that undo compression which nothing did work for: to be added to those of the step,
   /// but not to be taken for motion. Null: there is none.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "clouds.h"
 #include "support/setups.h"
@@ -28,7 +29,8 @@ struct Loose {
                  }()}),
         push(zeros(points.size())) {}
 
-  void step(const Ghosts& ghosts, const std::vector<Solid>& solids, int rounds = 4) {
+  void step(Ghosts skin, const std::vector<Solid>& solids, int rounds = 4) {
+    ghosts = std::move(skin);
     const std::size_t n = particles.size();
     free = zeros(n);
     for (std::size_t i = 0; i < n; ++i) {
@@ -55,7 +57,7 @@ struct Loose {
       contacts.update(particles, u, residual());
     }
     contacts.expel(particles, u, dt);
-    contacts.release(particles, ghosts, u, dt);
+    contacts.release(particles, u, dt);
     contacts.finish(particles, dt);
     for (std::size_t i = 0; i < n; ++i) {
       particles.position.add(i, u.at(i));
@@ -72,6 +74,7 @@ struct Loose {
 
   Particles particles;
   Neighbourhood near;
+  Ghosts ghosts;
   Contacts contacts;
   VectorField push;  // N, on each particle, gravity included
   VectorField free, u;
@@ -147,7 +150,7 @@ TEST(Contacts, WhatEndsDeepInTheSkinAndBeganBeforeItIsMetThere) {
   struck.step(skin, {});
   ASSERT_TRUE(struck.contacts.contacts().empty());
   struck.u.set(0, {0.0f, 0.0f, -2.4f * spacing});
-  ASSERT_TRUE(struck.contacts.detectStrays(struck.particles, skin, struck.u, dt));
+  ASSERT_TRUE(struck.contacts.detectStrays(struck.particles, struck.u, dt));
   struck.contacts.expel(struck.particles, struck.u, dt);
   EXPECT_NEAR((struck.particles.position.at(0) + struck.u.at(0)).z(), 0.5f * spacing, 1e-6f);
 }
@@ -159,7 +162,7 @@ TEST(Contacts, WhatWentThroughTheSkinIsMetWhereItDid) {
   struck.step(skin, {});
   ASSERT_TRUE(struck.contacts.contacts().empty());
   struck.u.set(0, {0.2f * spacing, 0.0f, -4.0f * spacing});
-  ASSERT_TRUE(struck.contacts.detectStrays(struck.particles, skin, struck.u, dt));
+  ASSERT_TRUE(struck.contacts.detectStrays(struck.particles, struck.u, dt));
   struck.contacts.expel(struck.particles, struck.u, dt);
   EXPECT_NEAR((struck.particles.position.at(0) + struck.u.at(0)).z(), 0.5f * spacing, 1e-6f);
 }
@@ -171,7 +174,7 @@ TEST(Contacts, WhatFliesDeepIntoASolidIsMetWhereItCameIn) {
   ASSERT_TRUE(flying.contacts.contacts().empty());
   const auto thickness = static_cast<float>(2.0 * ground().size.z());
   flying.u.set(0, {0.0f, 0.0f, -0.75f * thickness});
-  ASSERT_TRUE(flying.contacts.detectStrays(flying.particles, {}, flying.u, dt));
+  ASSERT_TRUE(flying.contacts.detectStrays(flying.particles, flying.u, dt));
   flying.contacts.expel(flying.particles, flying.u, dt);
   EXPECT_NEAR((flying.particles.position.at(0) + flying.u.at(0)).z(), 0.5f * spacing, 1e-3f * spacing);
 }
@@ -214,23 +217,19 @@ TEST(Contacts, WhatPalmsOverlapIsNotPrescribedToWhereTheirPlanesMeet) {
 }
 
 /// Out of a finger's end that is half in a palm, the nearest skin is deep in the palm's flesh.
-TEST(ContactSearch, PlacesInFleshAreNotFree) {
+TEST(Obstacles, PlacesInFleshAreNotFree) {
   const double radius = 1.6 * spacing;
   Ghosts skin = ghostPlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.03, 0.004);
   append(skin, ghostBall(Eigen::Vector3d::Zero(), radius, 0.6 * spacing));
-  const Particles particles = particlesAt({{0.0f, 0.0f, -0.9f * spacing}}, particle_mass);
-  Neighbourhood near(2.0f * spacing);
-  near.build(particles.position);
-  ContactSearch search(spacing);
-  const VectorField guess = zeros(1);
-  search.findAtStart({}, near, particles, guess, skin, {}, {}, {}, dt);
-  const auto place = search.nearestFree(skin, particles.position.at(0), 0.25f * spacing, 6.0f * spacing);
+  Obstacles obstacles(spacing);
+  obstacles.begin(skin, {}, {}, {}, dt);
+  const Eigen::Vector3f x(0.0f, 0.0f, -0.9f * spacing);
+  const auto place = obstacles.nearestFree(x, 0.25f * spacing, 6.0f * spacing);
   ASSERT_TRUE(place.has_value());
   EXPECT_GE(place->z(), 0.2f * spacing);
   EXPECT_GE(place->norm(), radius + 0.2 * spacing);
-  EXPECT_LT((*place - particles.position.at(0)).norm(), 3.0f * spacing);
-  EXPECT_FALSE(
-      search.nearestFree(skin, particles.position.at(0), 0.25f * spacing, 1.5f * spacing).has_value());
+  EXPECT_LT((*place - x).norm(), 3.0f * spacing);
+  EXPECT_FALSE(obstacles.nearestFree(x, 0.25f * spacing, 1.5f * spacing).has_value());
 }
 
 /// A finger's end comes down on a particle on the table, to where it leaves no room: it goes aside, neither
@@ -258,7 +257,7 @@ TEST(Contacts, WhatIsStoppedGoesIntoNoObstacle) {
   for (const float down : {-0.5f * room, 0.5f * room, 3.0f * room}) {
     VectorField w = zeros(1);
     w.set(0, {1e-4f, 0.0f, -down});
-    resting.contacts.stop(resting.particles, floorOfGhosts(), resting.u, w);
+    resting.contacts.stop(resting.particles, resting.u, w);
     EXPECT_NEAR(w.at(0).x(), 1e-4f, 1e-9f);
     EXPECT_NEAR(w.at(0).z(), -std::min(down, room), 1e-3f * room);
   }
@@ -273,13 +272,13 @@ TEST(Contacts, WhatIsStoppedEndsInNoFlesh) {
   for (const float way : {0.5f, 1.0f, 1.2f, 1.8f}) {
     VectorField w = zeros(1);
     w.set(0, {-way * spacing, 0.0f, 0.0f});
-    resting.contacts.stop(resting.particles, skin, resting.u, w);
+    resting.contacts.stop(resting.particles, resting.u, w);
     EXPECT_EQ(w.at(0).x(), way < 1.1f ? -way * spacing : 0.0f) << way;
   }
   // However little that is, where the step led it to skin that it had not met.
   VectorField u = zeros(1), w = zeros(1);
   u.set(0, {-1.0f * spacing, 0.0f, 0.0f}), w.set(0, {-0.15f * spacing, 0.0f, 0.0f});
-  resting.contacts.stop(resting.particles, skin, u, w);
+  resting.contacts.stop(resting.particles, u, w);
   EXPECT_EQ(w.at(0).x(), 0.0f);
 }
 
@@ -292,7 +291,7 @@ TEST(Contacts, WhatIsStoppedEndsInNoSolid) {
   for (const float way : {0.2f, 2.1f, 2.3f}) {
     VectorField w = zeros(1);
     w.set(0, {0.0f, 0.0f, -way * spacing});
-    above.contacts.stop(above.particles, {}, zeros(1), w);
+    above.contacts.stop(above.particles, zeros(1), w);
     EXPECT_EQ(w.at(0).z(), way * spacing < height ? -way * spacing : 0.0f) << way;
   }
 }
@@ -322,7 +321,7 @@ TEST(Contacts, WhatIsStoppedEndsInNoSkinBeforeTheMean) {
   for (const float way : {0.05f, 0.15f, 0.22f}) {
     VectorField w = zeros(1);
     w.set(0, {-way * spacing, 0.0f, 0.0f});
-    between.contacts.stop(between.particles, fingers.ghosts, between.u, w);
+    between.contacts.stop(between.particles, between.u, w);
     EXPECT_EQ(w.at(0).x(), way < 0.1f ? -way * spacing : 0.0f) << way;
   }
 }
@@ -342,7 +341,7 @@ TEST(Contacts, WhatWasReleasedStays) {
   squeezed.step(palms.ghosts, {}, 0);
   VectorField w = zeros(1);
   w.set(0, {0.0f, 0.2f * spacing, 0.0f});
-  squeezed.contacts.stop(squeezed.particles, palms.ghosts, squeezed.u, w);
+  squeezed.contacts.stop(squeezed.particles, squeezed.u, w);
   EXPECT_EQ(w.at(0).norm(), 0.0f);
 }
 
