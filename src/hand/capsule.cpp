@@ -24,4 +24,10 @@ double Capsule::distance(const Eigen::Vector3d& point) const {
   return (point - centre(u)).norm() - radius(u);
 }
 
+bool Capsule::mayBeWithin(double distance, const Eigen::Vector3d& point) const {
+  // |2 p - from - to| is twice the distance from the middle.
+  const double across = length() + 2.0 * (std::max(radius_from, radius_to) + distance);
+  return (2.0 * point - from - to).squaredNorm() <= across * across;
+}
+
 }  // namespace tactile_clay::hand

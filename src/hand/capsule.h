@@ -19,6 +19,9 @@ struct Capsule {
 
   /// Signed distance to the surface, m, negative inside.
   double distance(const Eigen::Vector3d& point) const;
+  /// False where the distance is more than that, m: the point is outside of the ball that is as much wider
+  /// than the one about the capsule. Cheaper than the distance.
+  bool mayBeWithin(double distance, const Eigen::Vector3d& point) const;
 };
 
 }  // namespace tactile_clay::hand

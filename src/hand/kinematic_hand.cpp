@@ -41,14 +41,6 @@ Eigen::Vector3f sampleNormal(const BoundSample& sample, const std::array<BonePos
   return normal;
 }
 
-// Whether a point is in the ball about a capsule; all that are in the capsule are.
-bool mayHold(const Capsule& capsule, const Eigen::Vector3d& point) {
-  const double reach = std::max(capsule.radius_from, capsule.radius_to);
-  // |2 p - from - to| is twice the distance from the middle.
-  const double across = capsule.length() + 2.0 * reach;
-  return (2.0 * point - capsule.from - capsule.to).squaredNorm() < across * across;
-}
-
 // How far a sample of `bone` withdraws to its axis, 0 to 1: wholly where it is deeper in other flesh than
 // `withdrawn_below` of its radius.
 float withdrawal(int bone, const Eigen::Vector3f& surface, float radius,
@@ -57,7 +49,7 @@ float withdrawal(int bone, const Eigen::Vector3f& surface, float radius,
   const Eigen::Vector3d point = surface.cast<double>();
   double distance = 0.0;
   for (int other = 0; other < static_cast<int>(capsules.size()); ++other)
-    if (other != bone && mayHold(capsules[other], point))
+    if (other != bone && capsules[other].mayBeWithin(0.0, point))
       distance = std::min(distance, capsules[other].distance(point));
   return static_cast<float>(std::min(1.0, -distance / (withdrawn_below * radius)));
 }

@@ -16,7 +16,7 @@ namespace tactile_clay::hand {
 /// Skin of kinematic hands: samples follow position, length and radius of the tracked bones. While a hand
 /// stays tracked its samples keep their number and order, even where the tracker rescales the person; the
 /// samples of a hand that comes back are made anew if its person's size is more than a tenth off. A sample
-/// that the thumb covers withdraws to the axis of its bone, where no clay is, or it would push clay off the
+/// that another bone covers withdraws to the axis of its own, where no clay is, or it would push clay off the
 /// skin that covers it.
 class KinematicHands {
  public:

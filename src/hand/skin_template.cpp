@@ -79,7 +79,7 @@ bool buried(const SurfacePoint& point, const std::vector<Capsule>& capsules) {
   constexpr double touching = 1e-9;  // m
   constexpr double lift = 2e-4;      // m
   for (int other = 0; other < static_cast<int>(capsules.size()); ++other) {
-    if (other == point.bone) continue;
+    if (other == point.bone || !capsules[other].mayBeWithin(lift, point.position)) continue;
     const double distance = capsules[other].distance(point.position);
     if (distance < -touching || (distance <= touching && other < point.bone)) return true;
     if (distance < lift && distance > touching &&

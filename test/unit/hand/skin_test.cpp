@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <random>
 #include <stdexcept>
 
 #include "hand/anatomy.h"
@@ -92,6 +93,21 @@ TEST(SkinTemplate, EverySpacingIsConnectedAndPositive) {
   }
 }
 
+TEST(Capsule, NoPointWithinADistanceIsLeftOut) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> any(-0.03, 0.03), radius(0.002, 0.012);
+  const auto point = [&] { return Vector3d(any(random), any(random), any(random)); };
+  int outside = 0;
+  for (int k = 0; k < 2000; ++k) {
+    const Capsule capsule{point(), point(), radius(random), radius(random)};
+    const Vector3d x = point();
+    for (const double within : {0.0, 0.002})
+      EXPECT_TRUE(capsule.distance(x) > within || capsule.mayBeWithin(within, x)) << k;
+    outside += capsule.mayBeWithin(0.0, x) ? 0 : 1;
+  }
+  EXPECT_GT(outside, 200);
+}
+
 TEST(KinematicHand, PalmHasNoHoleBetweenMetacarpals) {
   const TrackedHand hand = flatHand(Side::right);
   for (int finger = 1; finger + 1 < finger_count; ++finger)
@@ -122,7 +138,7 @@ TEST(KinematicHand, SamplesLieOnTheSkinAndNormalsLeaveIt) {
   }
 }
 
-// What the thumb covers is there, but so deep that it touches no clay outside.
+// What bones cover of each other is there, but so deep that it touches no clay outside.
 TEST(KinematicHand, CoveredSamplesWithdrawAndComeOutWithTheThumb) {
   const std::size_t bare = makeSkinTemplate(Side::right, 1.05, spacing).bare_at_rest;
   for (const Side side : {Side::left, Side::right}) {
