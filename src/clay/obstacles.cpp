@@ -1,8 +1,9 @@
 #include "clay/obstacles.h"
 
+#include <algorithm>
+
 #include "clay/contact.h"
 #include "clay/skin_side.h"
-#include "clay/threads.h"
 
 namespace tactile_clay::clay {
 namespace {
@@ -62,9 +63,10 @@ void Obstacles::forSidesAt(const std::vector<std::uint32_t>& of, const Vector& p
   }
 }
 
-/// The ghosts whose flesh may come as near as that.
-std::vector<std::uint32_t> Obstacles::ghostsBeside(const Vector& x, float most) const {
-  std::vector<std::uint32_t> beside;
+/// The ghosts whose flesh may come as near as that. \return good until the thread's next call
+const std::vector<std::uint32_t>& Obstacles::ghostsBeside(const Vector& x, float most) const {
+  thread_local std::vector<std::uint32_t> beside;
+  beside.clear();
   const float far = std::max(most + flesh, reach * spacing_);
   forGhostsNear(boxAbout(x, x, far), [&](std::size_t g) {
     if ((x - ghosts_->position[g]).norm() < far) beside.push_back(static_cast<std::uint32_t>(g));
@@ -84,7 +86,7 @@ bool Obstacles::isBeneathDisc(const std::vector<std::uint32_t>& of, const Vector
 }
 
 bool Obstacles::isInFlesh(const Vector& x) const {
-  const std::vector<std::uint32_t> beside = ghostsBeside(x, 0.0f);
+  const std::vector<std::uint32_t>& beside = ghostsBeside(x, 0.0f);
   if (!isBeneathDisc(beside, x)) return false;
   bool beneath = false;
   forSidesAt(beside, x, [&](float distance, const Vector&) { beneath = beneath || distance < 0.0f; });
@@ -100,7 +102,7 @@ bool Obstacles::isInSolid(const Vector& x) const {
 /// Discs and sides both tell only roughly what is covered; what is free is so by both.
 std::optional<Vector> Obstacles::nearestFree(const Vector& x, float clearance, float most) const {
   const float around = disc * spacing_, rounding = 1e-2f * spacing_;
-  const std::vector<std::uint32_t> beside = ghostsBeside(x, most);
+  const std::vector<std::uint32_t>& beside = ghostsBeside(x, most);
   // Calls f(distance, normal) for the skin's sides and the solids at a place.
   const auto forObstacles = [&](const Vector& place, const auto& f) {
     forSidesAt(beside, place, f);

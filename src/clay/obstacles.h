@@ -67,7 +67,7 @@ class Obstacles {
 
   template <typename F>
   void forSidesAt(const std::vector<std::uint32_t>& of, const Eigen::Vector3f& place, const F& f) const;
-  std::vector<std::uint32_t> ghostsBeside(const Eigen::Vector3f& x, float most) const;
+  const std::vector<std::uint32_t>& ghostsBeside(const Eigen::Vector3f& x, float most) const;
   bool isBeneathDisc(const std::vector<std::uint32_t>& of, const Eigen::Vector3f& place) const;
 
   float spacing_;
