@@ -126,14 +126,15 @@ const ContactSearch::Found& ContactSearch::findStrays(const Particles& particles
 /// Calls find(i, found) for the n particles and lists what they find in this order.
 template <typename F>
 void ContactSearch::findEach(std::size_t n, std::size_t chunk_size, const F& find) {
-  chunks_.resize((n + chunk_size - 1) / chunk_size);
+  const std::size_t chunks = (n + chunk_size - 1) / chunk_size;
+  chunks_.resize(std::max(chunks_.size(), chunks));  // what fewer chunks leave unused keeps its memory
   parallelRanges(n, chunk_size, [&](std::size_t first, std::size_t last) {
     Found& found = chunks_[first / chunk_size];
     clear(found);
     for (std::size_t i = first; i < last; ++i) find(i, found);
   });
   clear(found_);
-  for (const Found& found : chunks_) append(found, found_);
+  for (std::size_t c = 0; c < chunks; ++c) append(chunks_[c], found_);
 }
 
 void ContactSearch::findCandidates(const Neighbourhood& near, const Step& step) {

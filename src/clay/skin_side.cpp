@@ -10,11 +10,15 @@ void takeSide(const Ghosts& ghosts, std::vector<NearGhost>& rest, std::vector<Ne
   const NearGhost closest = *std::min_element(
       rest.begin(), rest.end(), [](const NearGhost& a, const NearGhost& b) { return a.nearest < b.nearest; });
   const Vector facing = ghosts.normal[closest.ghost];
-  const auto split = std::stable_partition(rest.begin(), rest.end(), [&](const NearGhost& a) {
-    return ghosts.normal[a.ghost].dot(facing) <= Contact::same_side;
-  });
-  side.assign(split, rest.end());
-  rest.erase(split, rest.end());
+  side.clear();
+  std::size_t left = 0;
+  for (const NearGhost& a : rest) {
+    if (ghosts.normal[a.ghost].dot(facing) > Contact::same_side)
+      side.push_back(a);
+    else
+      rest[left++] = a;
+  }
+  rest.resize(left);
 }
 
 SkinPlane planeOf(const Ghosts& ghosts, const std::vector<NearGhost>& side, const Vector& x, float radius,

@@ -1,0 +1,118 @@
+// What is warm allocates nothing, or little.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+
+#include "clay/clay.h"
+#include "clay/neighbourhood.h"
+#include "clouds.h"
+#include "support/setups.h"
+
+namespace {
+
+std::atomic<long> allocations{0};
+
+void* allocate(std::size_t size, std::size_t alignment = alignof(std::max_align_t)) {
+  ++allocations;
+  void* const memory = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+
+}  // namespace
+
+// All of the process, shared libraries too.
+void* operator new(std::size_t size) {
+  return allocate(size);
+}
+void* operator new[](std::size_t size) {
+  return allocate(size);
+}
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  return allocate(size, static_cast<std::size_t>(alignment));
+}
+void* operator new[](std::size_t size, std::align_val_t alignment) {
+  return allocate(size, static_cast<std::size_t>(alignment));
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept {
+  std::free(memory);
+}
+
+namespace tactile_clay::clay {
+namespace {
+
+/// A cloud turns about the vertical, so that its grid and its lists change in every build.
+TEST(Allocation, WarmSearchForNeighboursAllocatesNothing) {
+  const std::vector<Eigen::Vector3f> points = lattice(14, 0.005f, 0.3f);
+  VectorField at = toField(points);
+  Neighbourhood near(0.01f);
+  const auto turnOnce = [&] {
+    for (int k = 0; k < 60; ++k) {
+      const Eigen::AngleAxisf turn(static_cast<float>(2.0 * M_PI * k / 60), Eigen::Vector3f::UnitZ());
+      for (std::size_t i = 0; i < points.size(); ++i) at.set(i, turn * points[i]);
+      near.build(at);
+    }
+  };
+  const long before_first = allocations;
+  turnOnce();
+  EXPECT_GT(allocations, before_first);
+  const long before = allocations;
+  turnOnce();
+  EXPECT_EQ(allocations, before);
+}
+
+/// A plate of skin kneads a block on a table, up and down. A frame lists its lumps some twenty times a step,
+/// and nothing for each particle or contact.
+TEST(Allocation, WarmFramesAllocateForNoParticleOrContact) {
+  ClayConfig config;
+  config.spacing = 0.005;
+  config.threads = 2;
+  Clay clay(config, {Material{}}, block(10, 10, 8, config.spacing));
+  std::size_t contacts = 0;
+  const auto mostOfAStroke = [&] {
+    long most = 0;
+    for (int k = 0; k < 60; ++k) {
+      const double phase = 2.0 * M_PI * k / 60, height = 0.035 + 0.01 * std::cos(phase);
+      Ghosts skin = ghostPlane({0.0, 0.0, height}, -Eigen::Vector3d::UnitZ(), 0.03, 0.004);
+      for (Eigen::Vector3f& v : skin.velocity)
+        v.z() = static_cast<float>(-0.01 * std::sin(phase) * 2.0 * M_PI);
+      const long before = allocations;
+      clay.advance(skin, {ground()}, 1.0 / 60.0);
+      most = std::max<long>(most, allocations - before);
+      contacts = std::max<std::size_t>(contacts, clay.statistics().contacts);
+    }
+    return most;
+  };
+  mostOfAStroke();
+  EXPECT_LT(mostOfAStroke(), 150);
+  EXPECT_GT(contacts, 150U);
+}
+
+}  // namespace
+}  // namespace tactile_clay::clay
