@@ -2,67 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <cstddef>
-#include <cstdlib>
-#include <new>
 
 #include "clay/clay.h"
 #include "clay/neighbourhood.h"
 #include "clouds.h"
+#include "counted_new.h"
 #include "support/setups.h"
-
-namespace {
-
-std::atomic<long> allocations{0};
-
-void* allocate(std::size_t size, std::size_t alignment = alignof(std::max_align_t)) {
-  ++allocations;
-  void* const memory = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-
-}  // namespace
-
-// All of the process, shared libraries too.
-void* operator new(std::size_t size) {
-  return allocate(size);
-}
-void* operator new[](std::size_t size) {
-  return allocate(size);
-}
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  return allocate(size, static_cast<std::size_t>(alignment));
-}
-void* operator new[](std::size_t size, std::align_val_t alignment) {
-  return allocate(size, static_cast<std::size_t>(alignment));
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::align_val_t) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory, std::align_val_t) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
-}
 
 namespace tactile_clay::clay {
 namespace {
@@ -79,12 +25,12 @@ TEST(Allocation, WarmSearchForNeighboursAllocatesNothing) {
       near.build(at);
     }
   };
-  const long before_first = allocations;
+  const long before_first = allocationCount();
   turnOnce();
-  EXPECT_GT(allocations, before_first);
-  const long before = allocations;
+  EXPECT_GT(allocationCount(), before_first);
+  const long before = allocationCount();
   turnOnce();
-  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(allocationCount(), before);
 }
 
 /// A plate of skin kneads a block on a table, up and down. A frame lists its lumps some twenty times a step,
@@ -102,9 +48,9 @@ TEST(Allocation, WarmFramesAllocateForNoParticleOrContact) {
       Ghosts skin = ghostPlane({0.0, 0.0, height}, -Eigen::Vector3d::UnitZ(), 0.03, 0.004);
       for (Eigen::Vector3f& v : skin.velocity)
         v.z() = static_cast<float>(-0.01 * std::sin(phase) * 2.0 * M_PI);
-      const long before = allocations;
+      const long before = allocationCount();
       clay.advance(skin, {ground()}, 1.0 / 60.0);
-      most = std::max<long>(most, allocations - before);
+      most = std::max<long>(most, allocationCount() - before);
       contacts = std::max<std::size_t>(contacts, clay.statistics().contacts);
     }
     return most;
