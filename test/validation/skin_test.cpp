@@ -79,8 +79,8 @@ double barest(const TrackedHand& hand, const Skin& skin) {
 }
 
 // Far from the pose it was sampled in, samples near knuckles leave the capsules by a blend's error, and
-// folded skin is buried: the rest must still lie on the surface.
-TEST(Skin, FlatHandsAndFistsStayOnTheSurface) {
+// folded skin is buried: the rest must still lie on the surface, and the surface must have no bare patch.
+TEST(Skin, FlatHandAndFistStayCovered) {
   for (const double bend : {0.0, 1.4}) {
     HandPose pose;
     pose.scale = 1.05;
@@ -99,6 +99,7 @@ TEST(Skin, FlatHandsAndFistsStayOnTheSurface) {
     }
     EXPECT_LT(off, 0.02 * static_cast<double>(skin.size())) << bend;
     EXPECT_GT(outside, 0.8 * static_cast<double>(skin.size())) << bend;
+    EXPECT_LT(barest(hand, skin), 1.1 * spacing) << bend;
   }
 }
 
