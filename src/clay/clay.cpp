@@ -78,7 +78,7 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, doubl
   s.ghost_touched.assign(ghosts.size(), false);
   s.solid_forces.assign(solids.size(), Eigen::Vector3d::Zero());
   s.takeGhosts(ghosts);
-  s.arena.execute([&] {
+  s.team.execute([&] {
     for (int k = 0; k < steps; ++k) {
       const float remaining = static_cast<float>((steps - 1 - k) * dt);
       for (std::size_t g = 0; g < ghosts.size(); ++g) {

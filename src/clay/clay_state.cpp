@@ -32,7 +32,7 @@ Clay::State::State(const ClayConfig& config_in, std::vector<Material> materials_
                    const std::vector<InitialParticle>& initial)
     : config(config_in),
       materials(std::move(materials_in)),
-      arena(config.threads > 0 ? config.threads : tbb::task_arena::automatic),
+      team(config.threads),
       kernel(static_cast<float>(2.0 * config.spacing)),
       near(kernel.h),
       minimiser(near, particles, kernel, config.spacing, materials),

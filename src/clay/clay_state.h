@@ -1,7 +1,5 @@
 #pragma once
 
-#include <tbb/task_arena.h>
-
 #include <vector>
 
 #include "clay/bonds.h"
@@ -40,7 +38,7 @@ struct Clay::State {
 
   ClayConfig config;
   std::vector<Material> materials;
-  tbb::task_arena arena;
+  ThreadTeam team;
   Particles everyone;                // as the world sees them, also those that sleep
   std::vector<std::uint32_t> awake;  // which of them are awake, ascending
   Particles particles;               // those awake; everything below is of them

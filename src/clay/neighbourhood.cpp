@@ -1,7 +1,5 @@
 #include "clay/neighbourhood.h"
 
-#include <tbb/parallel_invoke.h>
-
 #include <cmath>
 
 #include "lanes/lanes.h"
@@ -18,7 +16,7 @@ constexpr float hair = 1e-4f;
 void Neighbourhood::build(const VectorField& position) {
   layOutGrid(position);
   countCells(position);
-  tbb::parallel_invoke([&] { sortIntoCells(position); }, [&] { labelBlocks(); });
+  parallelFor(2, 1, [&](std::size_t k) { k == 0 ? sortIntoCells(position) : labelBlocks(); });
   listPairs(position.size());
 }
 

@@ -1,12 +1,11 @@
 #pragma once
 
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+
+#include "clay/thread_team.h"
 
 namespace tactile_clay::clay {
 
@@ -54,8 +53,8 @@ void parallelRanges(std::size_t n, std::size_t grain, const F& f) {
   constexpr std::uint32_t most_threads = 64;
   const auto ranges = static_cast<std::uint32_t>((n + grain - 1) / grain);
   const auto run = [&](std::uint32_t k) { f(k * grain, std::min(n, (k + 1) * grain)); };
-  const std::uint32_t threads =
-      std::min({ranges, most_threads, static_cast<std::uint32_t>(tbb::this_task_arena::max_concurrency())});
+  ThreadTeam* const team = ThreadTeam::current();
+  const std::uint32_t threads = team == nullptr ? 1 : std::min({ranges, most_threads, team->size()});
   if (threads < 2) {
     for (std::uint32_t k = 0; k < ranges; ++k) run(k);
     return;
@@ -63,15 +62,11 @@ void parallelRanges(std::size_t n, std::size_t grain, const F& f) {
   Share shares[most_threads];
   for (std::uint32_t t = 0; t < threads; ++t)
     shares[t].give(ranges * t / threads, ranges * (t + 1) / threads);
-  tbb::parallel_for(
-      0u, threads, 1u,
-      [&](std::uint32_t) {
-        const auto own = static_cast<std::uint32_t>(tbb::this_task_arena::current_thread_index());
-        for (std::uint32_t k; (k = shares[own % threads].takeFirst()) != Share::none;) run(k);
-        for (std::uint32_t t = 1; t < threads; ++t)
-          for (std::uint32_t k; (k = shares[(own + t) % threads].takeLast()) != Share::none;) run(k);
-      },
-      tbb::simple_partitioner());
+  team->run(threads, [&](std::uint32_t own) {
+    for (std::uint32_t k; (k = shares[own % threads].takeFirst()) != Share::none;) run(k);
+    for (std::uint32_t t = 1; t < threads; ++t)
+      for (std::uint32_t k; (k = shares[(own + t) % threads].takeLast()) != Share::none;) run(k);
+  });
 }
 
 /// Runs f(i) for i in [0, n), by ranges of at most `grain`, as `parallelRanges`.
