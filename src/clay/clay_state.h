@@ -11,6 +11,7 @@
 #include "clay/projection.h"
 #include "clay/range_sums.h"
 #include "clay/sleep.h"
+#include "clay/thread_team.h"
 
 namespace tactile_clay::clay {
 
