@@ -31,6 +31,21 @@ struct Kernel {
     return steepness * (24.0f * b * b - 6.0f * a * a);
   }
 
+  /// Both without their factors, W = 2 sigma value and dW/dr = steepest() slope, for loops over pairs that
+  /// need both.
+  template <typename T>
+  struct Shape {
+    T value, slope;
+  };
+  template <typename T>
+  TACTILE_CLAY_INLINE Shape<T> shape(const T& r) const {
+    const T q = r * per_h;
+    const T a = positive(T(1.0f - q)), b = positive(T(0.5f - q));
+    const T aa = a * a, bb = 4.0f * (b * b);
+    return {aa * a - bb * b, bb - aa};
+  }
+  float steepest() const { return 6.0f * steepness; }  // 1/m^4
+
   float h;      // m, support radius
   float sigma;  // 1/m^3, W(0)
 

@@ -17,8 +17,8 @@ constexpr std::size_t grain = 128;  // whole lanes
 constexpr float density_relaxation = 0.25f;
 constexpr float viscosity_relaxation = 0.125f;
 constexpr float bond_relaxation = 1.3f;  // over the greater number of bonds of the two ends
-// m^2, added to squared distances so that none is zero; lost in rounding beyond 10 um
-constexpr float tiny = 1e-18f;
+// So that no distance is zero. Its square is added to squares, and lost in rounding beyond 10 um.
+constexpr float tiny_distance = 1e-9f, tiny = tiny_distance * tiny_distance;  // m, m^2
 
 using Viscosity = Projection::Viscosity;
 using BondEnds = Projection::BondEnds;
@@ -26,11 +26,11 @@ using BondEnds = Projection::BondEnds;
 /// Pairs as the loops over lanes see them. They get it by value: no store may change it then.
 struct Pairs {
   const std::uint32_t *begin, *end, *slot;  // end: of whole lanes; slot of j
-  const float *x, *y, *z;                   // x_i - x_j at the start, m
+  const float *x, *y, *z, *distance;        // x_i - x_j at the start, and its norm, m
 };
 
 Pairs pairsOf(const Neighbourhood& near) {
-  return {near.begins(), near.paddeds(), near.slots(), near.x(), near.y(), near.z()};
+  return {near.begins(), near.paddeds(), near.slots(), near.x(), near.y(), near.z(), near.distances()};
 }
 
 std::size_t wholeLanes(std::size_t count) {
@@ -53,10 +53,8 @@ void measureRatios(const Pairs pairs, const Kernel& kernel, float lattice_sum, s
                    std::size_t last, float* ratio) {
   for (std::size_t i = first; i < last; ++i) {
     Lane total{};
-    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
-      const LaneVector x = loadVector(pairs.x, pairs.y, pairs.z, p);
-      total += kernel.value(root(dot(x, x)));
-    }
+    for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width)
+      total += kernel.value(load(pairs.distance + p));
     ratio[i] = (sum(total) + kernel.sigma) / lattice_sum;
   }
 }
@@ -73,9 +71,8 @@ void beginStrains(const Pairs pairs, const Kernel& kernel, float volume, const f
       Symmetric moment{}, weight{};
       for (std::uint32_t p = pairs.begin[i + k]; p < pairs.end[i + k]; p += lane_width) {
         const LaneVector x = loadVector(pairs.x, pairs.y, pairs.z, p);
-        const Lane r = root(dot(x, x) + tiny);
-        const Lane slope = volume * kernel.slope(r) / r;
-        const LaneVector g = times(slope, x);
+        const Lane r = greatest(load(pairs.distance + p), all(tiny_distance));
+        const LaneVector g = times(kernel.slope(r) * (volume / r), x);
         storeGradient(gradient, p, g);
         add(total, g);
         addOuter(moment, g, x);
@@ -113,9 +110,9 @@ TACTILE_CLAY_MULTIVERSION
 void measureDensities(const Pairs pairs, const Kernel& kernel, float lattice_sum, const float* u,
                       const float* inverse_mass, const float* share, std::size_t first, std::size_t last,
                       float* gradient, float* step) {
-  const float scale = 1.0f / lattice_sum;
+  const float scale = 1.0f / lattice_sum, steepest = kernel.steepest() * scale;
   struct Measured {
-    Lane density, weight;  // weight: sum_j w_j |gradient|^2
+    Lane density, weight;  // of 2 sigma; sum_j w_j |gradient|^2, of steepest^2
     LaneVector gradient;
   };
   for (std::size_t i = first; i < last; i += lane_width) {
@@ -128,19 +125,20 @@ void measureDensities(const Pairs pairs, const Kernel& kernel, float lattice_sum
         const LaneVector of_other = gather(u, pairs.slot + p, w);
         const LaneVector x{load(pairs.x + p) + (at.x - of_other.x), load(pairs.y + p) + (at.y - of_other.y),
                            load(pairs.z + p) + (at.z - of_other.z)};
-        const Lane square = dot(x, x) + tiny, r = root(square);
-        total.density += kernel.value(r);
-        const Lane slope = kernel.slope(r) * (scale / r);
-        const LaneVector g = times(slope, x);
+        const Lane r = root(dot(x, x) + tiny);
+        const auto shape = kernel.shape(r);
+        const LaneVector g = times(shape.slope * (steepest / r), x);
         storeGradient(gradient, p, g);
         add(total.gradient, g);
-        total.weight += w * (slope * slope * square);
+        total.density += shape.value;
+        total.weight += w * (shape.slope * shape.slope);
       }
       totals.set(k, total);
     }
     const Measured total = totals.get();
-    const Lane error = (total.density + kernel.sigma) * scale - 1.0f;
-    const Lane weight = total.weight + load(inverse_mass + i) * dot(total.gradient, total.gradient);
+    const Lane error = (2.0f * total.density + 1.0f) * (kernel.sigma * scale) - 1.0f;
+    const Lane weight =
+        steepest * steepest * total.weight + load(inverse_mass + i) * dot(total.gradient, total.gradient);
     const LaneOrder pressing = (error > 0.0f) & (weight > 0.0f);
     store(step + i, pressing ? -load(share + i) * error / weight : Lane{});
   }
@@ -188,10 +186,11 @@ TACTILE_CLAY_INLINE Columns resistStrains(const Columns& plain, Viscosity& v) {
   return times(columnsOf(step), inverse);
 }
 
-/// The multipliers' steps at the displacements u. \param step twelve numbers a particle: columns of the steps
+/// The multipliers' steps at the displacements u. \param step_xy eight numbers a particle: their columns x
+/// and y \param step_z four numbers a particle: their columns z
 TACTILE_CLAY_MULTIVERSION
 void measureStrains(const Pairs pairs, const float* gradient, const float* u, std::size_t first,
-                    std::size_t last, Viscosity* viscosity, float* step) {
+                    std::size_t last, Viscosity* viscosity, float* step_xy, float* step_z) {
   for (std::size_t i = first; i < last; i += lane_width) {
     Totals<Columns> totals(last - i);  // of Eq. 4, sum_j (u_j - u_i) (V grad W)^T
     for (int k = 0; k < lane_width && i + k < last; ++k) {
@@ -207,32 +206,44 @@ void measureStrains(const Pairs pairs, const float* gradient, const float* u, st
       totals.set(k, total);
     }
     const Columns steps = resistStrains(totals.get(), viscosity[i / lane_width]);
-    scatter(steps.x, step + 12 * i, 12);
-    scatter(steps.y, step + 12 * i + 4, 12);
-    scatter(steps.z, step + 12 * i + 8, 12);
+    scatter(steps.x, step_xy + 8 * i, 8);
+    scatter(steps.y, step_xy + 8 * i + 4, 8);
+    scatter(steps.z, step_z + 4 * i, 4);
   }
 }
 
-/// u_i -= w_i sum_j (S_i + S_j) (V grad W). \param step S, twelve numbers a particle
+/// Adds S_j g of pairs k and k + 4 of eight: columns x and y of each pair, and z of both.
+template <int k>
+TACTILE_CLAY_INLINE void addSteps(const float* step_xy, const float* step_z, const std::uint32_t* slots,
+                                  const Lane& low_xy, const Lane& high_xy, const Lane& z, Lane (&sum_xy)[2],
+                                  Lane& sum_z) {
+  const std::size_t low = slots[k], high = slots[k + 4];
+  sum_xy[0] += spread<k>(low_xy) * load(step_xy + 2 * low);
+  sum_xy[1] += spread<k>(high_xy) * load(step_xy + 2 * high);
+  sum_z += spread<k>(z) * join(slot(step_z + low), slot(step_z + high));
+}
+
+/// u_i -= w_i sum_j (S_i + S_j) (V grad W). \param step_xy eight numbers a particle, columns x and y of S
+/// \param step_z four numbers a particle, column z
 TACTILE_CLAY_MULTIVERSION
-void moveByStrains(const Pairs pairs, const float* gradient, const float* step, const float* own_gradient,
-                   std::size_t first, std::size_t last, float* u) {
+void moveByStrains(const Pairs pairs, const float* gradient, const float* step_xy, const float* step_z,
+                   const float* own_gradient, std::size_t first, std::size_t last, float* u) {
   for (std::size_t i = first; i < last; ++i) {
-    const float *own = step + 12 * i, *total = own_gradient + 4 * i;
-    // Two sums in turn, so that none waits for the other.
-    HalfLane x[2] = {total[0] * slot(own)}, y[2] = {total[1] * slot(own + 4)},
-             z[2] = {total[2] * slot(own + 8)};
+    const float* total = own_gradient + 4 * i;
+    // Sums in turn, so that none waits for the other.
+    Lane xy[2] = {join(total[0] * slot(step_xy + 8 * i), total[1] * slot(step_xy + 8 * i + 4))};
+    Lane z = join(total[2] * slot(step_z + 4 * i), HalfLane{});
     for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
       const float* g = gradient + 3 * std::size_t{p};
-      for (int k = 0; k < lane_width; ++k, ++g) {
-        const float* s = step + 3 * std::size_t{pairs.slot[p + k]};
-        x[k % 2] += g[0] * slot(s);
-        y[k % 2] += g[lane_width] * slot(s + 4);
-        z[k % 2] += g[2 * lane_width] * slot(s + 8);
-      }
+      const Lane low_xy = join(slot(g), slot(g + 8)), high_xy = join(slot(g + 4), slot(g + 12));
+      const Lane g_z = load(g + 16);
+      const std::uint32_t* slots = pairs.slot + p;
+      addSteps<0>(step_xy, step_z, slots, low_xy, high_xy, g_z, xy, z);
+      addSteps<1>(step_xy, step_z, slots, low_xy, high_xy, g_z, xy, z);
+      addSteps<2>(step_xy, step_z, slots, low_xy, high_xy, g_z, xy, z);
+      addSteps<3>(step_xy, step_z, slots, low_xy, high_xy, g_z, xy, z);
     }
-    const HalfLane sum = (x[0] + x[1]) + (y[0] + y[1]) + (z[0] + z[1]);
-    storeSlot(u + 4 * i, slot(u + 4 * i) - u[4 * i + 3] * sum);
+    storeSlot(u + 4 * i, slot(u + 4 * i) - u[4 * i + 3] * sumOfHalves(xy[0] + xy[1] + z));
   }
 }
 
@@ -283,6 +294,20 @@ void pullEnds(const std::uint32_t* begin, const BondEnds& ends, const float* u, 
   }
 }
 
+/// \param u gets its first three numbers changed
+TACTILE_CLAY_INLINE void projectTouch(Projection::Touch& touch, Eigen::Vector4f& u) {
+  Eigen::Vector3f moved = u.head<3>();
+  const float depth = touch.gap - touch.normal.dot(moved);
+  if (!(depth > 0.0f)) return;
+  moved += depth * touch.normal;
+  Eigen::Vector3f pull = touch.anchor - moved;
+  pull -= pull.dot(touch.normal) * touch.normal;
+  const float square = pull.squaredNorm(), limit = touch.friction * depth;
+  if (square > limit * limit) pull *= limit / std::sqrt(square);
+  u.head<3>() = moved + pull;
+  touch.pushed += depth, touch.pulled += pull;
+}
+
 }  // namespace
 
 Projection::Projection(const Kernel& kernel, float spacing, const std::vector<Material>& materials)
@@ -302,15 +327,17 @@ void Projection::solve(const Neighbourhood& near, const Particles& particles, co
                        VectorField& u) {
   near_ = &near, particles_ = &particles;
   begin(bonds, free, dt);
-  beginContacts(contacts, dt);
+  beginContacts(contacts.contacts());
   for (int k = 0; k < iterations; ++k) {
     if (any_dense_) projectDensity();
     if (viscous_) projectViscosity();
-    projectBondsAndContacts(contacts.contacts());
+    projectBondsAndContacts();
   }
   u.resize(particles.size());
-  for (std::size_t i = 0; i < u.size(); ++i) u.set(i, u_.at(i));
-  slideAnchors(contacts.contacts(), u);
+  parallelRanges(u.size(), grain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) u.set(i, u_.at(i));
+  });
+  endContacts(dt, contacts.contacts());
 }
 
 void Projection::begin(const Bonds* bonds, const VectorField& free, float dt) {
@@ -322,7 +349,8 @@ void Projection::begin(const Bonds* bonds, const VectorField& free, float dt) {
     density_gradient_.resize(3 * pairs), density_share_.resize(whole), density_step_.resize(whole);
   if (viscous_) {
     gradient_.resize(3 * pairs), own_gradient_.resize(n), compliance_.resize(whole);
-    viscosities_.resize(whole / lane_width), strain_step_.resize(12 * whole);
+    viscosities_.resize(whole / lane_width);
+    strain_step_xy_.resize(8 * whole), strain_step_z_.resize(4 * whole);
   }
   if (bonded_) {
     bond_relaxation_.resize(n), bond_end_.resize(n), bond_slot_.resize(pairs);
@@ -363,15 +391,24 @@ void Projection::beginParticle(std::size_t i, const Bonds* bonds, const VectorFi
   }
 }
 
-void Projection::beginContacts(Contacts& contacts, float dt) {
-  force_per_kg_m_ = 1.0f / (dt * dt);
+void Projection::beginContacts(const std::vector<Contact>& contacts) {
   contact_begin_.assign(particles_->size() + 1, 0);
-  for (Contact& c : contacts.contacts()) {
-    ++contact_begin_[c.particle + 1];
-    c.state = Contact::State::open;
-    c.force.setZero(), c.friction.setZero();
-  }
+  for (const Contact& c : contacts) ++contact_begin_[c.particle + 1];
   for (std::size_t i = 0; i < particles_->size(); ++i) contact_begin_[i + 1] += contact_begin_[i];
+  touches_.resize(contacts.size());
+  parallelRanges(contacts.size(), grain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t k = first; k < last; ++k) {
+      const Contact& c = contacts[k];
+      const std::vector<float>& friction = c.solid == Contact::skin ? skin_friction_ : friction_;
+      touches_[k] = {c.particle,
+                     c.gap,
+                     c.normal,
+                     c.anchor,
+                     friction[particles_->material[c.particle]],
+                     0.0f,
+                     Eigen::Vector3f::Zero()};
+    }
+  });
 }
 
 void Projection::projectDensity() {
@@ -388,58 +425,46 @@ void Projection::projectDensity() {
 void Projection::projectViscosity() {
   const Pairs pairs = pairsOf(*near_);
   parallelRanges(u_.size(), grain, [&](std::size_t first, std::size_t last) {
-    measureStrains(pairs, gradient_.data(), u_.data(), first, last, viscosities_.data(), strain_step_.data());
+    measureStrains(pairs, gradient_.data(), u_.data(), first, last, viscosities_.data(),
+                   strain_step_xy_.data(), strain_step_z_.data());
   });
   parallelRanges(u_.size(), grain, [&](std::size_t first, std::size_t last) {
-    moveByStrains(pairs, gradient_.data(), strain_step_.data(), own_gradient_.data(), first, last, u_.data());
+    moveByStrains(pairs, gradient_.data(), strain_step_xy_.data(), strain_step_z_.data(),
+                  own_gradient_.data(), first, last, u_.data());
   });
 }
 
-void Projection::projectBondsAndContacts(std::vector<Contact>& contacts) {
+void Projection::projectBondsAndContacts() {
   parallelRanges(u_.size(), grain, [&](std::size_t first, std::size_t last) {
     if (bonded_) {
       pullEnds(near_->begins(), bondEnds(), u_.data(), first, last, moved_.data());
     } else {
       for (std::size_t i = first; i < last; ++i) moved_[i] = u_[i];
     }
-    for (std::uint32_t c = contact_begin_[first]; c < contact_begin_[last]; ++c) {
-      Eigen::Vector3f step = moved_.at(contacts[c].particle);
-      projectContact(contacts[c], step);
-      moved_.set(contacts[c].particle, step);
-    }
+    for (std::uint32_t c = contact_begin_[first]; c < contact_begin_[last]; ++c)
+      projectTouch(touches_[c], moved_[touches_[c].particle]);
   });
   std::swap(u_, moved_);
 }
 
-void Projection::projectContact(Contact& c, Eigen::Vector3f& u) const {
-  const float depth = c.gap - c.normal.dot(u);
-  if (!(depth > 0.0f)) return;
-  const std::uint32_t i = c.particle;
-  u += depth * c.normal;
-  c.state = Contact::State::slide;
-
-  const float mu = (c.solid == Contact::skin ? skin_friction_ : friction_)[particles_->material[i]];
-  Eigen::Vector3f pull = c.anchor - u;
-  pull -= pull.dot(c.normal) * c.normal;
-  const float distance = pull.norm(), limit = mu * depth;
-  if (distance > limit) pull *= limit / distance;
-  u += pull;
-
-  const float to_force = force_per_kg_m_ / particles_->inverse_mass[i];
-  c.friction += to_force * pull;
-  c.force += to_force * (depth * c.normal + pull);
-}
-
-/// An anchor is left behind by no more than the friction of the step moved the particle.
-void Projection::slideAnchors(std::vector<Contact>& contacts, const VectorField& u) const {
-  for (Contact& c : contacts) {
-    c.anchor -= u.at(c.particle);
-    if (c.state == Contact::State::open) continue;
-    const float moved = c.friction.norm() * particles_->inverse_mass[c.particle] / force_per_kg_m_;
-    c.anchor -= c.anchor.dot(c.normal) * c.normal;
-    const float distance = c.anchor.norm();
-    if (distance > moved) c.anchor *= moved / distance;
-  }
+/// Sets what the contacts bore. An anchor is left behind by no more than the friction of the step moved the
+/// particle.
+void Projection::endContacts(float dt, std::vector<Contact>& contacts) const {
+  parallelRanges(contacts.size(), grain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t k = first; k < last; ++k) {
+      Contact& c = contacts[k];
+      const Touch& touch = touches_[k];
+      const float force_per_metre = 1.0f / (dt * dt * particles_->inverse_mass[c.particle]);
+      c.state = touch.pushed > 0.0f ? Contact::State::slide : Contact::State::open;
+      c.friction = force_per_metre * touch.pulled;
+      c.force = c.friction + force_per_metre * touch.pushed * c.normal;
+      c.anchor -= u_.at(c.particle);
+      if (c.state == Contact::State::open) continue;
+      c.anchor -= c.anchor.dot(c.normal) * c.normal;
+      const float distance = c.anchor.norm(), moved = touch.pulled.norm();
+      if (distance > moved) c.anchor *= moved / distance;
+    }
+  });
 }
 
 }  // namespace tactile_clay::clay

@@ -47,6 +47,16 @@ class Projection {
     float *rest_length, *share;  // m; of the error, what this end moves
   };
 
+  /// A contact as the iterations see it.
+  struct Touch {
+    std::uint32_t particle;
+    float gap;                       // m
+    Eigen::Vector3f normal, anchor;  // anchor: m, from the particle before the step
+    float friction;                  // coefficient
+    float pushed;                    // m, along the normal by all iterations
+    Eigen::Vector3f pulled;          // m, along the surface
+  };
+
   Projection(const Kernel& kernel, float spacing, const std::vector<Material>& materials);
 
   /// One step.
@@ -63,17 +73,16 @@ class Projection {
  private:
   void begin(const Bonds* bonds, const VectorField& free, float dt);
   void beginParticle(std::size_t i, const Bonds* bonds, const VectorField& free, float dt);
-  void beginContacts(Contacts& contacts, float dt);
+  void beginContacts(const std::vector<Contact>& contacts);
+  void endContacts(float dt, std::vector<Contact>& contacts) const;
 
   void projectDensity();
   void projectViscosity();
-  void projectBondsAndContacts(std::vector<Contact>& contacts);
-  void projectContact(Contact& contact, Eigen::Vector3f& u) const;
+  void projectBondsAndContacts();
   BondEnds bondEnds() {
     return {bond_end_.data(), bond_slot_.data(),   bond_x_.data(),    bond_y_.data(),
             bond_z_.data(),   rest_length_.data(), bond_share_.data()};
   }
-  void slideAnchors(std::vector<Contact>& contacts, const VectorField& u) const;
 
   Kernel kernel_;
   float volume_;                                             // m^3, of a particle
@@ -97,14 +106,15 @@ class Projection {
   VectorField own_gradient_;             // its sum, 1/m
   std::vector<float> compliance_;        // of viscosity, 1/(kg m^2); negative: none
   std::vector<Viscosity> viscosities_;   // of each eight particles
-  std::vector<float> strain_step_;       // change of the multipliers in this projection, corrected: 3 slots
+  // Change of the multipliers in this projection, corrected: columns x and y in two slots, z in one.
+  std::vector<float> strain_step_xy_, strain_step_z_;
 
   std::vector<float> bond_relaxation_;  // of each particle
   std::vector<std::uint32_t> bond_end_, bond_slot_;
   std::vector<float> bond_x_, bond_y_, bond_z_, rest_length_, bond_share_;
 
-  std::vector<std::uint32_t> contact_begin_;
-  float force_per_kg_m_ = 0.0f;  // 1/dt^2
+  std::vector<std::uint32_t> contact_begin_;  // of each particle
+  std::vector<Touch> touches_;                // of each contact
 };
 
 }  // namespace tactile_clay::clay

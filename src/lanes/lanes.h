@@ -59,6 +59,16 @@ TACTILE_CLAY_INLINE Lane join(const HalfLane& a, const HalfLane& b) {
   return lane;
 #endif
 }
+TACTILE_CLAY_INLINE HalfLane sumOfHalves(const Lane& a) {
+  HalfLane half[2];
+  std::memcpy(half, &a, sizeof a);
+  return half[0] + half[1];
+}
+/// Four times lane k, and four times lane k + 4. \tparam k below four
+template <int k>
+TACTILE_CLAY_INLINE Lane spread(const Lane& a) {
+  return TACTILE_CLAY_SHUFFLE(a, a, k, k, k, k, k + 4, k + 4, k + 4, k + 4);
+}
 TACTILE_CLAY_INLINE Lane root(const Lane& a) {
   Lane result;
   for (int k = 0; k < lane_width; ++k) result[k] = __builtin_sqrtf(a[k]);
