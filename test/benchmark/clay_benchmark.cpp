@@ -14,6 +14,7 @@
 
 #include "clay/clay.h"
 #include "clay/neighbourhood.h"
+#include "clay/thread_team.h"
 #include "hand/choreography.h"
 #include "hand/kinematic_hand.h"
 #include "scene/scene.h"
@@ -232,7 +233,8 @@ void neighbours(benchmark::State& state) {
   position.resize(scene.particles.size());
   for (std::size_t i = 0; i < position.size(); ++i) position.set(i, scene.particles[i].position);
   clay::Neighbourhood near(static_cast<float>(2.0 * scene.config.spacing));
-  for (auto _ : state) near.build(position);
+  clay::ThreadTeam team(0);
+  for (auto _ : state) team.execute([&] { near.build(position); });
 }
 
 benchmark::internal::Benchmark* add(const std::string& name,
