@@ -221,21 +221,47 @@ TEST(Projection, ARestingBlockPressesWithItsWeight) {
 }
 
 TEST(Projection, FrictionHoldsAndSlidesByCoulomb) {
-  const auto acceleration = [](double degrees) {
-    const double slope = degrees * M_PI / 180.0;
+  struct Measured {
+    double acceleration, friction;  // m/s^2, down the slope; of the block's weight, on the ground
+  };
+  const auto onSlope = [](double slope) -> Measured {
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(slope, Eigen::Vector3d::UnitY()).toRotationMatrix();
     Clay clay(paper(4, 64), {Material()}, block(5, 5, 4, spacing, 1e-5 * turn.col(2), turn));
-    const auto speed = [&] {
-      return turn.col(0).dot(momentum(clay.particles())) / totalMass(clay.particles());
-    };
+    const double mass = totalMass(clay.particles());
+    const auto speed = [&] { return turn.col(0).dot(momentum(clay.particles())) / mass; };
     for (int k = 0; k < 30; ++k) clay.advance({}, {ground(slope)}, clay.config().frame);
     const double before = speed();
-    for (int k = 0; k < 30; ++k) clay.advance({}, {ground(slope)}, clay.config().frame);
-    return (speed() - before) / 0.5;
+    double friction = 0.0;
+    for (int k = 0; k < 30; ++k) {
+      clay.advance({}, {ground(slope)}, clay.config().frame);
+      friction += turn.col(0).dot(clay.solidForces()[0]) / 30.0;
+    }
+    return {(speed() - before) / 0.5, friction / (9.81 * mass)};
   };
-  const double steep = 36.0 * M_PI / 180.0;
-  EXPECT_NEAR(acceleration(29.0), 0.0, 0.01);  // atan 0.6 = 31 degrees
-  EXPECT_NEAR(acceleration(36.0), 9.81 * (std::sin(steep) - 0.6 * std::cos(steep)), 0.05);
+  const double gentle = 29.0 * M_PI / 180.0, steep = 36.0 * M_PI / 180.0;  // atan 0.6 = 31 degrees
+  const Measured holds = onSlope(gentle), slides = onSlope(steep);
+  EXPECT_NEAR(holds.acceleration, 0.0, 0.01);
+  EXPECT_NEAR(holds.friction, std::sin(gentle), 0.002);
+  EXPECT_NEAR(slides.acceleration, 9.81 * (std::sin(steep) - 0.6 * std::cos(steep)), 0.05);
+  EXPECT_NEAR(slides.friction, 0.6 * std::cos(steep), 0.005);
+}
+
+/// An anchor that stayed where the slide began would draw the block back.
+TEST(Projection, WhatSlidesComesToRestWhereCoulombSaysAndStays) {
+  std::vector<InitialParticle> particles = block(5, 5, 4, spacing);
+  for (InitialParticle& p : particles) p.velocity = {0.5f, 0.0f, 0.0f};
+  Clay clay(paper(4, 64), {Material()}, particles);
+  const auto x = [&] {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < clay.particles().size(); ++i) sum += clay.particles().position[i][0];
+    return sum / static_cast<double>(clay.particles().size());
+  };
+  const double start = x();
+  for (int k = 0; k < 30; ++k) clay.advance({}, {ground()}, clay.config().frame);
+  const double rest = x();
+  EXPECT_NEAR(rest - start, 0.5 * 0.5 / (2.0 * 0.6 * 9.81), 0.0015);
+  for (int k = 0; k < 30; ++k) clay.advance({}, {ground()}, clay.config().frame);
+  EXPECT_NEAR(x(), rest, 1e-4);
 }
 
 TEST(Projection, GivesTheSameBitsForAnyNumberOfThreads) {
