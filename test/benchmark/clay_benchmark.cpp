@@ -233,7 +233,7 @@ void neighbours(benchmark::State& state) {
   position.resize(scene.particles.size());
   for (std::size_t i = 0; i < position.size(); ++i) position.set(i, scene.particles[i].position);
   clay::Neighbourhood near(static_cast<float>(2.0 * scene.config.spacing));
-  clay::ThreadTeam team(0);
+  clay::ThreadTeam team(2);
   for (auto _ : state) team.execute([&] { near.build(position); });
 }
 
