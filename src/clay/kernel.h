@@ -18,9 +18,7 @@ struct Kernel {
   /// W(r) in 1/m^3 for a distance r >= 0 in m. T is float or a Lane.
   template <typename T>
   TACTILE_CLAY_INLINE T value(const T& r) const {
-    const T q = r * per_h;
-    const T a = positive(T(1.0f - q)), b = positive(T(0.5f - q));
-    return sigma * (2.0f * a * a * a - 8.0f * b * b * b);
+    return 2.0f * sigma * shape(r).value;
   }
 
   /// dW/dr in 1/m^4, never positive.

@@ -235,8 +235,8 @@ void moveByStrains(const Pairs pairs, const float* gradient, const float* step_x
     Lane z = join(total[2] * slot(step_z + 4 * i), HalfLane{});
     for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
       const float* g = gradient + 3 * std::size_t{p};
-      const Lane low_xy = join(slot(g), slot(g + 8)), high_xy = join(slot(g + 4), slot(g + 12));
-      const Lane g_z = load(g + 16);
+      const Lane low_xy = join(slot(g), slot(g + lane_width));
+      const Lane high_xy = join(slot(g + 4), slot(g + lane_width + 4)), g_z = load(g + 2 * lane_width);
       const std::uint32_t* slots = pairs.slot + p;
       addSteps<0>(step_xy, step_z, slots, low_xy, high_xy, g_z, xy, z);
       addSteps<1>(step_xy, step_z, slots, low_xy, high_xy, g_z, xy, z);

@@ -199,9 +199,7 @@ TACTILE_CLAY_INLINE LaneVector allOf(const float* slot) {
   HalfLane half;
   std::memcpy(&half, slot, sizeof half);
   const Lane both = join(half, half);
-  return {TACTILE_CLAY_SHUFFLE(both, both, 0, 0, 0, 0, 4, 4, 4, 4),
-          TACTILE_CLAY_SHUFFLE(both, both, 1, 1, 1, 1, 5, 5, 5, 5),
-          TACTILE_CLAY_SHUFFLE(both, both, 2, 2, 2, 2, 6, 6, 6, 6)};
+  return {spread<0>(both), spread<1>(both), spread<2>(both)};
 }
 
 /// Fetches eight slots. \param w gets the fourth numbers

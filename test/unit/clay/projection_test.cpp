@@ -251,11 +251,7 @@ TEST(Projection, WhatSlidesComesToRestWhereCoulombSaysAndStays) {
   std::vector<InitialParticle> particles = block(5, 5, 4, spacing);
   for (InitialParticle& p : particles) p.velocity = {0.5f, 0.0f, 0.0f};
   Clay clay(paper(4, 64), {Material()}, particles);
-  const auto x = [&] {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < clay.particles().size(); ++i) sum += clay.particles().position[i][0];
-    return sum / static_cast<double>(clay.particles().size());
-  };
+  const auto x = [&] { return centreOfMass(clay.particles()).x(); };
   const double start = x();
   for (int k = 0; k < 30; ++k) clay.advance({}, {ground()}, clay.config().frame);
   const double rest = x();
