@@ -26,7 +26,8 @@ constexpr std::size_t lockstep_queue = 0;  // unlimited
 ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : lockstep_(param(private_nh, "lockstep", false)),
       period_(1.0 / paramIn(private_nh, "rate", 60.0, 1.0, 1000.0)),
-      scene_(scene::loadScene(param<std::string>(private_nh, "scene", "kindergarten"), packageFolder())) {
+      scene_(scene::loadScene(param<std::string>(private_nh, "scene", "kindergarten"), packageFolder(), 0.0,
+                              folderOfPackage)) {
   scene_.config.budget =
       scene::loadQuality(param<std::string>(private_nh, "quality", "balanced"), packageFolder());
   // 0 or nothing means what the preset says, so that launch arguments can pass it on.

@@ -15,4 +15,9 @@ inline std::string packageFolder() {
   return package;
 }
 
+/// Folder of any package, for `package://` in scenes and robot models; empty where ROS does not know it.
+inline std::string folderOfPackage(const std::string& package) {
+  return ros::package::getPath(package);
+}
+
 }  // namespace tactile_clay::nodes

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "scene/files.h"
 #include "scene/shape.h"
 #include "scene/yaml_reader.h"
 
@@ -14,29 +15,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double most_particles = 1e7;  // of a body: some 5 GB, and minutes a frame
+constexpr double most_particles = 1e7;  // of a scene: some 5 GB, and minutes a frame
 
-/// Names of the YAML files of a folder, for error messages.
-std::string namesIn(const fs::path& folder) {
-  std::vector<std::string> names;
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
-  }
-  std::sort(names.begin(), names.end());
-  std::string list;
-  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-  return list;
-}
-
-/// A file by its path, or by its name in a folder of the package.
-std::string findFile(const std::string& kind, const std::string& name, const fs::path& folder) {
-  if (fs::is_regular_file(name)) return name;
-  const fs::path shipped = folder / (name + ".yaml");
-  if (!name.empty() && name.find('/') == std::string::npos && fs::is_regular_file(shipped))
-    return shipped.string();
-  throw std::runtime_error(kind + " '" + name + "' not found, expected a file or one of: " + namesIn(folder));
-}
+/// Where the files are that a scene names.
+struct Places {
+  fs::path beside;  // folder of the scene
+  fs::path share;   // of the package
+  FindPackage find_package;
+};
 
 clay::Material readMaterial(YamlMap map, const std::string& name) {
   clay::Material m;
@@ -79,9 +65,7 @@ Shape readShape(YamlMap& map) {
 }
 
 Eigen::Isometry3d readPose(YamlMap& map) {
-  std::vector<double> p(6, 0.0);
-  if (map.has("pose")) p = map.numbers("pose", 6, "x y z (m) roll pitch yaw (rad)");
-  map.get<std::vector<double>>("pose", p, "x y z roll pitch yaw");
+  const std::vector<double> p = map.has("pose") ? map.pose("pose") : std::vector<double>(6, 0.0);
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translation() = Eigen::Vector3d(p[0], p[1], p[2]);
   pose.linear() =
@@ -92,7 +76,7 @@ Eigen::Isometry3d readPose(YamlMap& map) {
 }
 
 /// A body's material is a named file, with values of the body's own where it gives a map.
-std::uint8_t materialOf(YamlMap& body, const std::string& share, Scene& scene,
+std::uint8_t materialOf(YamlMap& body, const Places& places, Scene& scene,
                         std::map<std::string, std::uint8_t>& known) {
   const std::string name = body.get<std::string>("material", "the name of a material");
   const auto found = known.find(name);
@@ -101,19 +85,19 @@ std::uint8_t materialOf(YamlMap& body, const std::string& share, Scene& scene,
     body.fail("more than 255 materials");
   std::string file;
   try {
-    file = findFile("material", name, fs::path(share) / "config" / "materials");
+    file = findFile("material", name, places.beside, places.share / "config" / "materials", ".yaml",
+                    places.find_package);
   } catch (const std::runtime_error& e) {
-    body.fail(e.what());
+    body.failAt("material", e.what());
   }
   scene.materials.push_back(readMaterial(loadYaml(file), fs::path(file).stem().string()));
   return known[name] = static_cast<std::uint8_t>(scene.materials.size() - 1);
 }
 
-void readBody(YamlMap map, const std::string& share, Scene& scene,
-              std::map<std::string, std::uint8_t>& known) {
+void readBody(YamlMap map, const Places& places, Scene& scene, std::map<std::string, std::uint8_t>& known) {
   Body body;
   body.name = map.get<std::string>("name", "a name");
-  body.material = materialOf(map, share, scene, known);
+  body.material = materialOf(map, places, scene, known);
   body.color = map.vector("color", body.color.cast<double>(), "red, green and blue, 0-1").cast<float>();
   if (body.color.minCoeff() < 0.0f || body.color.maxCoeff() > 1.0f)
     map.fail("'color' expected numbers from 0 to 1");
@@ -122,8 +106,8 @@ void readBody(YamlMap map, const std::string& share, Scene& scene,
   const Eigen::Vector3d velocity = map.vector("velocity", Eigen::Vector3d::Zero(), "x y z in m/s");
   map.finish();
   const double cells = boundingVolume(shape) / std::pow(scene.config.spacing, 3.0);
-  if (cells > most_particles)
-    map.fail("body '" + body.name + "' has more than " + std::to_string(static_cast<int>(most_particles)) +
+  if (static_cast<double>(scene.particles.size()) + cells > most_particles)
+    map.fail("body '" + body.name + "' makes more than " + std::to_string(static_cast<int>(most_particles)) +
              " particles, expected fewer: a smaller 'size' or a larger 'spacing'");
   const auto points = latticeIn(shape, scene.config.spacing);
   if (points.empty())
@@ -140,8 +124,10 @@ void readBody(YamlMap map, const std::string& share, Scene& scene,
 
 }  // namespace
 
-Scene loadScene(const std::string& name, const std::string& share, double spacing) {
-  const std::string file = findFile("scene", name, fs::path(share) / "config" / "scenes");
+Scene loadScene(const std::string& name, const std::string& share, double spacing,
+                const FindPackage& find_package) {
+  const std::string file = findFile("scene", name, "", fs::path(share) / "config" / "scenes", ".yaml");
+  const Places places{fs::path(file).parent_path(), share, find_package};
   YamlMap map = loadYaml(file);
   Scene scene;
   scene.name = fs::path(file).stem().string();
@@ -157,15 +143,16 @@ Scene loadScene(const std::string& name, const std::string& share, double spacin
   if (!(scene.config.tolerance >= 0.0)) map.fail("'tolerance' is out of its range, expected 0 m/s^2 or more");
 
   const std::string urdf = map.get<std::string>("urdf", "the URDF of table and tools");
-  const fs::path beside = fs::path(file).parent_path() / urdf;
-  const fs::path shipped = fs::path(share) / "config" / "urdf" / urdf;
-  scene.urdf = fs::is_regular_file(beside) ? beside.string() : shipped.string();
-  if (!fs::is_regular_file(scene.urdf))
-    map.fail("urdf '" + urdf + "' not found beside the scene nor in config/urdf");
+  try {
+    scene.urdf =
+        findFile("urdf", urdf, places.beside, places.share / "config" / "urdf", ".urdf", find_package);
+  } catch (const std::runtime_error& e) {
+    map.failAt("urdf", e.what());
+  }
 
   std::map<std::string, std::uint8_t> known;
-  for (const YamlMap& body : map.maps("bodies")) readBody(body, share, scene, known);
-  if (scene.bodies.empty()) map.fail("no clay, expected at least one entry in 'bodies'");
+  for (const YamlMap& body : map.maps("bodies")) readBody(body, places, scene, known);
+  if (scene.bodies.empty()) map.failAt("bodies", "no clay, expected at least one entry in 'bodies'");
   for (YamlMap entry : map.maps("motions")) {
     Motion motion;
     motion.joint = entry.get<std::string>("joint", "the name of a joint of the URDF");
@@ -189,11 +176,10 @@ clay::Budget loadQuality(const std::string& name, const std::string& share) {
   YamlMap map = loadYaml(file);
   if (!map.has(name)) {
     std::string list;
-    for (const auto& entry : YAML::LoadFile(file))
-      list += (list.empty() ? "" : ", ") + entry.first.as<std::string>();
+    for (const std::string& key : map.keys()) list += (list.empty() ? "" : ", ") + key;
     throw std::runtime_error("quality '" + name + "' not found, expected one of: " + list);
   }
-  YamlMap preset(map.node(name), file);
+  YamlMap preset = map.map(name, "a map of keys and values");
   clay::Budget budget;
   budget.substeps = preset.get<int>("substeps", "a whole number >= 1");
   budget.iterations = preset.get<int>("iterations", "a whole number >= 1");

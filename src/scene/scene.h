@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "clay/clay.h"
+#include "scene/files.h"
 
 namespace tactile_clay::scene {
 
@@ -37,8 +38,10 @@ struct Scene {
 /// \param name a file, or the name of one in `<share>/config/scenes`
 /// \param share the package's share folder, which holds `config`
 /// \param spacing between particles, m, instead of the scene's own; 0: the scene's
+/// \param find_package for files of other packages; without it there are none
 /// \throws std::runtime_error with one line: what, where, what was expected
-Scene loadScene(const std::string& name, const std::string& share, double spacing = 0.0);
+Scene loadScene(const std::string& name, const std::string& share, double spacing = 0.0,
+                const FindPackage& find_package = {});
 
 /// Budget of a quality preset (`fast`, `balanced`, `accurate`, `paper`), from `<share>/config/quality.yaml`.
 /// \throws std::runtime_error naming the known presets

@@ -5,8 +5,6 @@
 #include <urdf_parser/urdf_parser.h>
 
 #include <algorithm>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 
 namespace tactile_clay::scene {
@@ -177,14 +175,6 @@ std::map<std::string, double> Solids::joints(double t) const {
     positions[entry.first] = motion != nullptr ? model_->position(*motion, t) : 0.0;
   }
   return positions;
-}
-
-std::string readText(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw std::runtime_error(path + ": cannot be opened, expected a readable file");
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
 }
 
 }  // namespace tactile_clay::scene

@@ -7,6 +7,7 @@
 
 #include "clay/solid.h"
 #include "scene/scene.h"
+#include "scene/text_file.h"
 
 namespace tactile_clay::scene {
 
@@ -29,8 +30,5 @@ class Solids {
   struct Model;
   std::unique_ptr<Model> model_;
 };
-
-/// Text of a file. \throws std::runtime_error if it cannot be read
-std::string readText(const std::string& path);
 
 }  // namespace tactile_clay::scene

@@ -5,134 +5,122 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace tactile_clay::scene {
 
 /// A YAML map that is read strictly: a key that nobody asked for or that stands there twice, or a value of
-/// the wrong kind, is an error with file, line and what was expected. Numbers are finite.
+/// the wrong kind, is an error with file, line and what was expected. Numbers are finite. Merge keys (`<<`)
+/// give the keys that the map has not itself.
 class YamlMap {
  public:
-  YamlMap(const YAML::Node& node, std::string file) : node_(node), file_(std::move(file)) {
-    if (!node_.IsMap()) fail(node_, "expected a map of keys and values");
-    std::set<std::string> keys;
-    for (const auto& entry : node_) {
-      if (!entry.first.IsScalar()) fail(entry.first, "a key that is no name, expected keys and values");
-      if (!keys.insert(entry.first.Scalar()).second)
-        fail(entry.first, "key '" + entry.first.Scalar() + "' stands there twice, expected it once");
-    }
-  }
+  YamlMap(const YAML::Node& node, std::string file);
 
-  bool has(const std::string& key) const { return static_cast<bool>(node_[key]); }
+  bool has(const std::string& key) const { return find(key) != nullptr; }
+  std::vector<std::string> keys() const;
+  const std::string& file() const { return file_; }
 
   /// Required value. `expected` completes "expected ...".
   template <typename T>
   T get(const std::string& key, const std::string& expected) {
-    if (!has(key)) fail(node_, "key '" + key + "' is missing, expected " + expected);
-    return convert<T>(key, expected);
+    require(key, expected);
+    return finite(key, convert<T>(key, expected), expected);
   }
   template <typename T>
   T get(const std::string& key, const T& fallback, const std::string& expected) {
     asked_.insert(key);
-    return has(key) ? convert<T>(key, expected) : fallback;
+    return has(key) ? get<T>(key, expected) : fallback;
   }
   /// A number that may be `.inf`.
-  double getOrInfinite(const std::string& key, double fallback, const std::string& expected) {
-    asked_.insert(key);
-    const double value = has(key) ? as<double>(key, expected) : fallback;
-    if (std::isnan(value)) fail(node_[key], "'" + key + "' is no number, expected " + expected);
-    return value;
-  }
+  double getOrInfinite(const std::string& key, double fallback, const std::string& expected);
   /// Required list of exactly `count` finite numbers.
-  std::vector<double> numbers(const std::string& key, std::size_t count, const std::string& expected) {
-    const auto list = get<std::vector<double>>(key, expected);
-    if (list.size() != count)
-      fail(node_[key], "'" + key + "' has " + std::to_string(list.size()) + " numbers, expected " + expected);
-    return list;
-  }
+  std::vector<double> numbers(const std::string& key, std::size_t count, const std::string& expected);
   Eigen::Vector3d vector(const std::string& key, const Eigen::Vector3d& fallback,
-                         const std::string& expected) {
-    asked_.insert(key);
-    if (!has(key)) return fallback;
-    const auto list = numbers(key, 3, expected);
-    return {list[0], list[1], list[2]};
-  }
-  /// List of maps, empty where the key is missing.
-  std::vector<YamlMap> maps(const std::string& key) {
-    asked_.insert(key);
-    std::vector<YamlMap> result;
-    if (!has(key)) return result;
-    if (!node_[key].IsSequence()) fail(node_[key], "'" + key + "' expected a list");
-    for (const YAML::Node& entry : node_[key]) result.emplace_back(entry, file_);
-    return result;
-  }
-  const YAML::Node& node(const std::string& key) {
-    asked_.insert(key);
-    child_ = node_[key];
-    return child_;
-  }
+                         const std::string& expected);
+  /// Required `[x, y, z, roll, pitch, yaw]`, m and rad; angles may have the tag `!degrees` or `!radians`.
+  std::vector<double> pose(const std::string& key);
+  /// List of maps, empty where the key is missing or has no value.
+  std::vector<YamlMap> maps(const std::string& key);
+  YamlMap map(const std::string& key, const std::string& expected);
 
   /// \throws std::runtime_error naming the first key that was never asked for
-  void finish() const {
-    for (const auto& entry : node_) {
-      const std::string& key = entry.first.Scalar();
-      if (asked_.count(key) == 0) fail(entry.first, "unknown key '" + key + "', expected one of " + known());
-    }
-  }
+  void finish() const;
 
   [[noreturn]] void fail(const std::string& what) const { fail(node_, what); }
-  [[noreturn]] void fail(const YAML::Node& where, const std::string& what) const {
-    throw std::runtime_error(file_ + ":" + std::to_string(where.Mark().line + 1) + ": " + what);
-  }
+  /// \throws std::runtime_error with the line of a key of the map
+  [[noreturn]] void failAt(const std::string& key, const std::string& what) const;
 
  private:
+  struct Entry {
+    YAML::Node key, value;
+  };
+
+  [[noreturn]] void fail(const YAML::Node& where, const std::string& what) const;
+  [[noreturn]] void failIn(const std::string& key, const YAML::Node& value,
+                           const std::string& expected) const;
+  const Entry* find(const std::string& key) const;
+  void collect(const YAML::Node& map);
+  void merge(const YAML::Node& key, const YAML::Node& value);
+  void require(const std::string& key, const std::string& expected);
+  std::string known() const;
+
   template <typename T>
-  T convert(const std::string& key, const std::string& expected) {
-    const T value = as<T>(key, expected);
-    if (!finite(value)) fail(node_[key], "'" + key + "' is not finite, expected " + expected);
+  T convert(const std::string& key, const std::string& expected) const {
+    const YAML::Node value = find(key)->value;
+    if constexpr (std::is_same_v<T, std::string>)
+      return text(key, value, expected);
+    else if constexpr (std::is_same_v<T, std::vector<double>>)
+      return list(key, value, expected);
+    else
+      return asNumber<T>(key, value, expected);
+  }
+  template <typename T>
+  T asNumber(const std::string& key, const YAML::Node& value, const std::string& expected) const {
+    static_assert(std::is_arithmetic_v<T> && !std::is_same_v<T, bool>);
+    const double number = this->number(key, value, expected);
+    if constexpr (std::is_integral_v<T>) {
+      // Whole numbers that a double holds exactly: more is not counted by any key.
+      constexpr double most = 9007199254740992.0;  // 2^53
+      const double low = std::max<double>(-most, static_cast<double>(std::numeric_limits<T>::lowest()));
+      const double high = std::min<double>(most, static_cast<double>(std::numeric_limits<T>::max()));
+      if (!(std::trunc(number) == number && number >= low && number <= high))
+        failAt(key, "'" + key + "' is no whole number in its range, expected " + expected);
+    }
+    return static_cast<T>(number);
+  }
+  template <typename T>
+  const T& finite(const std::string& key, const T& value, const std::string& expected) const {
+    if (!isFinite(value)) failAt(key, "'" + key + "' is not finite, expected " + expected);
     return value;
   }
   template <typename T>
-  static bool finite(const T&) {
+  static bool isFinite(const T&) {
     return true;
   }
-  static bool finite(double value) { return std::isfinite(value); }
-  static bool finite(const std::vector<double>& values) {
+  static bool isFinite(double value) { return std::isfinite(value); }
+  static bool isFinite(const std::vector<double>& values) {
     return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
   }
-  template <typename T>
-  T as(const std::string& key, const std::string& expected) {
-    asked_.insert(key);
-    try {
-      return node_[key].as<T>();
-    } catch (const YAML::Exception&) {
-      fail(node_[key], "'" + key + "' cannot be read, expected " + expected);
-    }
-  }
-  std::string known() const {
-    std::string list;
-    for (const std::string& key : asked_) list += (list.empty() ? "" : ", ") + key;
-    return list;
-  }
+  double number(const std::string& key, const YAML::Node& value, const std::string& expected,
+                bool angle = false) const;
+  std::string text(const std::string& key, const YAML::Node& value, const std::string& expected) const;
+  std::vector<double> list(const std::string& key, const YAML::Node& value,
+                           const std::string& expected) const;
 
-  YAML::Node node_, child_;
+  YAML::Node node_;
+  std::vector<Entry> entries_;  // in their order, merged ones last
   std::string file_;
   std::set<std::string> asked_;
 };
 
-/// Reads a YAML file. \throws std::runtime_error with one line: file, line, what was expected
-inline YamlMap loadYaml(const std::string& file) {
-  try {
-    const YAML::Node root = YAML::LoadFile(file);
-    return YamlMap(root, file);
-  } catch (const YAML::BadFile&) {
-    throw std::runtime_error(file + ": cannot be opened, expected a readable YAML file");
-  } catch (const YAML::ParserException& e) {
-    throw std::runtime_error(file + ":" + std::to_string(e.mark.line + 1) + ": not YAML, " + e.msg);
-  }
-}
+/// Reads a YAML file of one document, in UTF-8, whose tags are known and whose aliases do not multiply.
+/// \throws std::runtime_error with one line: file, line, what was expected
+YamlMap loadYaml(const std::string& file);
 
 }  // namespace tactile_clay::scene

@@ -46,7 +46,7 @@ std::vector<HandSample> played(const hand::Score& score, double duration, double
 /// Of the tracker in the world.
 Eigen::Isometry3d trackerPose(const std::string& share) {
   scene::YamlMap rig = scene::loadYaml(share + "/config/rig.yaml");
-  const auto p = rig.numbers("tracker_pose", 6, "x y z (m) roll pitch yaw (rad)");
+  const auto p = rig.pose("tracker_pose");
   return Eigen::Translation3d(p[0], p[1], p[2]) * Eigen::AngleAxisd(p[5], Eigen::Vector3d::UnitZ()) *
          Eigen::AngleAxisd(p[4], Eigen::Vector3d::UnitY()) *
          Eigen::AngleAxisd(p[3], Eigen::Vector3d::UnitX());

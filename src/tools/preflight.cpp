@@ -24,6 +24,7 @@
 #include "nodes/share.h"
 #include "scene/scene.h"
 #include "scene/solids.h"
+#include "scene/yaml_reader.h"
 #include "ultrasound/array_layout.h"
 #include "ultrasound/modulation.h"
 #include "ultrasound/phase_solver.h"
@@ -108,9 +109,17 @@ std::string valueOf(const Arguments& arguments, const std::string& key, const st
   return found == arguments.end() ? fallback : found->second;
 }
 
+/// The nodes read it from the parameter server, where nobody tells its lines.
+void checkRig(const std::string& file) {
+  clay::scene::YamlMap rig = clay::scene::loadYaml(file);
+  rig.pose("tracker_pose"), rig.pose("array_pose");
+  rig.numbers("head_point", 3, "x y z in m");
+}
+
 std::string checkAll(const Arguments& arguments) {
   const std::string package = clay::nodes::packageFolder();
-  const clay::scene::Scene scene = clay::scene::loadScene(arguments.at("scene"), package);
+  const clay::scene::Scene scene =
+      clay::scene::loadScene(arguments.at("scene"), package, 0.0, clay::nodes::folderOfPackage);
   std::string urdf = clay::scene::readText(scene.urdf);
   try {
     clay::scene::Solids(urdf, scene.motions);
@@ -118,6 +127,7 @@ std::string checkAll(const Arguments& arguments) {
     throw std::runtime_error(scene.urdf + ": " + error.what());
   }
   clay::scene::loadQuality(arguments.at("quality"), package);
+  checkRig(package + "/config/rig.yaml");
   if (!arguments.at("solver").empty()) clay::clay::methodNamed(arguments.at("solver"));
   if (arguments.at("hand_model") != "kinematic" && arguments.at("hand_model") != "soft")
     throw std::runtime_error("unknown hand_model '" + arguments.at("hand_model") +

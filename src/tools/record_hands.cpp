@@ -35,6 +35,7 @@
 #include "nodes/share.h"
 #include "nodes/topics.h"
 #include "nodes/transforms.h"
+#include "scene/yaml_reader.h"
 #include "tools/tool_arguments.h"
 
 namespace {
@@ -54,7 +55,7 @@ Pose trackerPose(const std::string& given) {
   Pose pose;
   const std::string rig = nodes::packageFolder() + "/config/rig.yaml";
   if (given.empty()) {
-    pose.numbers = YAML::LoadFile(rig)["tracker_pose"].as<std::vector<double>>();
+    pose.numbers = tactile_clay::scene::loadYaml(rig).pose("tracker_pose");
   } else {
     std::istringstream stream(given);
     double number = 0.0;

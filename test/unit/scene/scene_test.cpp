@@ -71,7 +71,8 @@ TEST(Scene, SaysWhatIsKnownWhenASceneIsNot) {
 TEST(Scene, ComplaintsNameFileLineAndExpectation) {
   EXPECT_EQ(complaint(good), "");
   EXPECT_NE(complaint(good + "colour: red\n").find(".yaml:4: unknown key 'colour'"), std::string::npos);
-  EXPECT_NE(complaint("urdf: table.urdf\nbodies: 3\n").find("'bodies' expected a list"), std::string::npos);
+  EXPECT_NE(complaint("urdf: table.urdf\nbodies: 3\n").find(":2: 'bodies' expected a list"),
+            std::string::npos);
   EXPECT_NE(complaint("urdf: table.urdf\n").find("no clay"), std::string::npos);
   EXPECT_NE(complaint("urdf: [\n").find("not YAML"), std::string::npos);
   EXPECT_NE(complaint("urdf: moon.urdf\n").find("urdf 'moon.urdf' not found"), std::string::npos);
@@ -101,8 +102,8 @@ TEST(Scene, NumbersAreFiniteAndInTheirRange) {
       {body(box + ", velocity: [0, .inf, 0]"), ":3: 'velocity' is not finite"},
       {body(box + ", color: [.nan, 0, 0]"), ":3: 'color' is not finite"},
       {body(box + ", pose: [3, 0, 0, 0, 0, 0]"), ":3: body 'a' reaches out of the world"},
-      {body("size: [1e9, 1e9, 1e9]"), ":3: body 'a' has more than 10000000 particles"},
-      {"spacing: 1.0e-9\n" + good, ":4: body 'a' has more than 10000000 particles"},
+      {body("size: [1e9, 1e9, 1e9]"), ":3: body 'a' makes more than 10000000 particles"},
+      {"spacing: 1.0e-9\n" + good, ":4: body 'a' makes more than 10000000 particles"},
       {"spacing: 2\n" + good, "'spacing' is out of its range"},
       {"gravity: [0, 0, .nan]\n" + good, ":1: 'gravity' is not finite"},
       {"world: -1\n" + good, "'world' is out of its range"},

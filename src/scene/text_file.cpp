@@ -1,0 +1,82 @@
+#include "scene/text_file.h"
+
+#include <algorithm>
+#include <boost/locale/utf.hpp>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+namespace tactile_clay::scene {
+namespace {
+
+namespace fs = std::filesystem;
+using Utf8 = boost::locale::utf::utf_traits<char>;
+
+bool startsWith(const std::string& text, const std::string& start) {
+  return text.compare(0, start.size(), start) == 0;
+}
+
+/// Control characters have no place in a text, but for tabs and the ends of lines.
+bool isText(boost::locale::utf::code_point c) {
+  return boost::locale::utf::is_valid_codepoint(c) && (c >= 0x20 || c == '\t' || c == '\n' || c == '\r') &&
+         c != 0x7f;
+}
+
+}  // namespace
+
+std::string readBytes(const std::string& path, std::size_t most) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) throw std::runtime_error(path + ": not found, expected a readable file");
+  if (!fs::is_regular_file(status)) throw std::runtime_error(path + ": is no regular file, expected one");
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw std::runtime_error(path + ": cannot be opened, expected a readable file");
+  std::string bytes;
+  // Read in pieces: the size that a file system tells need not be true.
+  std::string piece(std::size_t{1} << 16, '\0');
+  while (bytes.size() <= most &&
+         (file.read(&piece[0], static_cast<std::streamsize>(piece.size())), file.gcount() > 0))
+    bytes.append(piece, 0, static_cast<std::size_t>(file.gcount()));
+  if (file.bad()) throw std::runtime_error(path + ": cannot be read, expected a readable file");
+  if (bytes.size() > most)
+    throw std::runtime_error(path + ": is too large, expected at most " + std::to_string(most >> 20) +
+                             " MiB");
+  return bytes;
+}
+
+void expectUtf8(std::string& text, const std::string& path) {
+  if (startsWith(text, "\xff\xfe") || startsWith(text, "\xfe\xff"))
+    throw std::runtime_error(path + ": is UTF-16, expected a text in UTF-8");
+  if (startsWith(text, "\xef\xbb\xbf")) text.erase(0, 3);
+  for (auto at = text.cbegin(); at != text.cend();) {
+    const auto from = at;
+    const auto c = Utf8::decode(at, text.cend());
+    if (isText(c)) continue;
+    const auto line = 1 + std::count(text.cbegin(), from, '\n');
+    const bool control = boost::locale::utf::is_valid_codepoint(c);
+    throw std::runtime_error(
+        path + ":" + std::to_string(line) +
+        (control ? ": a control character (byte " + std::to_string(c) + "), expected a text in UTF-8"
+                 : ": bytes that are no UTF-8, expected a text in UTF-8; is it Latin-1?"));
+  }
+}
+
+std::string readText(const std::string& path) {
+  std::string text = readBytes(path);
+  expectUtf8(text, path);
+  return text;
+}
+
+std::string oneLine(const std::string& text) {
+  std::string line;
+  for (const char c : text) {
+    const bool blank = std::isspace(static_cast<unsigned char>(c)) != 0;
+    if (!blank) line += c;
+    if (blank && !line.empty() && line.back() != ' ') line += ' ';
+  }
+  while (!line.empty() && line.back() == ' ') line.pop_back();
+  return line;
+}
+
+}  // namespace tactile_clay::scene
