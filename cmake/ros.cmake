@@ -1,6 +1,6 @@
 # The package as ROS sees it: messages, the catkin package, what is installed.
 set(TACTILE_CLAY_ROS_COMPONENTS
-  roscpp nodelet pluginlib rosbag_storage message_filters message_generation
+  roscpp nodelet pluginlib rosbag_storage message_generation
   std_msgs std_srvs geometry_msgs sensor_msgs visualization_msgs
   diagnostic_updater tf2 tf2_ros tf2_eigen urdf)
 find_package(catkin REQUIRED COMPONENTS ${TACTILE_CLAY_ROS_COMPONENTS})

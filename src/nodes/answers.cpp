@@ -7,23 +7,35 @@
 
 namespace tactile_clay::nodes {
 
-Answers::Answers(ros::NodeHandle nh) {
-  subscriber_ = nh.subscribe<ArrayState>(
-      topic::array_state, 0,
-      [this](const ArrayState::ConstPtr& state) {
+namespace {
+
+constexpr std::size_t kept = 64;       // answers: more than are on their way at once
+constexpr double latest_answer = 1.0;  // s; what is later answers nothing that was asked
+
+}  // namespace
+
+Answers::Answers(ros::NodeHandle nh, Inbox& inbox) {
+  subscriber_ =
+      inbox.subscribe<ArrayState>(nh, topic::array_state, 0, [this](const ArrayState::ConstPtr& state) {
         const std::lock_guard<std::mutex> lock(mutex_);
-        newest_ = std::max(newest_, state->header.stamp);
+        answered_.push_back(state->header.stamp);
+        if (answered_.size() > kept) answered_.pop_front();
         came_.notify_all();
-      },
-      ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
+      });
 }
 
 bool Answers::wait(ros::Time stamp, ros::WallDuration patience, const std::function<bool()>& give_up) {
   const ros::WallTime deadline = ros::WallTime::now() + patience;
+  const auto answers = [stamp](const ros::Time& answer) {
+    const double after = secondsBetween(stamp, answer);
+    return after >= 0.0 && after <= latest_answer;
+  };
   std::unique_lock<std::mutex> lock(mutex_);
-  while (newest_ < stamp && ros::WallTime::now() < deadline && !give_up())
+  while (true) {
+    if (std::any_of(answered_.begin(), answered_.end(), answers)) return true;
+    if (ros::WallTime::now() >= deadline || give_up()) return false;
     came_.wait_for(lock, std::chrono::milliseconds(50));
-  return newest_ >= stamp;
+  }
 }
 
 }  // namespace tactile_clay::nodes

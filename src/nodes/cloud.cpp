@@ -15,11 +15,13 @@ constexpr std::uint8_t type_of = std::is_same_v<T, float> ? PointField::FLOAT32 
 }  // namespace
 
 std::size_t pointCount(const sensor_msgs::PointCloud2& cloud) {
-  const std::size_t points = std::size_t{cloud.width} * cloud.height;
-  if (cloud.is_bigendian || cloud.data.size() < points * cloud.point_step)
-    throw std::runtime_error("cloud of " + std::to_string(points) + " points of " +
-                             std::to_string(cloud.point_step) +
-                             " bytes: expected little-endian data of that size, got " +
+  const std::size_t points = std::size_t{cloud.width} * cloud.height, step = cloud.point_step;
+  const bool gaps = cloud.height > 1 && cloud.row_step != step * cloud.width;
+  // By division: a product of three numbers of 32 bits wraps around.
+  const bool fits = points == 0 || (step > 0 && cloud.data.size() / step >= points);
+  if (cloud.is_bigendian || gaps || !fits)
+    throw std::runtime_error("cloud of " + std::to_string(points) + " points of " + std::to_string(step) +
+                             " bytes: expected little-endian data of that size without gaps, got " +
                              std::to_string(cloud.data.size()) + " bytes");
   return points;
 }

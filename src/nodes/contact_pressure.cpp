@@ -9,22 +9,20 @@
 #include "nodes/topics.h"
 
 namespace tactile_clay::nodes {
-namespace {
-
-// Skins wait here for their contacts; live, those that the clay skipped are pushed out.
-constexpr int join_queue = 100;
-
-}  // namespace
 
 ContactPressure::ContactPressure(ros::NodeHandle nh, ros::NodeHandle private_nh)
-    : hints_(ros::TransportHints().tcpNoDelay()),
-      join_(join_queue),
+    : inbox_(private_nh),
       health_(nh, private_nh, "contact pressure", [this](auto& status) { diagnose(status); }) {
   const unsigned queue = param(private_nh, "lockstep", false) ? 0 : 10;
-  join_.connectInput(skin_, contacts_);
-  join_.registerCallback(&ContactPressure::receive, this);
-  skin_.subscribe(nh, topic::hands_skin, queue, hints_);
-  contacts_.subscribe(nh, topic::clay_contacts, queue, hints_);
+  const auto receive = [this](const std::optional<CloudJoin::Pair>& joined) {
+    if (joined) this->receive(joined->first, joined->second);
+  };
+  skin_ = inbox_.subscribe<Cloud>(nh, topic::hands_skin, queue, [this, receive](const Cloud::ConstPtr& skin) {
+    receive(join_.addSkin(skin));
+  });
+  contacts_ = inbox_.subscribe<Cloud>(
+      nh, topic::clay_contacts, queue,
+      [this, receive](const Cloud::ConstPtr& contacts) { receive(join_.addContacts(contacts)); });
   publisher_ = nh.advertise<Cloud>(topic::hands_pressure, queue);
 }
 
@@ -50,7 +48,7 @@ sensor_msgs::PointCloud2Ptr ContactPressure::pressure(const Cloud& skin, const C
   const auto forces = contactForces(contacts);
   std::vector<contact::PressureSample> samples;
   if (!forces.empty()) {
-    const auto array = transforms_.lookup(skin.header.frame_id, frame::array, ros::Time(0));
+    const auto array = transforms_.lookup(skin.header.frame_id, frame::array);
     if (!array) throw std::runtime_error("the pose of the array is not known");
     std::size_t dropped = 0;
     samples = contact::pressureField(pressureSkin(skin).view(), forces, array->translation().cast<float>(),
@@ -81,6 +79,7 @@ void ContactPressure::diagnose(diagnostic_updater::DiagnosticStatusWrapper& stat
   frames_ = bad_frames_ = 0;
   dropped_ = 0;
   highest_ = 0.0f;
+  inbox_.report(status);
 }
 
 }  // namespace tactile_clay::nodes

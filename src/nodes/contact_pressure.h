@@ -1,11 +1,11 @@
 #pragma once
 
-#include <message_filters/subscriber.h>
-#include <message_filters/time_synchronizer.h>
 #include <ros/ros.h>
 #include <sensor_msgs/PointCloud2.h>
 
+#include "nodes/cloud_join.h"
 #include "nodes/health.h"
+#include "nodes/inbox.h"
 #include "nodes/transforms.h"
 
 namespace tactile_clay::nodes {
@@ -28,10 +28,10 @@ class ContactPressure {
   unsigned frames_ = 0, bad_frames_ = 0;
   std::size_t samples_ = 0, dropped_ = 0;
   float highest_ = 0.0f;  // Pa
-  ros::TransportHints hints_;
+  CloudJoin join_;
 
-  message_filters::Subscriber<Cloud> skin_, contacts_;
-  message_filters::TimeSynchronizer<Cloud, Cloud> join_;
+  Inbox inbox_;
+  ros::Subscriber skin_, contacts_;
   ros::Publisher publisher_;
   Health health_;
 };

@@ -1,7 +1,6 @@
 #include "nodes/conversions.h"
 
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "nodes/cloud.h"
@@ -41,17 +40,6 @@ float packed(const Eigen::Vector3f& color) {
 }
 
 }  // namespace
-
-std::chrono::nanoseconds toCore(const ros::Time& time) {
-  return std::chrono::seconds(time.sec) + std::chrono::nanoseconds(time.nsec);
-}
-
-ros::Time toRos(std::chrono::nanoseconds time) {
-  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(time);
-  if (time.count() < 0 || seconds.count() > std::numeric_limits<std::uint32_t>::max())
-    throw std::runtime_error("stamp of " + std::to_string(seconds.count()) + " s: expected 0 to 2^32 - 1 s");
-  return {static_cast<std::uint32_t>(seconds.count()), static_cast<std::uint32_t>((time - seconds).count())};
-}
 
 TrackedHands toMessage(const hand::TrackedFrame& frame) {
   TrackedHands message;

@@ -11,6 +11,7 @@
 #include "contact/pressure_field.h"
 #include "hand/skin.h"
 #include "hand/tracked_hand.h"
+#include "nodes/stamps.h"
 #include "scene/scene.h"
 #include "ultrasound/focal_point.h"
 #include "ultrasound/focal_points.h"
@@ -20,10 +21,6 @@ namespace tactile_clay::nodes {
 /// Every conversion between ROS messages and the core, with the fields and units of the messages and topics.
 /// What reads a message throws std::runtime_error, naming the field, where the message is not what it should
 /// be.
-
-std::chrono::nanoseconds toCore(const ros::Time& time);
-/// \throws std::runtime_error for a stamp that ROS time (32 bit seconds) cannot hold
-ros::Time toRos(std::chrono::nanoseconds time);
 
 TrackedHands toMessage(const hand::TrackedFrame& frame);
 hand::TrackedFrame toCore(const TrackedHands& message);

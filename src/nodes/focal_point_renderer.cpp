@@ -47,12 +47,13 @@ FocalPointRenderer::FocalPointRenderer(ros::NodeHandle nh, ros::NodeHandle priva
     : renderer_(config(private_nh)),
       modulation_frequency_(
           static_cast<float>(paramIn(private_nh, "modulation_frequency", 0.0, 0.0, 1000.0))),
+      inbox_(private_nh),
       health_(nh, private_nh, "focal points", [this](auto& status) { diagnose(status); }) {
   const ArrayModel array(private_nh);
   renderer_.setArray(ultrasound::ArrayReach(array.layout, array.acoustics));
   const unsigned queue = param(private_nh, "lockstep", false) ? 0 : 1;
-  subscriber_ = nh.subscribe(topic::hands_pressure, queue, &FocalPointRenderer::receive, this,
-                             ros::TransportHints().tcpNoDelay());
+  subscriber_ = inbox_.subscribe<sensor_msgs::PointCloud2>(
+      nh, topic::hands_pressure, queue, [this](const auto& pressure) { receive(pressure); });
   publisher_ = nh.advertise<FocalPointArray>(topic::focal_points, queue);
   report_publisher_ = nh.advertise<RenderingReport>(topic::rendering, queue);
 }
@@ -114,6 +115,7 @@ void FocalPointRenderer::diagnose(diagnostic_updater::DiagnosticStatusWrapper& s
   status.add("points raised above side lobes", raised_);
   status.add("error of the pressure field", error_);
   status.add("error, weighted", weighted_error_);
+  inbox_.report(status);
   frames_ = bad_frames_ = 0;
   compressed_ = saturated_ = merged_ = raised_ = ignored_ = 0;
 }

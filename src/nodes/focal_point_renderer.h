@@ -4,6 +4,7 @@
 #include <sensor_msgs/PointCloud2.h>
 
 #include "nodes/health.h"
+#include "nodes/inbox.h"
 #include "ultrasound/focal_points.h"
 
 namespace tactile_clay::nodes {
@@ -27,6 +28,7 @@ class FocalPointRenderer {
   std::size_t points_ = 0, compressed_ = 0, saturated_ = 0, merged_ = 0, raised_ = 0, ignored_ = 0;
   double error_ = 0.0, weighted_error_ = 0.0;
 
+  Inbox inbox_;
   ros::Subscriber subscriber_;
   ros::Publisher publisher_, report_publisher_;
   Health health_;

@@ -47,6 +47,7 @@ GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std
     : device_(device),
       gate_(gateConfig(private_nh, watch_in_lockstep)),
       output_(std::move(output)),
+      inbox_(private_nh),
       health_(nh, private_nh, "array", [this](auto& status) { diagnose(status); }) {
   const auto coming = ultrasound::modulation(param<std::string>(private_nh, "modulation", "am"));
   const std::string objection = cannotPlay(static_cast<unsigned>(coming));
@@ -63,10 +64,11 @@ GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std
   stop_server_ = private_nh.advertiseService("stop", &GatedArray::stop, this);
   reset_server_ = private_nh.advertiseService("reset", &GatedArray::reset, this);
   gate_.start();
-  subscriber_ = nh.subscribe(topic::focal_points, queue, &GatedArray::receive, this,
-                             ros::TransportHints().tcpNoDelay());
-  hands_subscriber_ = nh.subscribe(topic::hands_tracked, queue, &GatedArray::seeHands, this,
-                                   ros::TransportHints().tcpNoDelay());
+  subscriber_ = inbox_.subscribe<FocalPointArray>(
+      nh, topic::focal_points, queue, [this](const auto& message) { receive(message); },
+      [this](const std::string& reason) { refuse(reason); });
+  hands_subscriber_ = inbox_.subscribe<TrackedHands>(nh, topic::hands_tracked, queue,
+                                                     [this](const auto& hands) { seeHands(hands); });
   state_ = nh.advertise<ArrayState>(topic::array_state, lockstep_ ? 0 : 10);
   timer_ = nh.createWallTimer(watch_period, [this](const ros::WallTimerEvent&) { watch(); });
 }
@@ -91,7 +93,7 @@ device::Occasion GatedArray::occasion(ros::Time stamp) {
   if (lockstep_) {
     // Repeats itself: the clock is that of the stamps, and the hands count once they are no older than the
     // points.
-    occasion.since_last = (stamp - in_force_.stamp).toSec();
+    occasion.since_last = secondsBetween(in_force_.stamp, stamp);
     occasion.hands_tracked = hands_tracked_ || !hands_came_ || hands_stamp_ < stamp;
   } else {
     occasion.since_last = (now - last_came_).toSec();
@@ -139,7 +141,7 @@ void GatedArray::receive(const FocalPointArray::ConstPtr& message) {
   device::Emission emission;
   emission.points = toCore(message->points);
   emission.modulation_frequency = message->modulation_frequency;
-  latency_ = check_stamps_ ? (ros::Time::now() - message->header.stamp).toSec() : 0.0;
+  latency_ = check_stamps_ ? secondsBetween(message->header.stamp, ros::Time::now()) : 0.0;
   latencies_.push_back(latency_);
   const device::Occasion occasion = this->occasion(message->header.stamp);
   in_force_ = message->header;
@@ -165,6 +167,13 @@ void GatedArray::receive(const FocalPointArray::ConstPtr& message) {
     ++(in_time || gate_.stopped() ? rejected_ : late_);
     close(verdict.reason);
   }
+  publishState(in_force_.stamp);
+}
+
+// Focal points that are none leave nothing sounding that was there before.
+void GatedArray::refuse(const std::string& reason) {
+  ++rejected_;
+  close(reason);
   publishState(in_force_.stamp);
 }
 
@@ -262,6 +271,7 @@ void GatedArray::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
           std::string("latency, ms, ") + name,
           1e3 * latencies_[static_cast<std::size_t>(share * static_cast<double>(latencies_.size() - 1))]);
   latencies_.clear();
+  inbox_.report(status);
   frames_ = 0;
 }
 

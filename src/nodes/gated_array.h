@@ -12,6 +12,7 @@
 
 #include "device/safety_gate.h"
 #include "nodes/health.h"
+#include "nodes/inbox.h"
 #include "nodes/transforms.h"
 
 namespace tactile_clay::nodes {
@@ -46,6 +47,7 @@ class GatedArray {
 
  private:
   void receive(const FocalPointArray::ConstPtr& message);
+  void refuse(const std::string& reason);
   void seeHands(const TrackedHands::ConstPtr& hands);
   device::Occasion occasion(ros::Time stamp);
   /// Empty, or why the array cannot play it.
@@ -78,6 +80,7 @@ class GatedArray {
   std::string lowered_;            // why the last emission was made weaker
   std::vector<double> latencies_;  // s, since the last diagnostics
 
+  Inbox inbox_;
   ros::Subscriber subscriber_, hands_subscriber_;
   ros::Publisher state_;
   ros::ServiceServer stop_server_, reset_server_;

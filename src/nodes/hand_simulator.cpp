@@ -28,6 +28,7 @@ double processorTime() {
 HandSimulator::HandSimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : world_(param<std::string>(private_nh, "world_frame", frame::world)),
       lockstep_(param(private_nh, "lockstep", false)),
+      inbox_(private_nh),
       health_(nh, private_nh, "hand skin", [this](auto& status) { diagnose(status); }) {
   const double spacing = paramIn(private_nh, "spacing", 0.005, 0.001, 0.02);
   const auto model = param<std::string>(private_nh, "hand_model", "kinematic");
@@ -39,9 +40,11 @@ HandSimulator::HandSimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
     throw std::runtime_error("parameter " + private_nh.resolveName("hand_model") +
                              ": expected kinematic or soft, got '" + model + "'");
   const unsigned queue = lockstep_ ? 0 : 1;
-  const auto no_delay = ros::TransportHints().tcpNoDelay();
-  if (soft_) contacts_ = nh.subscribe(topic::clay_contacts, queue, &HandSimulator::react, this, no_delay);
-  subscriber_ = nh.subscribe(topic::hands_tracked, queue, &HandSimulator::receive, this, no_delay);
+  if (soft_)
+    contacts_ = inbox_.subscribe<sensor_msgs::PointCloud2>(nh, topic::clay_contacts, queue,
+                                                           [this](const auto& contacts) { react(contacts); });
+  subscriber_ = inbox_.subscribe<TrackedHands>(nh, topic::hands_tracked, queue,
+                                               [this](const auto& message) { receive(message); });
   publisher_ = nh.advertise<sensor_msgs::PointCloud2>(topic::hands_skin, queue);
   if (soft_) bones_ = nh.advertise<visualization_msgs::MarkerArray>(topic::hands_bones, queue);
 }
@@ -95,7 +98,7 @@ void HandSimulator::simulate(const TrackedHands& message) {
     const hand::JointPose& palm = hand.joints[hand::palm];
     const Eigen::Isometry3d pose = Eigen::Translation3d(palm.position) * palm.orientation.normalized();
     const char* name = hand.side == hand::Side::left ? frame::hand_left : frame::hand_right;
-    broadcaster_.sendTransform(transformMessage(world_, name, pose, header.stamp));
+    broadcaster_.send(transformMessage(world_, name, pose, header.stamp));
   }
   showBones(frame, header);
   ++frames_;
@@ -146,6 +149,7 @@ void HandSimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
       status.add(name + "restarts", soft->restarts());
     }
   }
+  inbox_.report(status);
   frames_ = bad_hands_ = 0;
   bad_forces_ = 0;
   time_ = longest_ = processor_time_ = 0.0;

@@ -3,7 +3,6 @@
 #include <ros/ros.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <tactile_clay/TrackedHands.h>
-#include <tf2_ros/transform_broadcaster.h>
 
 #include <deque>
 #include <memory>
@@ -13,6 +12,7 @@
 #include "hand/kinematic_hand.h"
 #include "hand/soft_hand.h"
 #include "nodes/health.h"
+#include "nodes/inbox.h"
 #include "nodes/transforms.h"
 
 namespace tactile_clay::nodes {
@@ -46,11 +46,12 @@ class HandSimulator {
   std::deque<TrackedHands::ConstPtr> waiting_;
   std::optional<ros::Time> awaited_;  // soft and lockstep: stamp of the skin that the clay has yet to answer
   Transforms transforms_;
-  tf2_ros::TransformBroadcaster broadcaster_;
+  MovingTransforms broadcaster_;
   unsigned frames_ = 0, bad_hands_ = 0;
   std::size_t samples_ = 0, bad_forces_ = 0;
   double time_ = 0.0, longest_ = 0.0, processor_time_ = 0.0;  // s, for the skin, since the last report
 
+  Inbox inbox_;
   ros::Subscriber subscriber_, contacts_;
   ros::Publisher publisher_, bones_;
   Health health_;

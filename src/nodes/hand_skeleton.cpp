@@ -34,14 +34,15 @@ std::string description(hand::Side side) {
 HandSkeleton::HandSkeleton(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : nh_(nh),
       world_(param<std::string>(private_nh, "world_frame", frame::world)),
+      inbox_(private_nh),
       health_(nh, private_nh, "hand skeleton", [this](auto& status) { diagnose(status); }) {
   const unsigned queue = param(private_nh, "lockstep", false) ? 0 : 1;
   forgetModels();  // those of an earlier run
   for (const hand::Side side : {hand::Side::left, hand::Side::right})
     sides_[static_cast<int>(side)].publisher = nh.advertise<sensor_msgs::JointState>(
         side == hand::Side::left ? topic::joint_states_left : topic::joint_states_right, queue);
-  subscriber_ = nh.subscribe(topic::hands_tracked, queue, &HandSkeleton::receive, this,
-                             ros::TransportHints().tcpNoDelay());
+  subscriber_ = inbox_.subscribe<TrackedHands>(nh, topic::hands_tracked, queue,
+                                               [this](const auto& message) { receive(*message); });
 }
 
 HandSkeleton::~HandSkeleton() {
@@ -104,7 +105,7 @@ void HandSkeleton::measure(State& state, const hand::TrackedHand& tracked) {
 
 void HandSkeleton::sendWrist(hand::Side side, const std::string& parent, const Eigen::Isometry3d& pose,
                              const ros::Time& stamp) {
-  broadcaster_.sendTransform(transformMessage(parent, "hand_" + name(side) + "_wrist", pose, stamp));
+  broadcaster_.send(transformMessage(parent, "hand_" + name(side) + "_wrist", pose, stamp));
 }
 
 void HandSkeleton::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
@@ -123,6 +124,7 @@ void HandSkeleton::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status)
     state.error_sum = 0.0;
     state.frames = 0;
   }
+  inbox_.report(status);
 }
 
 }  // namespace tactile_clay::nodes

@@ -2,7 +2,6 @@
 
 #include <ros/ros.h>
 #include <tactile_clay/TrackedHands.h>
-#include <tf2_ros/transform_broadcaster.h>
 
 #include <array>
 #include <optional>
@@ -10,6 +9,7 @@
 
 #include "hand/skeleton.h"
 #include "nodes/health.h"
+#include "nodes/inbox.h"
 #include "nodes/transforms.h"
 
 namespace tactile_clay::nodes {
@@ -49,7 +49,8 @@ class HandSkeleton {
   std::string world_;
   std::array<State, 2> sides_;
   Transforms transforms_;
-  tf2_ros::TransformBroadcaster broadcaster_;
+  MovingTransforms broadcaster_;
+  Inbox inbox_;
   ros::Subscriber subscriber_;
   Health health_;
 };

@@ -54,7 +54,8 @@ HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
       duration_(paramIn(private_nh, "duration", 0.0, 0.0, 1e9)),
       lockstep_(param(private_nh, "lockstep", false)),
       source_("tactile_clay::hand::HandSource", "source of hands", source_name_),
-      answers_(nh),
+      inbox_(private_nh),
+      answers_(nh, inbox_),
       health_(nh, private_nh, "tracked hands", [this](auto& status) { diagnose(status); }) {
   static_transforms_->send(transformMessage(
       world_, frame::tracker, poseParam(private_nh, "tracker_pose", "0 0 0 0 0 0"), ros::Time::now()));
@@ -250,7 +251,7 @@ void HandTracking::release(const hand::TrackedFrame& frame) {
   ++frames_;
   {
     const std::lock_guard<std::mutex> lock(report_mutex_);
-    const double age = lockstep_ ? 0.0 : (ros::Time::now() - stamp).toSec();
+    const double age = lockstep_ ? 0.0 : secondsBetween(stamp, ros::Time::now());
     ++report_.frames;
     report_.age_sum += age;
     report_.age_max = std::max(report_.age_max, age);
@@ -297,6 +298,7 @@ void HandTracking::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status)
   status.add("stamps repaired", repaired_stamps_.load());
   status.add("restarts of the device clock", clock_restarts_.load());
   status.add("faults of the source", faults_.load());
+  inbox_.report(status);
 }
 
 }  // namespace tactile_clay::nodes

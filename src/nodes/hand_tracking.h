@@ -16,6 +16,7 @@
 #include "nodes/answers.h"
 #include "nodes/graph_connections.h"
 #include "nodes/health.h"
+#include "nodes/inbox.h"
 #include "nodes/plugin.h"
 #include "nodes/recording_time.h"
 #include "nodes/transforms.h"
@@ -65,6 +66,7 @@ class HandTracking {
   Plugin<hand::HandSource> source_;
   Transforms transforms_;
   std::shared_ptr<StaticTransforms> static_transforms_ = StaticTransforms::shared();
+  Inbox inbox_;
   Answers answers_;
   ros::Publisher publisher_;
   Connections graph_;    // what must be connected before the first frame

@@ -22,7 +22,7 @@ std::size_t leaveOutBadHands(hand::TrackedFrame& frame) {
 
 void placeInWorld(hand::TrackedFrame& frame, const std::string& world, Transforms& transforms) {
   if (frame.frame_id != world && !frame.hands.empty()) {
-    const auto pose = transforms.lookup(world, frame.frame_id, ros::Time(0));
+    const auto pose = transforms.lookup(world, frame.frame_id);
     if (!pose) frame.hands.clear();
     for (hand::TrackedHand& hand : frame.hands)
       for (hand::JointPose& joint : hand.joints) {

@@ -1,21 +1,24 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
+
+#include "nodes/stamps.h"
 
 namespace tactile_clay::nodes {
 
-/// Makes the stamps of a source strictly increase. A stamp that is zero or not later than the one before (a
-/// tracker that was restarted, a recording that loops) goes on from the one before by the last good interval,
-/// and so do all after it.
+/// Makes the stamps of a source strictly increase, and stay where they can be reckoned with. A stamp that is
+/// zero, not later than the one before (a tracker that was restarted, a recording that loops), or an hour
+/// later than it, goes on from the one before by the last good interval, and so do all after it.
 class RecordingTime {
  public:
   std::chrono::nanoseconds operator()(std::chrono::nanoseconds stamp) {
+    // No sum below wraps around: both this and the shift are less than half of what 64 bits hold.
+    stamp = std::clamp<std::chrono::nanoseconds>(stamp, std::chrono::nanoseconds(0), stamp_end);
     if (!started_) {
       started_ = true;
-      if (stamp.count() <= 0) repair(stamp, interval_);
-    } else if (stamp + shift_ <= last_) {
-      repair(stamp, last_ + interval_);
-    } else if (stamp.count() <= 0) {
+      if (stamp.count() <= 0 || stamp > latest_start) repair(stamp, interval_);
+    } else if (stamp.count() <= 0 || stamp + shift_ <= last_ || stamp + shift_ - last_ > longest_pause) {
       repair(stamp, last_ + interval_);
     } else if (stamp + shift_ - last_ < longest_interval) {
       interval_ = stamp + shift_ - last_;
@@ -33,6 +36,9 @@ class RecordingTime {
   }
 
   static constexpr std::chrono::nanoseconds longest_interval = std::chrono::milliseconds(100);
+  static constexpr std::chrono::nanoseconds longest_pause = std::chrono::hours(1);
+  // Leaves a recording a year until the end of stamps.
+  static constexpr std::chrono::nanoseconds latest_start = stamp_end - std::chrono::hours(24 * 365);
   bool started_ = false;
   unsigned repaired_ = 0;
   std::chrono::nanoseconds shift_{0}, last_{0}, interval_{1'000'000'000 / 60};

@@ -81,13 +81,12 @@ void SimulatedArray::startWire(ros::NodeHandle nh, ros::NodeHandle private_nh) {
   model_.layout = boards(count, poseParam(private_nh, "wire_second_board", "0.168 0 0 0 0 0"));
   field_ = std::make_unique<SoundField>(nh, private_nh, model_);
   wire_.state = nh.advertise<ArrayState>(topic::wire_state, 10);
-  wire_.focal_points = nh.subscribe<FocalPointArray>(
-      topic::focal_points, 1,
-      [this](const FocalPointArray::ConstPtr& message) {
+  wire_.inbox = std::make_unique<Inbox>(private_nh);
+  wire_.focal_points = wire_.inbox->subscribe<FocalPointArray>(
+      nh, topic::focal_points, 1, [this](const FocalPointArray::ConstPtr& message) {
         // Those of a frame without points are what a pattern that is still on its way was made for.
         if (!message->points.empty()) wire_.commanded = message;
-      },
-      ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
+      });
   wire_.terminal = std::make_unique<device::SonicSurfaceTerminal>(param<std::string>(private_nh, "wire", ""),
                                                                   count, firmware == "tactile");
   wire_.timer = nh.createWallTimer(wire_period, [this](const ros::WallTimerEvent&) { listen(); });

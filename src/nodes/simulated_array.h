@@ -9,6 +9,7 @@
 #include "device/sonic_surface_terminal.h"
 #include "nodes/array_model.h"
 #include "nodes/gated_array.h"
+#include "nodes/inbox.h"
 #include "nodes/sound_field.h"
 
 namespace tactile_clay::nodes {
@@ -35,6 +36,7 @@ class SimulatedArray {
     std::size_t swaps = 0;                // told so far
     bool sounds = false;
     ros::Publisher state;
+    std::unique_ptr<Inbox> inbox;
     ros::Subscriber focal_points;
     ros::WallTimer timer;
   };

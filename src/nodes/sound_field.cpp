@@ -59,6 +59,7 @@ SoundField::SoundField(ros::NodeHandle nh, ros::NodeHandle private_nh, const Arr
       slice_step_(paramIn(private_nh, "slice_step", 0.004, 0.0005, 0.1)),
       skin_field_(param(private_nh, "skin_field", true)),
       slice_field_(param(private_nh, "slice_field", true)),
+      inbox_(private_nh),
       nh_(nh) {
   const unsigned queue = param(private_nh, "lockstep", false) ? 0 : 1;
   drive_ = nh.advertise<ArrayDrive>(topic::array_drive, queue);
@@ -167,13 +168,16 @@ std::vector<Eigen::Vector3f> SoundField::slice(const Sound& sound) const {
 
 std::vector<Eigen::Vector3f> SoundField::facingSkin() {
   if (!skin_subscriber_)
-    skin_subscriber_ = nh_.subscribe<sensor_msgs::PointCloud2>(
-        topic::hands_skin, 1, [this](const sensor_msgs::PointCloud2::ConstPtr& skin) { skin_ = skin; });
+    skin_subscriber_ = inbox_.subscribe<sensor_msgs::PointCloud2>(
+        nh_, topic::hands_skin, 1, [this](const sensor_msgs::PointCloud2::ConstPtr& skin) {
+          skin_ = pressureSkin(*skin);
+          skin_frame_ = skin->header.frame_id;
+        });
   std::vector<Eigen::Vector3f> points;
-  if (!skin_ || pointCount(*skin_) == 0) return points;
-  const auto pose = transforms_.lookup(frame::array, skin_->header.frame_id, ros::Time(0));
+  if (skin_.position.empty()) return points;
+  const auto pose = transforms_.lookup(frame::array, skin_frame_);
   if (!pose) return points;
-  const PressureSkin skin = pressureSkin(*skin_);
+  const PressureSkin& skin = skin_;
   const Eigen::Isometry3f to_array = pose->cast<float>();
   for (std::size_t i = 0; i < skin.position.size(); ++i) {
     const Eigen::Vector3f position = to_array * skin.position[i];
@@ -185,7 +189,7 @@ std::vector<Eigen::Vector3f> SoundField::facingSkin() {
 void SoundField::publishField(const Sound& sound, const std_msgs::Header& header) {
   if (field_.getNumSubscribers() == 0) {
     skin_subscriber_.shutdown();
-    skin_.reset();
+    skin_ = {};
     return;
   }
   std::vector<Eigen::Vector3f> points;

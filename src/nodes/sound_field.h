@@ -3,9 +3,12 @@
 #include <ros/ros.h>
 #include <sensor_msgs/PointCloud2.h>
 
+#include <string>
 #include <vector>
 
 #include "nodes/array_model.h"
+#include "nodes/conversions.h"
+#include "nodes/inbox.h"
 #include "nodes/transforms.h"
 #include "ultrasound/modulation.h"
 
@@ -51,7 +54,9 @@ class SoundField {
   double slice_size_, slice_step_;
   bool skin_field_, slice_field_;
   Transforms transforms_;
-  sensor_msgs::PointCloud2::ConstPtr skin_;
+  Inbox inbox_;
+  PressureSkin skin_;  // the newest
+  std::string skin_frame_;
 
   ros::NodeHandle nh_;
   ros::Subscriber skin_subscriber_;

@@ -2,28 +2,116 @@
 
 #include <tf2_eigen/tf2_eigen.h>
 
+#include <cmath>
+
 #include "nodes/exit_code.h"
+#include "nodes/inbox.h"
+#include "nodes/stamps.h"
 
 namespace tactile_clay::nodes {
+namespace {
+
+constexpr std::size_t most_frames = 1000;      // of a graph, all kept
+constexpr std::size_t most_transforms = 1000;  // of a message
+constexpr double farthest = 1e6;               // m
+constexpr double unit_tolerance = 1e-6;        // of a squared norm, tf2's own
+
+std::string withoutSlash(const std::string& frame) {
+  return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
+}
+
+}  // namespace
+
+std::string faultOf(const geometry_msgs::TransformStamped& transform) {
+  const std::string parent = withoutSlash(transform.header.frame_id);
+  const std::string child = withoutSlash(transform.child_frame_id);
+  const auto& p = transform.transform.translation;
+  const auto& q = transform.transform.rotation;
+  std::string fault = faultOfHeader(nullptr, &parent);
+  if (fault.empty()) fault = faultOfHeader(nullptr, &child);
+  if (!fault.empty()) return fault;
+  if (parent.empty() || child.empty() || parent == child)
+    return "transform from '" + parent + "' to '" + child + "', expected the names of two frames";
+  // Written so that what is not a number fails.
+  if (!(std::abs(p.x) < farthest && std::abs(p.y) < farthest && std::abs(p.z) < farthest))
+    return "frame '" + child + "' at no finite place, expected numbers of metres";
+  if (!(std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) <= unit_tolerance))
+    return "frame '" + child + "' with an orientation that is none, expected a unit quaternion";
+  return "";
+}
+
+Transforms::Transforms() {
+  ros::NodeHandle nh;
+  nh.setCallbackQueue(&queue_);
+  const auto listen = [&](const char* topic, bool fixed) {
+    return subscribe<tf2_msgs::TFMessage>(
+        nh, topic, 100,
+        [this, fixed](const tf2_msgs::TFMessage::ConstPtr& message) { receive(*message, fixed); },
+        [this, topic](const std::string& reason) { refuse(topic, reason); });
+  };
+  moving_ = listen("/tf", false);
+  fixed_ = listen("/tf_static", true);
+  spinner_ = std::make_unique<ros::AsyncSpinner>(1, &queue_);
+  spinner_->start();
+}
+
+Transforms::~Transforms() {
+  spinner_->stop();
+}
+
+void Transforms::receive(const tf2_msgs::TFMessage& message, bool fixed) {
+  if (message.transforms.size() > most_transforms)
+    throw std::runtime_error(std::to_string(message.transforms.size()) + " transforms, expected at most " +
+                             std::to_string(most_transforms));
+  for (const geometry_msgs::TransformStamped& transform : message.transforms) take(transform, fixed);
+}
+
+void Transforms::take(const geometry_msgs::TransformStamped& transform, bool fixed) {
+  const char* topic = fixed ? "/tf_static" : "/tf";
+  const std::string fault = faultOf(transform), child = withoutSlash(transform.child_frame_id);
+  if (!fault.empty()) return refuse(topic, fault);
+  const auto known = frames_.find(child);
+  if (known == frames_.end() && frames_.size() >= most_frames)
+    return refuse(topic,
+                  "frame '" + child + "', expected at most " + std::to_string(most_frames) + " frames");
+  if (known != frames_.end() && known->second && !fixed)
+    return refuse(topic, "frame '" + child + "' moves, expected it to stay where /tf_static says");
+  frames_[child] = fixed;
+  buffer_.setTransform(transform, "tf", true);
+}
+
+void Transforms::refuse(const std::string& topic, const std::string& reason) {
+  if (const auto more = lines_.pass())
+    ROS_WARN("transform on %s left out%s: %s", topic.c_str(), andMore(*more).c_str(),
+             oneLine(reason).c_str());
+}
 
 std::optional<Eigen::Isometry3d> Transforms::lookup(const std::string& target, const std::string& source,
-                                                    ros::Time stamp, ros::WallDuration patience) {
+                                                    ros::WallDuration patience) {
   if (target == source) return Eigen::Isometry3d::Identity();
   const ros::WallTime deadline = ros::WallTime::now() + patience;
   // Waits by the wall clock: with use_sim_time, ROS time may stand still.
-  while (patient_ && ros::ok() && !buffer_.canTransform(target, source, stamp) &&
+  while (patient_ && ros::ok() && !buffer_.canTransform(target, source, ros::Time(0)) &&
          ros::WallTime::now() < deadline)
     ros::WallDuration(0.005).sleep();
   try {
-    const auto pose = tf2::transformToEigen(buffer_.lookupTransform(target, source, stamp));
+    const auto pose = tf2::transformToEigen(buffer_.lookupTransform(target, source, ros::Time(0)));
     patient_ = true;
     return Eigen::Isometry3d(pose.matrix());
-  } catch (const tf2::TransformException& error) {
+  } catch (const std::exception& error) {
     patient_ = false;
-    ROS_ERROR_THROTTLE(5.0, "no transform from frame '%s' to '%s': %s", source.c_str(), target.c_str(),
-                       error.what());
+    ROS_ERROR_THROTTLE(5.0, "no transform from frame '%s' to '%s': %s", oneLine(source).c_str(),
+                       oneLine(target).c_str(), oneLine(error.what()).c_str());
     return std::nullopt;
   }
+}
+
+void MovingTransforms::send(const geometry_msgs::TransformStamped& transform) {
+  if (!nodes::faultOf(transform).empty() || !nodes::faultOf(transform.header.stamp).empty()) return;
+  ros::Time& newest = sent_[transform.child_frame_id];
+  if (!(newest < transform.header.stamp)) return;
+  newest = transform.header.stamp;
+  broadcaster_.sendTransform(transform);
 }
 
 std::shared_ptr<StaticTransforms> StaticTransforms::shared() {

@@ -1,34 +1,67 @@
 #pragma once
 
 #include <geometry_msgs/TransformStamped.h>
+#include <ros/callback_queue.h>
 #include <ros/ros.h>
-#include <tf2_ros/buffer.h>
+#include <ros/spinner.h>
+#include <tf2/buffer_core.h>
+#include <tf2_msgs/TFMessage.h>
 #include <tf2_ros/static_transform_broadcaster.h>
-#include <tf2_ros/transform_listener.h>
+#include <tf2_ros/transform_broadcaster.h>
 
 #include <Eigen/Geometry>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 
+#include "nodes/throttle.h"
+
 namespace tactile_clay::nodes {
 
-/// Poses of frames by tf2.
+/// Empty, or what is wrong with a transform that somebody sent, and what was expected.
+std::string faultOf(const geometry_msgs::TransformStamped& transform);
+
+/// Newest poses of frames, from `/tf` and `/tf_static`.
+///
+/// tf2's own listener ends its process on some stamps and prints a line for each transform that goes back or
+/// repeats itself. Only the newest pose of a frame is ever asked for here, so transforms are kept without
+/// their stamps: the last to arrive counts. What `/tf_static` placed is moved by `/tf_static` alone.
 class Transforms {
  public:
-  Transforms() : listener_(buffer_, true) {}
+  Transforms();
+  ~Transforms();
 
-  /// Pose of `source` in `target` at `stamp`. Waits for it at most `patience` of wall time; an unknown pair
-  /// of frames is waited for only once. \return nothing, after one throttled line, where tf does not know it
+  /// Pose of `source` in `target`. Waits for it at most `patience` of wall time; an unknown pair of frames is
+  /// waited for only once. \return nothing, after one throttled line, where tf does not know it
   std::optional<Eigen::Isometry3d> lookup(const std::string& target, const std::string& source,
-                                          ros::Time stamp,
                                           ros::WallDuration patience = ros::WallDuration(5.0));
 
  private:
-  tf2_ros::Buffer buffer_;
-  tf2_ros::TransformListener listener_;
+  void receive(const tf2_msgs::TFMessage& message, bool fixed);
+  void take(const geometry_msgs::TransformStamped& transform, bool fixed);
+  void refuse(const std::string& topic, const std::string& reason);
+
+  tf2::BufferCore buffer_;
+  std::map<std::string, bool> frames_;  // that were placed; whether by /tf_static
+  Throttle lines_;
   bool patient_ = true;
+
+  ros::CallbackQueue queue_;  // of a thread of its own, so that a callback can wait for a transform
+  ros::Subscriber moving_, fixed_;
+  std::unique_ptr<ros::AsyncSpinner> spinner_;
+};
+
+/// Moving transforms of a node. One whose stamp is not later than the one before of its frame is not sent: tf
+/// would not take it, and every listener would print a line.
+class MovingTransforms {
+ public:
+  void send(const geometry_msgs::TransformStamped& transform);
+
+ private:
+  tf2_ros::TransformBroadcaster broadcaster_;
+  std::map<std::string, ros::Time> sent_;  // newest stamp of each frame
 };
 
 /// Static transforms of this process. All its nodes share one latched publisher: with one each, a listener

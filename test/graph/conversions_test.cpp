@@ -69,11 +69,6 @@ TEST(Conversions, ASideThatIsNeitherIsNotTakenForOne) {
   EXPECT_NE(frame.hands[2].side, hand::Side::right);
 }
 
-TEST(Conversions, AStampThatRosCannotHoldIsRefused) {
-  EXPECT_THROW(toRos(std::chrono::nanoseconds(-1)), std::runtime_error);
-  EXPECT_THROW(toRos(std::chrono::seconds(5'000'000'000)), std::runtime_error);
-}
-
 TEST(Conversions, SkinKeepsItsSamplesAndFields) {
   const auto cloud = skinCloud(twoSamples(), header("world"));
   std::string fields;

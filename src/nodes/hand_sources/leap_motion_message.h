@@ -7,7 +7,10 @@
 #include <std_msgs/Header.h>
 
 #include <cstdint>
+#include <string>
 #include <vector>
+
+#include "nodes/message_check.h"
 
 namespace tactile_clay::nodes {
 
@@ -35,6 +38,11 @@ struct LeapMotionHuman {
   std_msgs::Header header;
   Hand right, left;
 };
+
+/// Empty, or what is wrong with it, and what was expected.
+inline std::string faultOf(const LeapMotionHuman& message) {
+  return faultOfHeader(&message.header.stamp, nullptr);
+}
 
 }  // namespace tactile_clay::nodes
 

@@ -11,6 +11,7 @@
 #include "hand/leap_frame.h"
 #include "nodes/conversions.h"
 #include "nodes/hand_sources/leap_motion_message.h"
+#include "nodes/inbox.h"
 #include "nodes/topics.h"
 
 namespace tactile_clay::nodes {
@@ -63,8 +64,9 @@ class LeapMotionSource : public hand::HandSource {
                                   ? "leap_motion/leap_device"
                                   : options.topic;
     name_ = nh.resolveName(topic);
-    subscriber_ =
-        nh.subscribe<Human>(name_, 1, &LeapMotionSource::receive, this, ros::TransportHints().tcpNoDelay());
+    subscriber_ = subscribe<Human>(
+        nh, name_, 1, [this](const boost::shared_ptr<const Human>& human) { receive(human); },
+        [this](const std::string& reason) { fault_ = "message on " + name_ + " left out: " + reason; });
   }
 
   Read read(hand::TrackedFrame& frame, std::chrono::milliseconds timeout) override {
@@ -88,15 +90,11 @@ class LeapMotionSource : public hand::HandSource {
     json message = {{"timestamp", 0}, {"hands", json::array()}, {"pointables", json::array()}};
     add(human->right, "right", message);
     add(human->left, "left", message);
-    try {
-      auto frame = hand::parseLeapFrame(message.dump(), name_);
-      if (!frame->dropped.empty()) fault_ = frame->dropped.back();
-      newest_ = std::move(frame->frame);
-      newest_->stamp = toCore(human->header.stamp);
-      newest_->received = now;
-    } catch (const std::exception& error) {
-      fault_ = error.what();
-    }
+    auto frame = hand::parseLeapFrame(message.dump(), name_);
+    if (!frame->dropped.empty()) fault_ = frame->dropped.back();
+    newest_ = std::move(frame->frame);
+    newest_->stamp = toCore(human->header.stamp);
+    newest_->received = now;
   }
 
   ros::CallbackQueue queue_;

@@ -4,9 +4,12 @@
 
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 #include "hand/hand_source.h"
 #include "nodes/conversions.h"
+#include "nodes/inbox.h"
 
 namespace tactile_clay::nodes {
 
@@ -17,8 +20,11 @@ class TopicSource : public hand::HandSource {
     if (options.topic.empty()) throw std::runtime_error("hands from a topic: expected its name in 'topic'");
     ros::NodeHandle nh;  // not before: a source can be made, and asked, without a master
     nh.setCallbackQueue(&queue_);
-    subscriber_ = nh.subscribe<TrackedHands>(
-        options.topic, 1, [this](const TrackedHands::ConstPtr& message) { newest_ = toCore(*message); });
+    subscriber_ = subscribe<TrackedHands>(
+        nh, options.topic, 1, [this](const TrackedHands::ConstPtr& message) { newest_ = toCore(*message); },
+        [this, name = nh.resolveName(options.topic)](const std::string& reason) {
+          fault_ = "message on " + name + " left out: " + reason;
+        });
   }
 
   Read read(hand::TrackedFrame& frame, std::chrono::milliseconds timeout) override {
@@ -30,11 +36,13 @@ class TopicSource : public hand::HandSource {
 
   bool recorded() const override { return false; }
   bool cleaned() const override { return true; }
+  std::string takeFault() override { return std::exchange(fault_, {}); }
 
  private:
   ros::CallbackQueue queue_;
   ros::Subscriber subscriber_;
   std::optional<hand::TrackedFrame> newest_;
+  std::string fault_;
 };
 
 }  // namespace tactile_clay::nodes
