@@ -17,6 +17,11 @@ using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 
 constexpr double degree = M_PI / 180.0;
+constexpr int most_repeats = 1000;  // of a stroke: over an hour of kneading
+
+bool repeats(int times) {
+  return times > 0 && times <= most_repeats;
+}
 
 double eased(Ease ease, double s) {
   return ease == Ease::steady ? s : s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
@@ -36,7 +41,8 @@ HandPose between(const HandPose& a, const HandPose& b, double s) {
 }
 
 HandPose poseAt(const std::vector<Keyframe>& keys, double t) {
-  const auto next = std::find_if(keys.begin(), keys.end(), [&](const Keyframe& key) { return key.time > t; });
+  const auto next = std::upper_bound(keys.begin(), keys.end(), t,
+                                     [](double time, const Keyframe& key) { return time < key.time; });
   if (next == keys.begin()) return keys.front().pose;
   if (next == keys.end()) return keys.back().pose;
   const Keyframe& last = *std::prev(next);
@@ -184,9 +190,9 @@ TrackedFrame Score::sample(double t) const {
 }
 
 Score knead(const Knead& p) {
-  if (!(p.scale > 0.0 && p.depth >= 0.0 && p.block_height > p.depth && p.strokes > 0))
+  if (!(p.scale > 0.0 && p.depth >= 0.0 && p.block_height > p.depth && repeats(p.strokes)))
     throw std::invalid_argument(
-        "knead: expected positive scale and strokes, and a depth below the block's height");
+        "knead: expected positive scale, 1 to 1000 strokes, and a depth below the block's height");
   constexpr double travel = 1.2;  // s, between outside and over the blocks
   const double pressed = p.block_height - p.depth;
   const Stroke hover{0.0, 0.0, -0.04, p.block_height + 0.05};
@@ -288,10 +294,10 @@ Score potter(const Potter& p) {
 
 Score pinch(const Pinch& p) {
   if (!(p.scale > 0.0 && p.approach > 0.0 && p.reach >= 0.0 && p.depth >= 0.0 && p.width > p.depth &&
-        p.times > 0))
+        repeats(p.times)))
     throw std::invalid_argument(
-        "pinch: expected positive scale, approach and times, reach of 0 or more, and a depth below the "
-        "width");
+        "pinch: expected positive scale and approach, 1 to 1000 times, reach of 0 or more, and a depth below "
+        "the width");
   // From open, 0, to closed, 1; the two fingers that do not grip are folded away.
   const auto grip = [&](double closed) {
     HandPose pose = curled(Side::right, p.scale, (30 + 25 * closed) * degree, (25 + 30 * closed) * degree,
@@ -354,9 +360,9 @@ Score pinch(const Pinch& p) {
 }
 
 Score roll(const Roll& p) {
-  if (!(p.scale > 0.0 && p.approach > 0.0 && p.depth >= 0.0 && p.travel >= 0.0 && p.times > 0))
+  if (!(p.scale > 0.0 && p.approach > 0.0 && p.depth >= 0.0 && p.travel >= 0.0 && repeats(p.times)))
     throw std::invalid_argument(
-        "roll: expected positive scale, approach and times, depth and travel of 0 or more");
+        "roll: expected positive scale and approach, 1 to 1000 times, depth and travel of 0 or more");
   PressFinger press;
   press.scale = p.scale;
   press.centre = p.centre;

@@ -45,6 +45,33 @@ std::string withoutNonFinite(const std::string& text) {
   return clean;
 }
 
+// Counts before anything is built: a text of 4 MB can ask for 600.
+void requireWithin(const std::string& text, const Limits& limits) {
+  const auto require = [](std::size_t found, const char* what, std::size_t most) {
+    if (found > most)
+      throw std::runtime_error("has " + std::string(what) + " of " + std::to_string(found) +
+                               ", expected at most " + std::to_string(most));
+  };
+  require(text.size(), "a length in bytes", limits.bytes);
+  std::size_t values = 1, depth = 0, deepest = 0;
+  bool quoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (quoted && c == '\\') {
+      ++i;
+    } else if (c == '"') {
+      quoted = !quoted;
+    } else if (!quoted) {
+      const bool opens = c == '[' || c == '{';
+      values += opens || c == ',' ? 1 : 0;
+      if (opens) deepest = std::max(deepest, ++depth);
+      if ((c == ']' || c == '}') && depth > 0) --depth;
+    }
+  }
+  require(values, "a number of values", limits.values);
+  require(deepest, "a depth", limits.depth);
+}
+
 double numberOf(const Json& value, const char* key) {
   if (value.is_null()) return std::numeric_limits<double>::quiet_NaN();
   if (!value.is_number()) throw wrongType(key, "a number");
@@ -61,7 +88,8 @@ const Json* find(const Json& object, const char* key) {
 
 }  // namespace
 
-Json parse(const std::string& text) {
+Json parse(const std::string& text, const Limits& limits) {
+  requireWithin(text, limits);
   Json message = Json::parse(text, nullptr, false);
   if (message.is_discarded()) message = Json::parse(withoutNonFinite(text), nullptr, false);
   if (message.is_discarded()) throw std::runtime_error("is not JSON");

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <chrono>
+#include <cstddef>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -13,9 +14,16 @@ namespace tactile_clay::hand::leap {
 
 using Json = nlohmann::json;
 
+/// Most that a message may have; a frame of two hands has 20 kB, 900 values, and is 6 deep.
+struct Limits {
+  std::size_t bytes = 1U << 20U;
+  std::size_t values = 50'000;  // each may cost a hundred bytes of memory
+  std::size_t depth = 32;
+};
+
 /// Parses one message; accepts NaN and Infinity, which some recorders write, as null.
 /// \throws std::runtime_error with one line
-Json parse(const std::string& text);
+Json parse(const std::string& text, const Limits& limits = {});
 
 std::optional<double> number(const Json& object, const char* key);
 std::optional<Eigen::Vector3d> vector(const Json& object, const char* key);

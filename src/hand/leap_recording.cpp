@@ -1,6 +1,5 @@
 #include "hand/leap_recording.h"
 
-#include <sys/stat.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -9,16 +8,19 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "files/input_file.h"
+#include "hand/leap_json.h"
+
 namespace tactile_clay::hand {
 namespace {
 
-constexpr std::size_t longest_line = 4U << 20U;  // a frame of two hands has 20 kB
+constexpr std::size_t longest_line = leap::Limits().bytes;
+// Between two frames: a gz of newlines unpacks to a thousand times its size, and would hold its reader as
+// long.
+constexpr int most_lines = 10'000;
+constexpr std::size_t most_bytes = 16U << 20U;
 
 }  // namespace
-
-void LeapRecording::CloseFile::operator()(gzFile_s* file) const {
-  gzclose_r(file);
-}
 
 void LeapRecording::fail(const std::string& what) const {
   throw std::runtime_error("recording '" + path_ + "': " + what +
@@ -30,12 +32,11 @@ void LeapRecording::open(const SourceOptions& options) {
   path_ = options.file;
   loop_ = options.loop;
   if (path_.empty()) fail("no file is given");
-  struct stat status {};
-  if (stat(path_.c_str(), &status) != 0) fail(std::strerror(errno));
-  if (S_ISDIR(status.st_mode)) fail("is a folder");
-  errno = 0;
-  file_.reset(gzopen(path_.c_str(), "rb"));
-  if (!file_) fail(errno != 0 ? std::strerror(errno) : "cannot be opened");
+  try {
+    file_.reset(files::openGzip(path_, files::most::recording));
+  } catch (const std::runtime_error& error) {
+    fail(std::string(error.what()).substr(path_.size() + 2));
+  }
   gzbuffer(file_.get(), 1U << 17U);
   first_ = nextFrame();
   if (!first_) fail("holds no frame");
@@ -48,7 +49,9 @@ bool LeapRecording::readLine(std::string& line) {
     if (part[0] == '\0') fail("line " + std::to_string(line_ + 1) + " is not text");
     line += part.data();
     if (line.back() == '\n') break;
-    if (line.size() > longest_line) fail("line " + std::to_string(line_ + 1) + " is longer than 4 MiB");
+    if (line.size() > longest_line)
+      fail("line " + std::to_string(line_ + 1) + " is longer than " + std::to_string(longest_line) +
+           " bytes");
   }
   int code = Z_OK;
   const char* message = gzerror(file_.get(), &code);
@@ -62,7 +65,12 @@ bool LeapRecording::readLine(std::string& line) {
 
 std::optional<LeapFrame> LeapRecording::nextFrame() {
   std::string line;
-  while (readLine(line)) {
+  std::size_t bytes = 0;
+  for (int lines = 0; readLine(line); ++lines) {
+    bytes += line.size();
+    if (lines > most_lines || bytes > most_bytes)
+      fail("no frame in " + std::to_string(lines) + " lines and " + std::to_string(bytes) +
+           " bytes up to line " + std::to_string(line_));
     auto frame = parseLeapFrame(line, path_ + ":" + std::to_string(line_));
     if (!frame) continue;
     dropped_hands_ += frame->dropped.size();

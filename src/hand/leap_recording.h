@@ -6,11 +6,10 @@
 #include <string>
 #include <utility>
 
+#include "files/input_file.h"
 #include "hand/hand_source.h"
 #include "hand/leap_frame.h"
 #include "hand/loop_stamps.h"
-
-struct gzFile_s;
 
 namespace tactile_clay::hand {
 
@@ -34,17 +33,13 @@ class LeapRecording : public HandSource {
   const std::string& lastDrop() const { return last_drop_; }  // one line, empty while there was none
 
  private:
-  struct CloseFile {
-    void operator()(gzFile_s* file) const;
-  };
-
   bool readLine(std::string& line);
   std::optional<LeapFrame> nextFrame();
   void rewind();
   [[noreturn]] void fail(const std::string& what) const;
 
   std::string path_;
-  std::unique_ptr<gzFile_s, CloseFile> file_;
+  std::unique_ptr<gzFile_s, files::CloseGzip> file_;
   bool loop_ = false;
   std::uint64_t line_ = 0;
   std::optional<LeapFrame> first_;  // read by open, not yet handed out

@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "hand/leap_frame.h"
+#include "hand/leap_json.h"
 
 namespace tactile_clay::hand {
 namespace {
@@ -31,7 +32,7 @@ constexpr auto back_off = 500ms;       // between a broken connection and the ne
 constexpr auto connect_patience = 3s;  // for TCP and the handshake each
 constexpr auto silence_patience = 4s;  // without a frame or the answer to a ping
 constexpr auto goodbye_patience = 300ms;
-constexpr std::size_t longest_message = 4U << 20U;  // a frame of two hands has 20 kB
+constexpr std::size_t longest_message = leap::Limits().bytes;
 
 // The server compares whole messages, so each goes alone and without a space.
 constexpr std::array<const char*, 3> greetings = {R"({"background":true})", R"({"optimizeHMD":false})",

@@ -34,6 +34,7 @@ ScriptedTracker::ScriptedTracker(TrackerScript script) : script_(std::move(scrip
   requireIn(script_.score.noise.angle, 0.0, 1.0, "noise of angles");
   script_.score.noise.seed = script_.seed;
   const double duration = script_.score.duration();
+  requireIn(duration, 0.0, longest_score, "duration of the score (s)");
   frames_ = static_cast<std::uint64_t>(std::floor(duration * script_.rate)) + 1;
   for (std::uint32_t side = 0; side < 2; ++side) {
     std::seed_seq seed{script_.seed, side};

@@ -20,6 +20,8 @@ struct TrackerScript {
   std::uint32_t seed = 1;           // of the mishaps, and of the noise
 };
 
+constexpr double longest_score = 7200.0;  // s
+
 /// A tracker that sees scripted hands, with noise, dropouts and changes of id: the same for the same script.
 class ScriptedTracker {
  public:

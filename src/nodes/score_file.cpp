@@ -15,6 +15,7 @@ using scene::YamlMap;
 
 constexpr char metres[] = "a number of metres";
 constexpr char count[] = "a whole number";
+constexpr std::size_t most_moves = 1000;
 
 Eigen::Vector2d centre(YamlMap& yaml) {
   if (!yaml.has("centre")) return Eigen::Vector2d::Zero();
@@ -125,7 +126,17 @@ hand::TrackerScript loadScore(const std::string& name, const std::string& packag
   if (!(scale >= 0.5 && scale <= 2.0)) yaml.fail("'scale' is out of its range, expected 0.5 to 2");
   if (!(pause >= 0.1 && pause <= 60.0)) yaml.fail("'pause' is out of its range, expected 0.1 to 60 s");
   std::vector<hand::Score> scores;
-  for (YamlMap& move : yaml.maps("moves")) scores.push_back(readMove(move, scale));
+  double duration = 0.0;  // s
+  for (YamlMap& move : yaml.maps("moves")) {
+    if (scores.size() == most_moves)
+      move.fail("more than " + std::to_string(most_moves) + " moves, expected at most as many");
+    scores.push_back(readMove(move, scale));
+    duration += scores.back().duration() + pause;
+    // Here, and not at the end: so many moves in one memory are what this keeps away.
+    if (!(duration <= hand::longest_score))
+      move.fail("lasts until " + std::to_string(duration) + " s, expected a score of at most " +
+                std::to_string(static_cast<int>(hand::longest_score)) + " s");
+  }
   yaml.finish();
   if (scores.empty()) yaml.fail("no moves, expected a list of them under 'moves'");
   script.score = hand::inTurn(scores, pause);

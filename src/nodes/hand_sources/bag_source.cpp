@@ -3,6 +3,7 @@
 #include <pluginlib/class_list_macros.hpp>
 #include <stdexcept>
 
+#include "files/input_file.h"
 #include "nodes/conversions.h"
 
 namespace tactile_clay::nodes {
@@ -11,6 +12,7 @@ void BagSource::open(const hand::SourceOptions& options) {
   file_ = options.file;
   loop_ = options.loop;
   if (file_.empty()) throw std::runtime_error("hands from a bag: expected its file name in 'file'");
+  files::requireInput(file_, files::most::recording);
   try {
     bag_.open(file_, rosbag::bagmode::Read);
     // A bag holds the name as it was resolved, with a slash in front.
