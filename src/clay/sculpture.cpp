@@ -1,10 +1,13 @@
 #include "clay/sculpture.h"
 
 #include <cmath>
-#include <cstdio>
-#include <fstream>
+#include <cstring>
 #include <stdexcept>
 #include <type_traits>
+
+#include "clay/sculpture_file.h"
+#include "files/input_file.h"
+#include "files/output_file.h"
 
 namespace tactile_clay::clay {
 namespace {
@@ -17,64 +20,92 @@ constexpr char magic[] = "tactile_clay sculpture 5\n";
 }
 
 template <typename T>
-void put(std::ostream& out, const T& value) {
+void put(std::string& out, const T& value) {
   static_assert(std::is_trivially_copyable_v<T>);
-  out.write(reinterpret_cast<const char*>(&value), sizeof value);
+  out.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 template <typename T>
-void put(std::ostream& out, const std::vector<T>& values) {
+void put(std::string& out, const std::vector<T>& values) {
   put(out, static_cast<std::uint64_t>(values.size()));
   for (const T& value : values) put(out, value);
 }
-void put(std::ostream& out, const Eigen::Vector3f& v) {
+void put(std::string& out, const Eigen::Vector3f& v) {
   for (int a = 0; a < 3; ++a) put(out, v[a]);
 }
 
+/// Reads one number after the other from the bytes of a file. A count is never more than the bytes that are
+/// left can hold, so that a damaged one asks for no more memory than the file has.
 class Reader {
  public:
-  Reader(std::istream& in, const std::string& file) : in_(in), file_(file) {}
+  Reader(const std::string& bytes, std::size_t at, const std::string& file)
+      : bytes_(bytes), at_(at), file_(file) {}
 
   template <typename T>
   T get() {
     static_assert(std::is_trivially_copyable_v<T>);
     T value;
-    if (!in_.read(reinterpret_cast<char*>(&value), sizeof value)) fail(file_, "ends early");
+    if (left() < sizeof value) fail(file_, "ends early");
+    std::memcpy(&value, &bytes_[at_], sizeof value);
+    at_ += sizeof value;
     return value;
-  }
-  float number() {
-    const float value = get<float>();
-    if (!std::isfinite(value)) fail(file_, "holds a number that is not finite");
-    return value;
-  }
-  Eigen::Vector3f vector() {
-    const float x = number(), y = number(), z = number();
-    return {x, y, z};
-  }
-  /// A count, at most `most`: a damaged one must not ask for all memory.
-  std::uint64_t count(std::uint64_t most) {
-    const auto n = get<std::uint64_t>();
-    if (n > most) fail(file_, "is damaged: a count of " + std::to_string(n));
-    return n;
   }
   template <typename T>
-  std::vector<T> values(std::uint64_t most) {
-    std::vector<T> all(count(most));
+  T in(T low, T high, const char* what) {
+    const T value = get<T>();
+    if (!(value >= low && value <= high))
+      fail(file_, "is damaged: " + std::string(what) + " " + std::to_string(value) + ", expected " +
+                      std::to_string(low) + " to " + std::to_string(high));
+    return value;
+  }
+  Eigen::Vector3f vector(float most, const char* what) {
+    const float x = in(-most, most, what), y = in(-most, most, what), z = in(-most, most, what);
+    return {x, y, z};
+  }
+  std::uint64_t count(std::size_t bytes_of_each) {
+    const auto n = get<std::uint64_t>();
+    require(n, bytes_of_each);
+    return n;
+  }
+  void require(std::uint64_t n, std::size_t bytes_of_each) const {
+    if (n > left() / bytes_of_each)
+      fail(file_, "is damaged: a count of " + std::to_string(n) + ", with " + std::to_string(left()) +
+                      " bytes left");
+  }
+  template <typename T>
+  std::vector<T> values() {
+    std::vector<T> all(count(sizeof(T)));
     for (T& value : all) value = get<T>();
     return all;
   }
+  std::size_t left() const { return bytes_.size() - at_; }
 
  private:
-  std::istream& in_;
+  const std::string& bytes_;
+  std::size_t at_;
   const std::string& file_;
 };
+
+// What no clay that was simulated comes near: beyond, its numbers would ask for steps without end, or for
+// cells of the neighbour search that no integer can name.
+constexpr double longest_time = 1e9;   // s
+constexpr double longest_carry = 1.0;  // s; less than a step is left
+constexpr float farthest = 1e6f;       // m
+constexpr float fastest = 1e6f;        // m/s
+constexpr float most_compression = 1e6f;
+constexpr float longest_bond = 1.0f;       // m
+constexpr float strongest = 1e9f;          // N, and N/m
+constexpr int longest_window = 1'000'000;  // steps
+
+constexpr std::size_t vector_bytes = 12, bond_bytes = 8, contact_bytes = 65;  // as written
 
 }  // namespace
 
 void save(const Sculpture& s, const std::string& file) {
-  const std::string part = file + ".part";
-  std::ofstream out(part, std::ios::binary);
-  if (!out) fail(file, "cannot be written");
-  out << magic;
+  save(s, file, files::Existing::replace);
+}
+
+void save(const Sculpture& s, const std::string& file, files::Existing existing) {
+  std::string out = magic;
   put(out, s.time), put(out, s.carry), put(out, s.step), put(out, s.spacing);
   put(out, s.sleep.watched), put(out, s.window_steps);
   put(out, s.material), put(out, s.body), put(out, s.sleep.lump);
@@ -89,45 +120,54 @@ void save(const Sculpture& s, const std::string& file) {
     put(out, c.normal), put(out, c.anchor), put(out, c.stiffness), put(out, c.density);
     put(out, c.friction), put(out, c.force);
   }
-  out.close();
-  if (!out || std::rename(part.c_str(), file.c_str()) != 0) {
-    std::remove(part.c_str());
-    fail(file, "cannot be written");
+  try {
+    files::writeWhole(file, out, existing);
+  } catch (const std::runtime_error& error) {
+    fail(file, std::string(error.what()).substr(file.size() + 2));
   }
 }
 
 Sculpture loadSculpture(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) fail(file, "cannot be read");
-  std::string head(sizeof magic - 1, '\0');
-  if (!in.read(head.data(), static_cast<std::streamsize>(head.size())) || head != magic)
-    fail(file, "is not a sculpture of this version");
-  Reader reader(in, file);
-  constexpr std::uint64_t most = 1u << 28;
+  std::string bytes;
+  try {
+    bytes = files::readWhole(file, files::most::sculpture);
+  } catch (const std::runtime_error& error) {
+    fail(file, std::string(error.what()).substr(file.size() + 2));
+  }
+  const std::size_t head = sizeof magic - 1;
+  if (bytes.compare(0, head, magic) != 0)
+    fail(file, "is not a sculpture of this version, expected a file that begins with \"" +
+                   std::string(magic, head - 1) + "\"");
+  Reader reader(bytes, head, file);
   Sculpture s;
-  s.time = reader.get<double>(), s.carry = reader.get<double>();
-  s.step = reader.get<std::uint64_t>(), s.spacing = reader.get<double>();
-  s.sleep.watched = reader.get<double>(), s.window_steps = reader.get<std::int32_t>();
-  s.material = reader.values<std::uint8_t>(most);
-  s.body = reader.values<std::uint16_t>(most);
-  s.sleep.lump = reader.values<std::uint32_t>(most);
-  s.compression = reader.values<float>(most);
+  s.time = reader.in(0.0, longest_time, "a time of"),
+  s.carry = reader.in(-longest_carry, longest_carry, "a rest of");
+  s.step = reader.get<std::uint64_t>(), s.spacing = reader.in(0.0, 1.0, "a spacing of");
+  s.sleep.watched = reader.in(0.0, longest_time, "a watch of");
+  s.window_steps = reader.in<std::int32_t>(0, longest_window, "a window of steps");
+  s.material = reader.values<std::uint8_t>();
+  s.body = reader.values<std::uint16_t>();
+  s.sleep.lump = reader.values<std::uint32_t>();
+  s.compression = reader.values<float>();
   const std::size_t n = s.material.size();
-  if (s.body.size() != n || s.compression.size() != n || s.sleep.lump.size() != n || !std::isfinite(s.time) ||
-      !std::isfinite(s.carry) || !(s.sleep.watched >= 0.0) || s.window_steps < 0)
-    fail(file, "is damaged");
+  if (s.body.size() != n || s.compression.size() != n || s.sleep.lump.size() != n)
+    fail(file, "is damaged: its particles are not " + std::to_string(n) + " in all its lists");
   for (VectorField* field : {&s.position, &s.velocity, &s.window_start, &s.sleep.mark}) {
+    reader.require(n, vector_bytes);
     field->resize(n);
-    for (std::size_t i = 0; i < n; ++i) field->set(i, reader.vector());
+    const bool velocity = field == &s.velocity;
+    for (std::size_t i = 0; i < n; ++i)
+      field->set(i, reader.vector(velocity ? fastest : farthest, velocity ? "a speed of" : "a place at"));
   }
   for (const float c : s.compression)
-    if (!(c >= 0.0f)) fail(file, "is damaged: a compression of " + std::to_string(c));
+    if (!(c >= 0.0f && c <= most_compression))
+      fail(file, "is damaged: a compression of " + std::to_string(c));
   for (const std::uint32_t lump : s.sleep.lump)
     if (lump > n) fail(file, "is damaged: sleeping lump " + std::to_string(lump));
-  s.bond_begin = reader.values<std::uint32_t>(most);
-  s.bonds.resize(reader.count(most));
+  s.bond_begin = reader.values<std::uint32_t>();
+  s.bonds.resize(reader.count(bond_bytes));
   for (Bond& bond : s.bonds) {
-    bond.other = reader.get<std::uint32_t>(), bond.rest_length = reader.number();
+    bond.other = reader.get<std::uint32_t>(), bond.rest_length = reader.in(0.0f, longest_bond, "a bond of");
     if (bond.other >= n) fail(file, "is damaged: a bond to particle " + std::to_string(bond.other));
   }
   bool rising = s.bond_begin.empty() ? s.bonds.empty() : s.bond_begin.size() == n + 1;
@@ -136,17 +176,19 @@ Sculpture loadSculpture(const std::string& file) {
   if (!rising ||
       (!s.bond_begin.empty() && (s.bond_begin.front() != 0 || s.bond_begin.back() != s.bonds.size())))
     fail(file, "is damaged: its bonds are not those of " + std::to_string(n) + " particles");
-  s.contacts.resize(reader.count(most));
+  s.contacts.resize(reader.count(contact_bytes));
   for (Contact& c : s.contacts) {
     c.particle = reader.get<std::uint32_t>(), c.solid = reader.get<std::uint32_t>();
     const auto state = reader.get<std::uint8_t>();
     if (c.particle >= n || state > static_cast<std::uint8_t>(Contact::State::stick))
       fail(file, "is damaged: a contact");
     c.state = static_cast<Contact::State>(state);
-    c.normal = reader.vector(), c.anchor = reader.vector(), c.stiffness = reader.number();
-    c.density = reader.number();
-    c.friction = reader.vector(), c.force = reader.vector();
+    c.normal = reader.vector(2.0f, "a normal of"), c.anchor = reader.vector(farthest, "an anchor at");
+    c.stiffness = reader.in(0.0f, strongest, "a stiffness of");
+    c.density = reader.in(-most_compression, most_compression, "a density of");
+    c.friction = reader.vector(strongest, "a friction of"), c.force = reader.vector(strongest, "a force of");
   }
+  if (reader.left() > 0) fail(file, "is damaged: " + std::to_string(reader.left()) + " bytes after its end");
   return s;
 }
 

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "clay/sculpture_file.h"
 #include "nodes/conversions.h"
 #include "nodes/exit_code.h"
 #include "nodes/live_pace.h"
@@ -21,13 +22,20 @@ constexpr double skin_lifetime = 0.15;     // s; a hand without news is out of t
 constexpr double longest_gap = 1.0;        // s; lockstep simulates at most this between two skins
 constexpr std::size_t lockstep_queue = 0;  // unlimited
 
+// A node has a working folder of its own, which is not that of who calls.
+void requireAbsolute(const std::string& file) {
+  if (file.empty() || file.front() != '/')
+    throw std::runtime_error("sculpture '" + file + "', expected an absolute path");
+}
+
 }  // namespace
 
 ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : lockstep_(param(private_nh, "lockstep", false)),
       period_(1.0 / paramIn(private_nh, "rate", 60.0, 1.0, 1000.0)),
       scene_(scene::loadScene(param<std::string>(private_nh, "scene", "kindergarten"), packageFolder(), 0.0,
-                              folderOfPackage)) {
+                              folderOfPackage)),
+      inbox_(private_nh) {
   scene_.config.budget =
       scene::loadQuality(param<std::string>(private_nh, "quality", "balanced"), packageFolder());
   // 0 or nothing means what the preset says, so that launch arguments can pass it on.
@@ -48,10 +56,11 @@ ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
   }
   restart();
 
-  skin_subscriber_ = nh.subscribe(topic::hands_skin, lockstep_ ? lockstep_queue : 1, &ClaySimulator::receive,
-                                  this, ros::TransportHints().tcpNoDelay());
+  skin_subscriber_ = inbox_.subscribe<Cloud>(nh, topic::hands_skin, lockstep_ ? lockstep_queue : 1,
+                                             [this](const auto& skin) { receive(skin); });
   reset_server_ = private_nh.advertiseService("reset", &ClaySimulator::reset, this);
   save_server_ = private_nh.advertiseService("save", &ClaySimulator::save, this);
+  overwrite_server_ = private_nh.advertiseService("overwrite", &ClaySimulator::overwrite, this);
   load_server_ = private_nh.advertiseService("load", &ClaySimulator::load, this);
   const unsigned queue = lockstep_ ? lockstep_queue : 2;
   particles_ = nh.advertise<Cloud>(topic::clay_particles, queue);
@@ -86,32 +95,44 @@ bool ClaySimulator::reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Respon
 }
 
 bool ClaySimulator::save(SculptureFile::Request& request, SculptureFile::Response& response) {
+  write(request.file, files::Existing::keep, response);
+  return true;
+}
+
+bool ClaySimulator::overwrite(SculptureFile::Request& request, SculptureFile::Response& response) {
+  write(request.file, files::Existing::replace, response);
+  return true;
+}
+
+void ClaySimulator::write(const std::string& file, files::Existing existing,
+                          SculptureFile::Response& response) {
   clay::Sculpture sculpture;
   {
     const std::lock_guard<std::mutex> lock(clay_mutex_);
     sculpture = clay_->sculpture();
   }
   try {
-    if (request.file.empty() || request.file.front() != '/')
-      throw std::runtime_error("sculpture '" + request.file + "' expected an absolute path");
-    clay::save(sculpture, request.file);
+    requireAbsolute(file);
+    clay::save(sculpture, file, existing);
     response.success = true;
-    response.message = "scene '" + scene_.name + "' saved in " + request.file;
+    response.message = "scene '" + scene_.name + "' saved in " + file;
   } catch (const std::exception& error) {
-    response.message = error.what();
+    response.message = oneLine(error.what());
+    if (response.message.find("is there already") != std::string::npos)
+      response.message += ", or a call of the service overwrite";
   }
-  return true;
 }
 
 bool ClaySimulator::load(SculptureFile::Request& request, SculptureFile::Response& response) {
   try {
+    requireAbsolute(request.file);
     const clay::Sculpture sculpture = clay::loadSculpture(request.file);
     const std::lock_guard<std::mutex> lock(clay_mutex_);
     clay_->restore(sculpture);
     response.success = true;
     response.message = "scene '" + scene_.name + "' goes on from " + request.file;
   } catch (const std::exception& error) {
-    response.message = error.what();
+    response.message = oneLine(error.what());
   }
   return true;
 }
@@ -183,7 +204,7 @@ void ClaySimulator::runLockstep() {
       skins_.pop_front();
     }
     const ros::Time stamp = skin->header.stamp;
-    double duration = before.isZero() ? scene_.config.frame : (stamp - before).toSec();
+    double duration = before.isZero() ? scene_.config.frame : secondsBetween(before, stamp);
     if (duration < 0.0 || duration > longest_gap)
       ROS_WARN_THROTTLE(1.0, "clay_simulator: %.3f s between two skins, expected 0 to %.0f s", duration,
                         longest_gap);
@@ -253,8 +274,9 @@ void ClaySimulator::publishState(ros::Time stamp) {
   if (!joints.empty()) {
     auto message = boost::make_shared<sensor_msgs::JointState>();
     message->header = header;
-    // Joints are for robot_state_publisher, which complains of states as old as a recording.
-    if (lockstep_) message->header.stamp = ros::Time::now();
+    // Joints are for robot_state_publisher: it complains of states as old as a recording, and makes
+    // transforms that go back of states that do.
+    message->header.stamp = ros::Time::now();
     for (const auto& [name, position] : joints) {
       message->name.push_back(name);
       message->position.push_back(position);
@@ -305,6 +327,7 @@ void ClaySimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
   status.add("ms of computing", 1e3 * busy_);
   status.add("skins left out", bad_skins_);
   status.add("skins overtaken by newer ones", dropped_skins);
+  inbox_.report(status);
   simulated_ = dropped_ = busy_ = 0.0;
 }
 

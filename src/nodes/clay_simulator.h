@@ -9,10 +9,13 @@
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
 
 #include "clay/clay.h"
+#include "files/output_file.h"
 #include "nodes/health.h"
+#include "nodes/inbox.h"
 #include "scene/scene.h"
 #include "scene/solids.h"
 
@@ -25,7 +28,8 @@ namespace tactile_clay::nodes {
 /// time cannot be caught up with is dropped, and said so. In lockstep every skin is one frame, of the time
 /// between its stamp and the one before.
 ///
-/// Services: `~reset` starts the scene again, `~save` writes the clay to a file, `~load` goes on from one.
+/// Services: `~reset` starts the scene again, `~save` writes the clay to a new file, `~overwrite` to one that
+/// may be there already, `~load` goes on from one.
 class ClaySimulator {
  public:
   /// \throws std::runtime_error with one line where a parameter or the scene is wrong
@@ -46,6 +50,8 @@ class ClaySimulator {
   void restart();
   bool reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
   bool save(SculptureFile::Request& request, SculptureFile::Response& response);
+  bool overwrite(SculptureFile::Request& request, SculptureFile::Response& response);
+  void write(const std::string& file, files::Existing existing, SculptureFile::Response& response);
   bool load(SculptureFile::Request& request, SculptureFile::Response& response);
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
@@ -67,9 +73,10 @@ class ClaySimulator {
   std::deque<Cloud::ConstPtr> skins_;
   bool stopping_ = false;
 
+  Inbox inbox_;
   ros::Subscriber skin_subscriber_;
   ros::Publisher particles_, contacts_, status_, joints_;
-  ros::ServiceServer reset_server_, save_server_, load_server_;
+  ros::ServiceServer reset_server_, save_server_, overwrite_server_, load_server_;
   std::unique_ptr<Health> health_;
   std::thread thread_;
 };
