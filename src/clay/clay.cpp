@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <stdexcept>
 
 #include "clay/clay_state.h"
@@ -58,6 +59,15 @@ Clay::Clay(const ClayConfig& config, std::vector<Material> materials,
 Clay::~Clay() = default;
 
 void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, double duration) {
+  const auto steadily = [&](double t, std::vector<Eigen::Isometry3d>& poses) {
+    poses.clear();
+    for (const Solid& solid : solids) poses.push_back(poseAfter(solid, t - state_->time));
+  };
+  advance(ghosts, solids, std::cref(steadily), duration);
+}
+
+void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const SolidMotion& motion,
+                   double duration) {
   State& s = *state_;
   for (Stage& stage : s.statistics.stages) stage.ms = 0.0;
   s.iterations_done = 0;
@@ -78,15 +88,18 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, doubl
   s.ghost_touched.assign(ghosts.size(), false);
   s.solid_forces.assign(solids.size(), Eigen::Vector3d::Zero());
   s.takeGhosts(ghosts);
+  s.posesAt(motion, s.time, solids.size());
   s.team.execute([&] {
     for (int k = 0; k < steps; ++k) {
       const float remaining = static_cast<float>((steps - 1 - k) * dt);
       for (std::size_t g = 0; g < ghosts.size(); ++g) {
         s.moved.position[g] = s.target.position[g] - remaining * s.target.velocity[g];
       }
-      const Surroundings around{s.moved, solids, k * dt, static_cast<float>(dt)};
+      s.start_poses.swap(s.end_poses);
+      s.posesAt(motion, s.time + (k + 1) * dt, solids.size());
+      const Surroundings around = s.surroundings(solids);
       if (s.sleeps() && s.sleep.wake(s.everyone, s.particles, around)) s.regroup();
-      s.step(s.moved, solids, k * dt, static_cast<float>(dt));
+      s.step(around);
       s.collectForces(steps);
     }
     s.particles.density_ratio =
@@ -112,8 +125,7 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, doubl
       s.ghost_forces.push_back({static_cast<std::uint32_t>(g), s.ghost_sum[g].cast<float>()});
     }
   }
-  const Surroundings around{s.moved, solids, (steps - 1) * dt, static_cast<float>(dt)};
-  if (s.sleeps() && s.sleep.settle(s.particles, s.near, around, steps * dt)) s.regroup();
+  if (s.sleeps() && s.sleep.settle(s.particles, s.near, s.surroundings(solids), steps * dt)) s.regroup();
 }
 
 Sculpture Clay::sculpture() const {

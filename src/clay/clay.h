@@ -82,7 +82,13 @@ class Clay {
   ~Clay();
 
   /// Advances by `duration` s in whole time steps, rounded; what remains is carried into the next call. Over
-  /// the steps ghosts move straight to their positions, solids move with their velocities from their poses.
+  /// the steps ghosts move straight to their positions. In each step a solid goes from its pose at the start
+  /// of the step to its pose at the end; its velocity is what takes it there.
+  /// \param solids their shapes; poses and velocities are not read
+  /// \param motion their poses, by `time()`; it is asked for times from `time()` on
+  void advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const SolidMotion& motion,
+               double duration);
+  /// The same with solids that move from their poses with their velocities.
   void advance(const Ghosts& ghosts, const std::vector<Solid>& solids, double duration);
 
   /// What the clay is now.

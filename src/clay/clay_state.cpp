@@ -110,14 +110,30 @@ void Clay::State::takeGhosts(const Ghosts& ghosts) {
 
 /// The walls of the world are solids like others, where any particle may come near.
 /// \param farthest coordinate that a particle has or heads for, m
-const std::vector<Solid>& Clay::State::withWalls(const std::vector<Solid>& solids, double farthest) {
-  if (!(farthest > config.world - 2.0 * config.spacing)) return solids;
-  walled = solids;
-  walled.insert(walled.end(), walls.begin(), walls.end());
-  return walled;
+Surroundings Clay::State::withWalls(const Surroundings& around, double farthest) {
+  if (!(farthest > config.world - 2.0 * config.spacing)) return around;
+  walled = around.solids, walled_start = around.start, walled_end = around.end;
+  for (const Solid& wall : walls) {
+    walled.push_back(wall);
+    walled_start.push_back(wall.pose), walled_end.push_back(wall.pose);
+  }
+  return {around.ghosts, walled, walled_start, walled_end, around.dt};
 }
 
-void Clay::State::step(const Ghosts& ghosts, const std::vector<Solid>& of_scene, double from, float dt) {
+/// Sets `end_poses`. \param solids how many there are
+void Clay::State::posesAt(const SolidMotion& motion, double t, std::size_t solids) {
+  motion(t, end_poses);
+  if (end_poses.size() != solids)
+    throw std::invalid_argument("clay: " + std::to_string(end_poses.size()) + " poses of " +
+                                std::to_string(solids) + " solids, expected one each");
+}
+
+Surroundings Clay::State::surroundings(const std::vector<Solid>& solids) const {
+  return {moved, solids, start_poses, end_poses, static_cast<float>(config.timeStep())};
+}
+
+void Clay::State::step(const Surroundings& around) {
+  const float dt = around.dt;
   const Eigen::Vector3f gravity = config.gravity.cast<float>();
   const Sums ways = range_sums.of(particles.size(), [&](std::size_t first, std::size_t last) {
     Sums sums;
@@ -129,19 +145,15 @@ void Clay::State::step(const Ghosts& ghosts, const std::vector<Solid>& of_scene,
     }
     return sums;
   });
-  const std::vector<Solid>& solids = withWalls(of_scene, ways.largest);
+  const Surroundings walled_in = withWalls(around, ways.largest);
   {
     const Stopwatch watch(ms(neighbours));
     near.build(particles.position);
   }
   {
     const Stopwatch watch(ms(contact_search));
-    start_poses.clear(), end_poses.clear();
-    for (const Solid& s : solids) {
-      start_poses.push_back(poseAfter(s, from));
-      end_poses.push_back(poseAfter(s, from + dt));
-    }
-    contact_constraint.detect(near, particles, free, ghosts, solids, start_poses, end_poses, dt);
+    contact_constraint.detect(near, particles, free, walled_in.ghosts, walled_in.solids, walled_in.start,
+                              walled_in.end, dt);
   }
   if (bonded) {
     const Stopwatch watch(ms(bonds));

@@ -27,8 +27,10 @@ struct Clay::State {
   bool sleeps() const { return config.sleeping && config.budget.method != Method::paper; }
 
   void takeGhosts(const Ghosts& ghosts);
-  const std::vector<Solid>& withWalls(const std::vector<Solid>& solids, double farthest);
-  void step(const Ghosts& ghosts, const std::vector<Solid>& solids, double from, float dt);
+  Surroundings withWalls(const Surroundings& around, double farthest);
+  void posesAt(const SolidMotion& motion, double t, std::size_t solids);
+  Surroundings surroundings(const std::vector<Solid>& solids) const;
+  void step(const Surroundings& around);
   void updateBonds();
   void publishAwake();
   Sculpture sculpture() const;
@@ -66,9 +68,10 @@ struct Clay::State {
   Ghosts target;                   // ghosts at the end of the frame
   Ghosts moved;                    // and at the end of the current step
   std::vector<Solid> walls;        // of the world
-  std::vector<Solid> walled;       // solids of the step and walls
-  std::vector<Eigen::Isometry3d> start_poses, end_poses;
-  std::vector<Eigen::Vector3d> ghost_sum;  // N
+  std::vector<Solid> walled;       // solids of the step and walls, and their poses then
+  std::vector<Eigen::Isometry3d> walled_start, walled_end;
+  std::vector<Eigen::Isometry3d> start_poses, end_poses;  // of the solids, in the step
+  std::vector<Eigen::Vector3d> ghost_sum;                 // N
   std::vector<bool> ghost_touched;
   std::vector<GhostForce> ghost_forces;
   std::vector<Eigen::Vector3d> solid_forces;

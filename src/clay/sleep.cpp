@@ -13,10 +13,6 @@ constexpr float pull = 10.0f;      // m/s^2, of what sets particles going that a
 constexpr std::size_t crumb = 32;  // particles; what is smaller is cheaper awake than looked after
 constexpr float elsewhere = 1e6f;  // m, mark of a particle that has just woken
 
-bool moves(const Solid& solid) {
-  return !solid.linear_velocity.isZero(0.0) || !solid.angular_velocity.isZero(0.0);
-}
-
 }  // namespace
 
 void Sleep::restore(State state, const Particles& particles) {
@@ -51,13 +47,15 @@ Sleep::Box Sleep::swept(const Particles& particles, std::size_t i, float dt) con
   return {x.cwiseMin(next) - room, x.cwiseMax(next) + room};
 }
 
-bool Sleep::reached(const Lump& lump, const VectorField& position, const Solid& solid, float dt) const {
-  const Eigen::Isometry3d to_solid = solid.pose.inverse();
-  const double speed = solid.linear_velocity.norm(), turn = solid.angular_velocity.norm();
+/// Whether a solid that moves from one pose to the other may touch a lump.
+bool Sleep::reached(const Lump& lump, const VectorField& position, const Solid& solid,
+                    const Eigen::Isometry3d& start, const Eigen::Isometry3d& end) const {
+  const Eigen::Isometry3d to_solid = start.inverse();
+  const double way = (end.translation() - start.translation()).norm();
+  const double turn = (end.linear() - start.linear()).norm();  // m a metre from its origin, at least
   const auto near = [&](const Eigen::Vector3f& x, double radius) {
     const Eigen::Vector3d local = to_solid * x.cast<double>();
-    return surface(solid, local).distance <
-           radius + 1.5 * spacing_ + (speed + turn * (local.norm() + radius)) * dt;
+    return surface(solid, local).distance < radius + 1.5 * spacing_ + way + turn * (local.norm() + radius);
   };
   return near(lump.box.center(), 0.5 * lump.box.diagonal().norm()) &&
          std::any_of(lump.members.begin(), lump.members.end(),
@@ -74,14 +72,11 @@ bool Sleep::disturbed(const Lump& lump, const VectorField& position, const Surro
     if (box.intersects(Box(from.cwiseMin(to), from.cwiseMax(to)))) return true;
   }
   for (std::size_t s = 0; s < around.solids.size(); ++s) {
-    Solid solid = around.solids[s];
-    const bool moving = moves(solid);
-    solid.pose = poseAfter(solid, around.from);
-    const bool moved = s < poses_.size() && !(poses_[s].matrix() - solid.pose.matrix()).isZero(1e-9);
-    if ((moving || moved) && reached(lump, position, solid, around.dt)) return true;
-    if (!moved) continue;
-    solid.pose = poses_[s];
-    if (reached(lump, position, solid, around.dt)) return true;
+    const Eigen::Isometry3d &start = around.start[s], &end = around.end[s];
+    const bool moving = start.matrix() != end.matrix();
+    const bool moved = s < poses_.size() && !(poses_[s].matrix() - start.matrix()).isZero(1e-9);
+    if ((moving || moved) && reached(lump, position, around.solids[s], start, end)) return true;
+    if (moved && reached(lump, position, around.solids[s], poses_[s], poses_[s])) return true;
   }
   return !poses_.empty() && poses_.size() != around.solids.size();
 }
@@ -99,8 +94,7 @@ bool Sleep::wake(const Particles& all, const Particles& awake, const Surrounding
       state_.mark.set(i, Eigen::Vector3f::Constant(elsewhere));
     }
   }
-  poses_.clear();
-  for (const Solid& solid : around.solids) poses_.push_back(poseAfter(solid, around.from));
+  poses_ = around.start;
   lumps_.erase(std::remove_if(lumps_.begin(), lumps_.end(),
                               [&](const Lump& lump) {
                                 return std::find(woken.begin(), woken.end(), lump.number) != woken.end();

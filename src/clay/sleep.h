@@ -15,8 +15,8 @@ namespace tactile_clay::clay {
 struct Surroundings {
   const Ghosts& ghosts;  // at the end of the step
   const std::vector<Solid>& solids;
-  double from;  // s, at which the step begins in the solids' motions
-  float dt;     // s
+  const std::vector<Eigen::Isometry3d>&start, &end;  // poses of the solids then; one a solid
+  float dt;                                          // s
 };
 
 /// Clay that has come to rest sleeps: it is left out of the solver, and costs nothing, until something comes
@@ -62,7 +62,8 @@ class Sleep {
   };
   Box swept(const Particles& particles, std::size_t i, float dt) const;
   bool disturbed(const Lump& lump, const VectorField& position, const Surroundings& around) const;
-  bool reached(const Lump& lump, const VectorField& position, const Solid& solid, float dt) const;
+  bool reached(const Lump& lump, const VectorField& position, const Solid& solid,
+               const Eigen::Isometry3d& start, const Eigen::Isometry3d& end) const;
 
   float spacing_;
   State state_;

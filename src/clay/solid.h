@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <functional>
 #include <string>
+#include <vector>
 
 namespace tactile_clay::clay {
 
@@ -13,10 +15,15 @@ struct Solid {
   Shape shape = Shape::box;
   Eigen::Vector3d size =
       Eigen::Vector3d::Zero();  // m; box: half extents; cylinder: radius, half length (z); sphere: radius
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  // of the shape in world, at the start of a frame
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  // of the shape in world
+  // For what moves steadily from there, see `poseAfter`.
   Eigen::Vector3d linear_velocity = Eigen::Vector3d::Zero();   // m/s, of the shape's origin
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // rad/s, world axes
 };
+
+/// How solids move: sets `poses` to their poses in world at time t (s), one a solid in their order. Equal
+/// times give equal bits.
+using SolidMotion = std::function<void(double t, std::vector<Eigen::Isometry3d>& poses)>;
 
 struct SurfacePoint {
   double distance;         // m, negative inside

@@ -54,6 +54,7 @@ ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(source + ": " + error.what());
   }
+  for (const std::string& remark : solids_->remarks()) ROS_WARN("clay_simulator: %s", remark.c_str());
   restart();
 
   skin_subscriber_ = inbox_.subscribe<Cloud>(nh, topic::hands_skin, lockstep_ ? lockstep_queue : 1,
@@ -177,7 +178,7 @@ clay::Ghosts ClaySimulator::read(const Cloud& skin) {
 double ClaySimulator::step(const clay::Ghosts& ghosts, double duration) {
   const std::lock_guard<std::mutex> lock(clay_mutex_);
   const ros::WallTime start = ros::WallTime::now();
-  clay_->advance(ghosts, solids_->at(clay_->time()), duration);
+  clay_->advance(ghosts, solids_->solids(), solids_->motion(), duration);
   const ros::WallTime now = ros::WallTime::now();
   const double computing = (now - start).toSec();
   busy_ += computing;

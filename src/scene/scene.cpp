@@ -94,6 +94,12 @@ std::uint8_t materialOf(YamlMap& body, const Places& places, Scene& scene,
   return known[name] = static_cast<std::uint8_t>(scene.materials.size() - 1);
 }
 
+/// Whether two motions of a joint go on at the same time.
+bool overlap(const Motion& a, const Motion& b) {
+  constexpr double rounding = 1e-9;  // s, of a start that is the sum of others
+  return std::min(a.start + a.duration, b.start + b.duration) - std::max(a.start, b.start) > rounding;
+}
+
 void readBody(YamlMap map, const Places& places, Scene& scene, std::map<std::string, std::uint8_t>& known) {
   Body body;
   body.name = map.get<std::string>("name", "a name");
@@ -163,8 +169,9 @@ Scene loadScene(const std::string& name, const std::string& share, double spacin
     if (motion.start < 0.0 || motion.duration < 0.0)
       entry.fail("'start' or 'duration' is out of its range, expected 0 s or more");
     for (const Motion& other : scene.motions)
-      if (other.joint == motion.joint)
-        entry.fail("joint '" + motion.joint + "' has two motions, expected one");
+      if (other.joint == motion.joint && overlap(other, motion))
+        entry.fail("motions of joint '" + motion.joint +
+                   "' overlap, expected each to end ('start' + 'duration') before the next one starts");
     scene.motions.push_back(motion);
   }
   map.finish();

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "scene/joint_motions.h"
+
 namespace tactile_clay::scene {
 namespace {
 
@@ -82,99 +84,79 @@ clay::Solid toSolid(const std::string& link, const urdf::Collision& collision) {
   return solid;
 }
 
-struct Twist {
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d linear = Eigen::Vector3d::Zero();   // m/s of the origin
-  Eigen::Vector3d angular = Eigen::Vector3d::Zero();  // rad/s
-};
-
 }  // namespace
 
 struct Solids::Model {
   urdf::ModelInterfaceSharedPtr urdf;
-  std::vector<Motion> motions;
+  JointMotions joints;
+  std::vector<clay::Solid> solids;
 
-  double position(const Motion& m, double t) const {
-    return m.velocity * std::clamp(t - m.start, 0.0, std::max(m.duration, 0.0));
-  }
-  double velocity(const Motion& m, double t) const {
-    return t >= m.start && t < m.start + m.duration ? m.velocity : 0.0;
-  }
-  const Motion* motionOf(const std::string& joint) const {
-    const auto found =
-        std::find_if(motions.begin(), motions.end(), [&](const Motion& m) { return m.joint == joint; });
-    return found == motions.end() ? nullptr : &*found;
-  }
-
-  void collect(const urdf::Link& link, const Twist& twist, double t, std::vector<clay::Solid>& solids) const {
-    for (const auto& collision : link.collision_array) {
-      clay::Solid solid = toSolid(link.name, *collision);
-      solid.pose = twist.pose * toEigen(collision->origin);
-      solid.angular_velocity = twist.angular;
-      solid.linear_velocity =
-          twist.linear + twist.angular.cross(solid.pose.translation() - twist.pose.translation());
-      solids.push_back(solid);
-    }
+  /// Calls f(link, collision, pose) for every collision of a link and of what hangs on it. \param pose of it
+  template <typename F>
+  void forCollisions(const urdf::Link& link, const Eigen::Isometry3d& pose, double t, const F& f) const {
+    for (const auto& collision : link.collision_array) f(link, *collision, pose * toEigen(collision->origin));
     for (const auto& joint : link.child_joints) {
-      const auto child = urdf->getLink(joint->child_link_name);
-      Twist next;
-      next.pose = twist.pose * toEigen(joint->parent_to_joint_origin_transform);
-      next.angular = twist.angular;
-      next.linear = twist.linear + twist.angular.cross(next.pose.translation() - twist.pose.translation());
-      const Eigen::Vector3d axis = Eigen::Vector3d(joint->axis.x, joint->axis.y, joint->axis.z).normalized();
-      if (const Motion* motion = motionOf(joint->name)) {
-        const double q = position(*motion, t), rate = velocity(*motion, t);
-        const Eigen::Vector3d world_axis = next.pose.linear() * axis;
-        if (joint->type == urdf::Joint::PRISMATIC) {
-          next.pose.translation() += q * world_axis;
-          next.linear += rate * world_axis;
-        } else {
-          next.pose.linear() = next.pose.linear() * Eigen::AngleAxisd(q, axis).toRotationMatrix();
-          next.angular += rate * world_axis;
-        }
+      Eigen::Isometry3d next = pose * toEigen(joint->parent_to_joint_origin_transform);
+      if (canMove(*joint)) {
+        const double q = joints.position(joint->name, t);
+        const Eigen::Vector3d axis =
+            Eigen::Vector3d(joint->axis.x, joint->axis.y, joint->axis.z).normalized();
+        if (joint->type == urdf::Joint::PRISMATIC)
+          next.translation() += q * (next.linear() * axis);
+        else if (q != 0.0)
+          next.linear() = next.linear() * Eigen::AngleAxisd(q, axis).toRotationMatrix();
       }
-      collect(*child, next, t, solids);
+      forCollisions(*urdf->getLink(joint->child_link_name), next, t, f);
     }
+  }
+  template <typename F>
+  void forCollisions(double t, const F& f) const {
+    forCollisions(*urdf->getRoot(), Eigen::Isometry3d::Identity(), t, f);
   }
 };
 
-Solids::Solids(const std::string& urdf_xml, const std::vector<Motion>& motions)
-    : model_(std::make_unique<Model>()) {
-  model_->urdf = parse(urdf_xml);
-  model_->motions = motions;
-  for (const Motion& motion : motions) {
-    const auto joint = model_->urdf->getJoint(motion.joint);
-    if (!joint)
-      throw std::runtime_error("scene: motion of joint '" + motion.joint + "', expected a joint of the URDF");
-    if (joint->type != urdf::Joint::CONTINUOUS && joint->type != urdf::Joint::REVOLUTE &&
-        joint->type != urdf::Joint::PRISMATIC) {
-      throw std::runtime_error("scene: joint '" + motion.joint +
-                               "' cannot move, expected a continuous, revolute or prismatic joint");
-    }
-    if (joint->axis.x == 0.0 && joint->axis.y == 0.0 && joint->axis.z == 0.0)
-      throw std::runtime_error("urdf: joint '" + motion.joint +
-                               "' has no axis, expected one that is not zero");
-  }
-  at(0.0);  // every collision shape is looked at once, so that a bad one is found here
+Solids::Solids(const std::string& urdf_xml, const std::vector<Motion>& motions) {
+  const urdf::ModelInterfaceSharedPtr urdf = parse(urdf_xml);
+  model_ = std::make_unique<Model>(Model{urdf, JointMotions(*urdf, motions), {}});
+  model_->forCollisions(
+      0.0, [&](const urdf::Link& link, const urdf::Collision& collision, const Eigen::Isometry3d& pose) {
+        model_->solids.push_back(toSolid(link.name, collision));
+        model_->solids.back().pose = pose;
+      });
 }
 
 Solids::~Solids() = default;
 
+const std::vector<clay::Solid>& Solids::solids() const {
+  return model_->solids;
+}
+
+clay::SolidMotion Solids::motion() const {
+  return [model = model_.get()](double t, std::vector<Eigen::Isometry3d>& poses) {
+    poses.clear();
+    model->forCollisions(t, [&](const urdf::Link&, const urdf::Collision&, const Eigen::Isometry3d& pose) {
+      poses.push_back(pose);
+    });
+  };
+}
+
 std::vector<clay::Solid> Solids::at(double t) const {
-  std::vector<clay::Solid> solids;
-  model_->collect(*model_->urdf->getRoot(), Twist{}, t, solids);
+  std::vector<clay::Solid> solids = model_->solids;
+  std::vector<Eigen::Isometry3d> poses;
+  motion()(t, poses);
+  for (std::size_t s = 0; s < solids.size(); ++s) solids[s].pose = poses[s];
   return solids;
 }
 
 std::map<std::string, double> Solids::joints(double t) const {
   std::map<std::string, double> positions;
-  for (const auto& entry : model_->urdf->joints_) {
-    const urdf::Joint& joint = *entry.second;
-    if (joint.type == urdf::Joint::FIXED || joint.type == urdf::Joint::UNKNOWN) continue;
-    const Motion* motion = model_->motionOf(entry.first);
-    positions[entry.first] = motion != nullptr ? model_->position(*motion, t) : 0.0;
-  }
+  for (const auto& [name, joint] : model_->urdf->joints_)
+    if (canMove(*joint)) positions[name] = model_->joints.position(name, t);
   return positions;
+}
+
+const std::vector<std::string>& Solids::remarks() const {
+  return model_->joints.remarks();
 }
 
 }  // namespace tactile_clay::scene

@@ -20,11 +20,18 @@ class Solids {
   Solids(const std::string& urdf_xml, const std::vector<Motion>& motions);
   ~Solids();
 
-  /// Solids with their poses and velocities at time t (s).
+  /// All solids, with their poses at time 0.
+  const std::vector<clay::Solid>& solids() const;
+  /// Their poses, by time (s); good as long as this lives.
+  clay::SolidMotion motion() const;
+  /// Solids with their poses at time t (s).
   std::vector<clay::Solid> at(double t) const;
 
-  /// Position of each moving joint at time t (rad or m), by name.
+  /// Position of each joint that can move at time t (rad or m), by name.
   std::map<std::string, double> joints(double t) const;
+
+  /// What the motions ask for and do not get, a line each.
+  const std::vector<std::string>& remarks() const;
 
  private:
   struct Model;

@@ -57,9 +57,8 @@ Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::
   double time = 0.0;
   for (const HandSample& sample : samples) {
     const double before = clay.time();
-    const auto solids_now = solids.at(before);
     const auto start = std::chrono::steady_clock::now();
-    clay.advance(sample.skin, solids_now, sample.duration);
+    clay.advance(sample.skin, solids.solids(), solids.motion(), sample.duration);
     const double ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     // A recorded sample may be shorter than a step, or longer than a frame.

@@ -52,7 +52,7 @@ class Rig {
     ghosts_.normal = skin.normal;
     ghosts_.velocity = skin.velocity;
   }
-  void advance() { clay_->advance(ghosts_, solids_->at(clay_->time()), frame); }
+  void advance() { clay_->advance(ghosts_, solids_->solids(), solids_->motion(), frame); }
   const clay::Clay& clay() const { return *clay_; }
 
  private:

@@ -41,7 +41,7 @@ Outcome simulate(const std::string& name, Budget budget) {
   o.first_height = high - low + 0.5 * scene.config.spacing;
   double early = 0.0, first_bonds = 0.0;
   for (int k = 1; k <= 90; ++k) {
-    clay.advance({}, solids.at(clay.time()), scene.config.frame);
+    clay.advance({}, solids.solids(), solids.motion(), scene.config.frame);
     if (k == 1) first_bonds = static_cast<double>(clay.statistics().bonds);
     if (k > 3) o.liveliest = std::max(o.liveliest, internalSpeed(clay.particles()));
     if (k == 15) early = slide();

@@ -113,7 +113,7 @@ TEST(Scene, NumbersAreFiniteAndInTheirRange) {
       {wheel + "  - {joint: wheel_joint, velocity: 1, duration: .nan}\n", ":5: 'duration' is no number"},
       {wheel + "  - {joint: wheel_joint, velocity: 1, start: -1}\n", ":5: 'start' or 'duration'"},
       {wheel + "  - {joint: wheel_joint, velocity: 1}\n  - {joint: wheel_joint, velocity: 2}\n",
-       ":6: joint 'wheel_joint' has two motions"}};
+       ":6: motions of joint 'wheel_joint' overlap"}};
   for (const auto& [yaml, words] : wrong)
     EXPECT_NE(complaint(yaml).find(words), std::string::npos) << yaml << complaint(yaml);
   EXPECT_EQ(complaint(wheel + "  - {joint: wheel_joint, velocity: 1, duration: .inf}\n"), "");

@@ -26,20 +26,24 @@ TEST(Solids, TheWheelTurnsAtItsSpeed) {
   const auto wheel =
       std::find_if(at.begin(), at.end(), [](const clay::Solid& s) { return s.name == "wheel"; });
   ASSERT_NE(wheel, at.end());
-  EXPECT_NEAR(wheel->angular_velocity.z(), 2 * M_PI, 1e-6);
   EXPECT_TRUE((wheel->pose.linear() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY(), 1e-6));
 }
 
-TEST(Solids, VelocitiesAreTheRateOfThePoses) {
+TEST(Solids, TheirMotionIsThatOfTheScene) {
   const Solids solids = solidsOf("press");
-  const double t = 0.6, dt = 1e-4;
-  const auto a = solids.at(t - dt), b = solids.at(t + dt), mid = solids.at(t);
-  for (std::size_t i = 0; i < mid.size(); ++i) {
-    const Eigen::Vector3d rate = (b[i].pose.translation() - a[i].pose.translation()) / (2 * dt);
-    EXPECT_TRUE(rate.isApprox(mid[i].linear_velocity, 1e-6) || (rate - mid[i].linear_velocity).norm() < 1e-9);
-  }
-  EXPECT_EQ(solids.at(0.4).back().linear_velocity.norm(), 0.0);  // before its start
-  EXPECT_EQ(solids.at(1.0).back().linear_velocity.norm(), 0.0);  // after its end
+  ASSERT_EQ(solids.solids().back().name, "plate");
+  const double high = solids.solids().back().pose.translation().z();
+  const auto heightAt = [&](double t) {
+    std::vector<Eigen::Isometry3d> poses{5};  // what is there is replaced
+    solids.motion()(t, poses);
+    EXPECT_EQ(poses.size(), solids.solids().size());
+    EXPECT_EQ(poses.back().matrix(), solids.at(t).back().pose.matrix());
+    return poses.back().translation().z();
+  };
+  EXPECT_EQ(heightAt(0.4), high);  // before its start
+  EXPECT_NEAR(heightAt(0.6), high - 0.01, 1e-12);
+  EXPECT_NEAR(heightAt(0.67), high - 0.017, 1e-12);  // its end
+  EXPECT_NEAR(heightAt(1.0), high - 0.017, 1e-12);
 }
 
 TEST(Solids, BadModelsAndMotionsAreNamed) {
@@ -99,7 +103,6 @@ TEST(Solids, TheLengthOfAnAxisDoesNotMatter) {
   const Solids solids(wheel("sphere radius='0.1'", "0 0 3"), {turning});
   const clay::Solid solid = solids.at(0.5).front();
   EXPECT_TRUE((solid.pose.linear() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY(), 1e-12));
-  EXPECT_NEAR(solid.angular_velocity.z(), M_PI, 1e-12);
 }
 
 }  // namespace
