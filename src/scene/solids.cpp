@@ -4,7 +4,6 @@
 #include <urdf_model/model.h>
 #include <urdf_parser/urdf_parser.h>
 
-#include <algorithm>
 #include <stdexcept>
 
 #include "scene/joint_motions.h"
