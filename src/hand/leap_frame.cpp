@@ -197,6 +197,15 @@ TrackedHand readHand(const Json& hand, const std::string& id, const Pointables& 
   return tracked;
 }
 
+constexpr char no_bones[] =
+    "its fingers have no bones, as in Leap's protocols 1 to 4, expected protocol 5 or 6";
+
+bool haveNoBones(const Json& pointables) {
+  return !pointables.empty() && std::none_of(pointables.begin(), pointables.end(), [](const Json& pointable) {
+    return pointable.is_object() && pointable.contains("mcpPosition");
+  });
+}
+
 std::runtime_error noLeapMessage(const std::string& where, const std::exception& error) {
   return std::runtime_error(where + ": " + error.what() +
                             ", expected one message of Leap's JSON protocol v6");
@@ -218,6 +227,7 @@ std::optional<LeapFrame> parseLeapFrame(const std::string& text, const std::stri
     LeapFrame result;
     result.frame.stamp = leap::timestamp(message);
     const Pointables by_hand = sorted(pointables);
+    result.without_bones = haveNoBones(pointables);
     for (std::size_t i = 0; i < hands.size(); ++i) {
       std::string name = "hand " + std::to_string(i) + " of the frame";
       try {
@@ -225,13 +235,22 @@ std::optional<LeapFrame> parseLeapFrame(const std::string& text, const std::stri
         name = "hand " + id;
         result.frame.hands.push_back(readHand(hands[i], id, by_hand));
       } catch (const std::runtime_error& error) {
-        result.dropped.push_back(where + ": " + name + " is dropped: " + error.what());
+        result.dropped.push_back(where + ": " + name +
+                                 " is dropped: " + (result.without_bones ? no_bones : error.what()));
       }
     }
     return result;
   } catch (const std::exception& error) {
     throw noLeapMessage(where, error);
   }
+}
+
+std::optional<int> parseLeapVersion(const std::string& text) {
+  const Json message = Json::parse(text, nullptr, false);
+  if (!message.is_object() || message.contains("hands")) return std::nullopt;
+  const auto version = message.find("version");
+  if (version == message.end() || !version->is_number_integer()) return std::nullopt;
+  return version->get<int>();
 }
 
 std::optional<LeapDevice> parseLeapDevice(const std::string& text, const std::string& where) {

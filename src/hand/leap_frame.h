@@ -13,6 +13,7 @@ namespace tactile_clay::hand {
 struct LeapFrame {
   TrackedFrame frame;
   std::vector<std::string> dropped;  // why, one line a hand that could not be used
+  bool without_bones = false;        // fingers are there, but none has bones, as in the first protocols
 };
 
 /// Reads one message. Optional fields may be missing: metacarpal and wrist joints are then placed by the
@@ -24,6 +25,9 @@ struct LeapFrame {
 /// such as `file:line` \return nothing for an empty line, and for the service's version and event messages
 /// \throws std::runtime_error with one line if it is no such message
 std::optional<LeapFrame> parseLeapFrame(const std::string& text, const std::string& where);
+
+/// The protocol that the service's first message names. \return nothing for any other message
+std::optional<int> parseLeapVersion(const std::string& text);
 
 /// A device event of the service: what it says of one tracker.
 struct LeapDevice {

@@ -19,12 +19,20 @@ constexpr std::size_t longest_line = leap::Limits().bytes;
 // long.
 constexpr int most_lines = 10'000;
 constexpr std::size_t most_bytes = 16U << 20U;
+constexpr std::size_t longest_leapjs = 256U
+                                       << 20U;  // bytes; its recorders take 20 MB of two hands in a minute
+constexpr std::size_t beginning = 64U << 10U;   // bytes by which its format is told
+// That are looked through for a hand with bones: 10 s or more of a recording, but no longer of anything else.
+constexpr int frames_without_bones = 600;
+constexpr z_off_t bytes_without_bones = 64U << 20U;
 
 }  // namespace
 
 void LeapRecording::fail(const std::string& what) const {
-  throw std::runtime_error("recording '" + path_ + "': " + what +
-                           ", expected a file of Leap v6 JSON frames, one a line, plain or gzipped");
+  throw std::runtime_error(
+      "recording '" + path_ + "': " + what +
+      ", expected a file of Leap v6 JSON frames, one a line or as leapjs-playback saves them, plain "
+      "or gzipped");
 }
 
 void LeapRecording::open(const SourceOptions& options) {
@@ -32,14 +40,65 @@ void LeapRecording::open(const SourceOptions& options) {
   path_ = options.file;
   loop_ = options.loop;
   if (path_.empty()) fail("no file is given");
+  toBegin();
+  openLeapjs();
+  requireBones();
+  first_ = nextFrame();
+  if (!first_) fail("holds no frame");
+}
+
+void LeapRecording::toBegin() {
   try {
     file_.reset(files::openGzip(path_, files::most::recording));
   } catch (const std::runtime_error& error) {
     fail(std::string(error.what()).substr(path_.size() + 2));
   }
   gzbuffer(file_.get(), 1U << 17U);
-  first_ = nextFrame();
-  if (!first_) fail("holds no frame");
+  line_ = 0;
+}
+
+void LeapRecording::openLeapjs() {
+  std::string text(beginning, '\0');
+  const auto read = [&](std::size_t from) {
+    const int got = gzread(file_.get(), &text[from], static_cast<unsigned>(text.size() - from));
+    text.resize(from + static_cast<std::size_t>(std::max(got, 0)));
+    return got > 0;
+  };
+  read(0);
+  if (LeapjsRecording::isOne(text)) {
+    for (std::size_t size = text.size(); text.size() <= longest_leapjs; size = text.size()) {
+      text.resize(size + beginning);
+      if (!read(size)) break;
+    }
+    try {
+      leapjs_.emplace(std::move(text), longest_leapjs);
+    } catch (const std::runtime_error& error) {
+      fail(error.what());
+    }
+  }
+  toBegin();
+}
+
+// Told at once, and not hand by hand while the rig runs.
+void LeapRecording::requireBones() {
+  bool boneless = false;
+  try {
+    for (int i = 0; i < frames_without_bones && gztell(file_.get()) < bytes_without_bones && !boneless; ++i) {
+      const auto frame = nextFrame();
+      if (!frame || !frame->frame.hands.empty()) break;
+      boneless = frame->without_bones;
+    }
+  } catch (const std::runtime_error&) {
+    // It is told where the frame is read.
+  }
+  if (boneless)
+    fail("its fingers have no bones, as in Leap's " +
+         (protocol_ ? "protocol " + std::to_string(*protocol_) : std::string("protocols 1 to 4")));
+  toBegin();
+  stamps_ = {};
+  dropped_hands_ = 0;
+  last_drop_.clear();
+  new_drop_.clear();
 }
 
 bool LeapRecording::readLine(std::string& line) {
@@ -63,16 +122,35 @@ bool LeapRecording::readLine(std::string& line) {
   return true;
 }
 
+bool LeapRecording::readMessage(std::string& message, std::string& where) {
+  if (!leapjs_) {
+    const bool read = readLine(message);
+    where = path_ + ":" + std::to_string(line_);
+    return read;
+  }
+  if (line_ == leapjs_->frames()) return false;
+  where = path_ + ": frame " + std::to_string(++line_);
+  try {
+    message = leapjs_->frame(line_ - 1);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(where + " " + error.what());
+  }
+  return true;
+}
+
 std::optional<LeapFrame> LeapRecording::nextFrame() {
-  std::string line;
+  std::string message, where;
   std::size_t bytes = 0;
-  for (int lines = 0; readLine(line); ++lines) {
-    bytes += line.size();
+  for (int lines = 0; readMessage(message, where); ++lines) {
+    bytes += message.size();
     if (lines > most_lines || bytes > most_bytes)
       fail("no frame in " + std::to_string(lines) + " lines and " + std::to_string(bytes) +
            " bytes up to line " + std::to_string(line_));
-    auto frame = parseLeapFrame(line, path_ + ":" + std::to_string(line_));
-    if (!frame) continue;
+    auto frame = parseLeapFrame(message, where);
+    if (!frame) {
+      if (const auto version = parseLeapVersion(message)) protocol_ = version;
+      continue;
+    }
     dropped_hands_ += frame->dropped.size();
     if (!frame->dropped.empty()) last_drop_ = new_drop_ = frame->dropped.back();
     frame->frame.stamp = stamps_(frame->frame.stamp);
@@ -83,8 +161,7 @@ std::optional<LeapFrame> LeapRecording::nextFrame() {
 
 void LeapRecording::rewind() {
   stamps_.rewind();
-  line_ = 0;
-  if (gzrewind(file_.get()) != 0) fail("cannot be rewound");
+  toBegin();
 }
 
 HandSource::Read LeapRecording::read(TrackedFrame& frame, std::chrono::milliseconds /*timeout*/) {

@@ -9,16 +9,18 @@
 #include "files/input_file.h"
 #include "hand/hand_source.h"
 #include "hand/leap_frame.h"
+#include "hand/leapjs_recording.h"
 #include "hand/loop_stamps.h"
 
 namespace tactile_clay::hand {
 
-/// A recording of Leap v6 messages, one JSON a line, plain or gzipped (`leapd`'s websocket written to a
-/// file). Streams: holds one line in memory. Looped, its clock goes on by the mean frame time from the last
-/// to the first.
+/// A recording of Leap v6 messages, one JSON a line (`leapd`'s websocket written to a file), or as
+/// leapjs-playback saves it (leapjs_recording.h), plain or gzipped. Lines are streamed: one is in memory.
+/// Looped, its clock goes on by the mean frame time from the last to the first.
 class LeapRecording : public HandSource {
  public:
-  /// \throws std::runtime_error if `options.file` cannot be read or holds no frame at all
+  /// \throws std::runtime_error if `options.file` cannot be read, holds no frame at all, or is of a protocol
+  /// whose hands have no bones
   void open(const SourceOptions& options) override;
 
   /// Does not wait. \throws std::runtime_error for a line that is no Leap message, with file and line
@@ -33,7 +35,11 @@ class LeapRecording : public HandSource {
   const std::string& lastDrop() const { return last_drop_; }  // one line, empty while there was none
 
  private:
+  void toBegin();
+  void openLeapjs();
+  void requireBones();
   bool readLine(std::string& line);
+  bool readMessage(std::string& message, std::string& where);
   std::optional<LeapFrame> nextFrame();
   void rewind();
   [[noreturn]] void fail(const std::string& what) const;
@@ -41,8 +47,10 @@ class LeapRecording : public HandSource {
   std::string path_;
   std::unique_ptr<gzFile_s, files::CloseGzip> file_;
   bool loop_ = false;
-  std::uint64_t line_ = 0;
-  std::optional<LeapFrame> first_;  // read by open, not yet handed out
+  std::uint64_t line_ = 0;                 // or message
+  std::optional<LeapjsRecording> leapjs_;  // else a message is a line of the file
+  std::optional<int> protocol_;            // as the recording says
+  std::optional<LeapFrame> first_;         // read by open, not yet handed out
 
   LoopStamps stamps_;
 

@@ -104,7 +104,7 @@ TEST_F(LeapRecordingFile, WhatIsNoRecordingSaysSoWhenOpened) {
   EXPECT_TRUE(line(openError(write("version_only", "{\"version\":6}\n")), "holds no frame"));
   EXPECT_TRUE(line(openError(write("text", "a diary\n")), "text:1: is not JSON"));
   EXPECT_TRUE(line(openError(write("binary", std::string("\0\1\2\3\n", 5))), "not text"));
-  EXPECT_TRUE(line(openError(write("metadata", "{\"metadata\":{},\"frames\":[]}")), "neither hands"));
+  EXPECT_TRUE(line(openError(write("metadata", "{\"metadata\":{},\"frames\":[]}")), "no frames"));
 }
 
 TEST_F(LeapRecordingFile, ABadLineThrowsWithItsNumber) {

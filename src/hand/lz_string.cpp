@@ -1,0 +1,151 @@
+#include "hand/lz_string.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace tactile_clay::hand {
+namespace {
+
+using Letter = std::uint16_t;  // a unit of UTF-16
+using Letters = std::vector<Letter>;
+
+/// Bits out of base64, six a letter, the highest first.
+class Bits {
+ public:
+  explicit Bits(const std::string& base64) : text_(base64) {}
+
+  /// A number whose lowest bit comes first.
+  std::uint32_t number(unsigned width) {
+    std::uint32_t value = 0;
+    for (unsigned i = 0; i < width; ++i) value |= bit() << i;
+    return value;
+  }
+
+ private:
+  std::uint32_t bit() {
+    if (left_ == 0) {
+      six_ = nextLetter();
+      left_ = 6;
+    }
+    return six_ >> --left_ & 1U;
+  }
+
+  std::uint32_t nextLetter() {
+    while (at_ < text_.size()) {
+      const char c = text_[at_++];
+      if (c >= 'A' && c <= 'Z') return static_cast<std::uint32_t>(c - 'A');
+      if (c >= 'a' && c <= 'z') return static_cast<std::uint32_t>(c - 'a' + 26);
+      if (c >= '0' && c <= '9') return static_cast<std::uint32_t>(c - '0' + 52);
+      if (c == '+') return 62;
+      if (c == '/') return 63;
+      if (c == '=') return 0;  // fills up the last letters
+      if (c != ' ' && c != '\t' && c != '\r' && c != '\n') throw std::runtime_error("is not base64");
+    }
+    throw std::runtime_error("is cut off");
+  }
+
+  const std::string& text_;
+  std::size_t at_ = 0;
+  std::uint32_t six_ = 0;
+  unsigned left_ = 0;
+};
+
+/// Words by their codes, each the one before it and a letter. The first three codes mean something else.
+class Dictionary {
+ public:
+  std::uint32_t size() const { return static_cast<std::uint32_t>(words_.size()); }
+  void add(std::uint32_t before, Letter last) { words_.push_back({before, last}); }
+
+  Letters word(std::uint32_t code) const {
+    Letters letters;
+    for (; code != none; code = words_[code].before) letters.push_back(words_[code].last);
+    std::reverse(letters.begin(), letters.end());
+    return letters;
+  }
+
+  static constexpr std::uint32_t none = 0;
+
+ private:
+  struct Word {
+    std::uint32_t before;
+    Letter last;
+  };
+  std::vector<Word> words_{3};
+};
+
+/// UTF-8 out of units of UTF-16, which come one after the other.
+class Utf8 {
+ public:
+  explicit Utf8(std::size_t most_bytes) : most_(most_bytes) {}
+
+  void add(const Letters& letters) {
+    for (const Letter letter : letters) add(letter);
+    if (text_.size() > most_)
+      throw std::runtime_error("unpacks to more than " + std::to_string(most_) +
+                               " bytes, expected at most as many");
+  }
+
+  std::string take() { return std::move(text_); }
+
+ private:
+  void add(std::uint32_t unit) {
+    const bool low = unit >= 0xDC00 && unit < 0xE000;
+    if (low && high_ != 0) unit = 0x10000 + ((high_ - 0xD800) << 10U) + (unit - 0xDC00);
+    high_ = unit >= 0xD800 && unit < 0xDC00 ? unit : 0;
+    if (high_ != 0) return;                              // the other half is to come
+    if (unit >= 0xD800 && unit < 0xE000) unit = 0xFFFD;  // a half alone
+    const auto byte = [this](std::uint32_t value) {
+      text_ += static_cast<char>(static_cast<unsigned char>(value));
+    };
+    if (unit < 0x80) return byte(unit);
+    const int more = unit < 0x800 ? 1 : unit < 0x10000 ? 2 : 3;
+    constexpr std::array<std::uint32_t, 4> mark = {0, 0xC0, 0xE0, 0xF0};
+    byte(mark[static_cast<std::size_t>(more)] | unit >> (6U * static_cast<unsigned>(more)));
+    for (int k = more - 1; k >= 0; --k) byte(0x80U | (unit >> (6U * static_cast<unsigned>(k)) & 0x3FU));
+  }
+
+  std::size_t most_;
+  std::string text_;
+  std::uint32_t high_ = 0;
+};
+
+}  // namespace
+
+std::string unpackLzString(const std::string& base64, std::size_t most_bytes) {
+  enum : std::uint32_t { short_letter, long_letter, end };
+  Bits bits(base64);
+  Dictionary dictionary;
+  Utf8 text(most_bytes);
+  unsigned width = 2;
+  std::uint32_t room = 2;  // words until codes are one bit longer
+  Letters last;
+  std::uint32_t last_code = Dictionary::none;
+  const auto grow = [&] {
+    if (--room == 0) room = 1U << width++;
+  };
+  while (true) {
+    std::uint32_t code = bits.number(width);
+    if (code == end) return text.take();
+    if (code == short_letter || code == long_letter) {
+      dictionary.add(Dictionary::none, static_cast<Letter>(bits.number(code == short_letter ? 8 : 16)));
+      code = dictionary.size() - 1;
+      grow();
+    }
+    // A word may be its own: the last one and its first letter.
+    const bool own = code == dictionary.size() && !last.empty();
+    if (code >= dictionary.size() && !own) throw std::runtime_error("has a word that nobody knows");
+    Letters word = own ? last : dictionary.word(code);
+    if (own) word.push_back(last.front());
+    text.add(word);
+    if (!last.empty()) dictionary.add(last_code, word.front());
+    grow();
+    last = std::move(word);
+    last_code = code;
+  }
+}
+
+}  // namespace tactile_clay::hand

@@ -1,0 +1,190 @@
+#include "hand/leapjs_recording.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "hand/leap_recording.h"
+#include "hand/lz_string.h"
+#include "support/leap_message.h"
+#include "support/scratch_folder.h"
+
+namespace tactile_clay::hand {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t most = 1U << 20U;
+
+template <typename Call>
+std::string errorOf(const Call& call) {
+  try {
+    call();
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(LzString, UnpacksWhatItsOwnTestsPack) {
+  EXPECT_EQ(unpackLzString("BYUwNmD2A0AECWsCGBbZtDUzkA==", most), "hello, i am a \xE7\x8C\xAB");
+  EXPECT_EQ(unpackLzString("IZA=", most), "a");
+  EXPECT_EQ(unpackLzString("Q===", most), "");
+}
+
+TEST(LzString, WhatIsNoneIsRefused) {
+  EXPECT_NE(errorOf([] { unpackLzString("BYUwNmD2A0AECWsC", most); }).find("cut off"), std::string::npos);
+  EXPECT_NE(errorOf([] { unpackLzString("BY{}", most); }).find("not base64"), std::string::npos);
+  EXPECT_NE(errorOf([] { unpackLzString("/w==", most); }).find("nobody knows"), std::string::npos);
+  EXPECT_NE(errorOf([] { unpackLzString("", most); }).find("cut off"), std::string::npos);
+  EXPECT_NE(errorOf([] { unpackLzString("BYUwNmD2A0AECWsCGBbZtDUzkA==", 10); }).find("at most 10"),
+            std::string::npos);
+}
+
+/// LZ-string that tells each letter anew.
+std::string packedLzString(const std::u16string& text) {
+  std::string bits;
+  unsigned width = 2, room = 2;
+  const auto put = [&](unsigned value, unsigned count) {
+    for (unsigned i = 0; i < count; ++i) bits += (value >> i & 1U) != 0 ? '1' : '0';
+  };
+  const auto grow = [&] {
+    if (--room == 0) room = 1U << width++;
+  };
+  for (const char16_t letter : text) {
+    put(letter < 256 ? 0 : 1, width);
+    put(letter, letter < 256 ? 8 : 16);
+    grow();
+    grow();
+  }
+  put(2, width);
+  bits.append((24 - bits.size() % 24) % 24, '0');
+  std::string base64;
+  for (std::size_t i = 0; i < bits.size(); i += 6)
+    base64 += "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/"[std::stoul(bits.substr(i, 6),
+                                                                                            nullptr, 2)];
+  return base64;
+}
+
+TEST(LzString, LettersOfAnyLengthBecomeUtf8) {
+  EXPECT_EQ(unpackLzString(packedLzString(u"x\u00FC\u732B\U0001F600"), most), u8"x\u00FC\u732B\U0001F600");
+  EXPECT_EQ(unpackLzString(packedLzString(std::u16string{0xD83D, u'x', 0xDE00}), most), u8"x\uFFFD");
+}
+
+/// Values of `example`'s names; {"name": [[names]]} for a list of objects.
+json namesOf(const json& example) {
+  json names = json::array();
+  for (const auto& [key, value] : example.items())
+    names.push_back(value.is_array() && !value.empty() && value[0].is_object()
+                        ? json({{key, {namesOf(value[0])}}})
+                        : json(key));
+  return names;
+}
+
+json valuesOf(const json& names, const json& object) {
+  json values = json::array();
+  for (const json& name : names) {
+    if (name.is_string()) {
+      values.push_back(object.at(name.get<std::string>()));
+      continue;
+    }
+    values.push_back(json::array());
+    for (const json& item : object.at(name.begin().key()))
+      values.back().push_back(valuesOf((*name.begin())[0], item));
+  }
+  return values;
+}
+
+class LeapjsFile : public ScratchFolder {
+ protected:
+  void SetUp() override {
+    ScratchFolder::SetUp();
+    for (int i = 0; i < 3; ++i) {
+      json message = leapMessage(knownHand(i == 1 ? Side::left : Side::right));
+      message["timestamp"] = 1000 + 10 * i;
+      messages.push_back(message);
+    }
+  }
+
+  json packed() const {
+    const json names = namesOf(messages[0]);
+    json frames = {names};
+    for (const json& message : messages) frames.push_back(valuesOf(names, message));
+    return {{"metadata", {{"formatVersion", 2}, {"title", "\"frames\": [}"}}}, {"frames", frames}};
+  }
+
+  /// Stamps, us, and sides of what is read.
+  std::string read(const std::string& file) const {
+    LeapRecording recording;
+    SourceOptions options;
+    options.file = file;
+    recording.open(options);
+    std::string all;
+    TrackedFrame frame;
+    while (recording.read(frame, std::chrono::milliseconds(0)) == HandSource::Read::frame) {
+      all += std::to_string(frame.stamp / std::chrono::microseconds(1));
+      for (const TrackedHand& hand : frame.hands) all += hand.side == Side::left ? "l " : "r ";
+    }
+    return all + recording.lastDrop();
+  }
+
+  std::string openError(const std::string& text) const {
+    return errorOf([&] { read(write("bad", text)); });
+  }
+
+  json messages = json::array();
+};
+
+TEST_F(LeapjsFile, EachWayToSaveItReadsTheSame) {
+  const std::string expected = "1000r 1010l 1020r ";
+  EXPECT_EQ(read(write("packed.json", packed().dump())), expected);
+  EXPECT_EQ(read(write("indented.json", packed().dump(2))), expected);
+  EXPECT_EQ(read(write("unpacked.json", json({{"frames", messages}, {"metadata", {}}}).dump())), expected);
+  EXPECT_EQ(read(write("array.json", "\n" + messages.dump())), expected);
+  const std::string text = packed().dump();
+  EXPECT_EQ(read(write("packed.json.lz", packedLzString(std::u16string(text.begin(), text.end())) + "\n")),
+            expected);
+}
+
+TEST_F(LeapjsFile, AFieldThatAFrameDoesNotHaveIsNull) {
+  json recording = packed();
+  const json& names = recording["frames"][0];
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (names[i].is_object()) recording["frames"][2][i] = nullptr;  // neither hands nor pointables
+  EXPECT_EQ(read(write("packed.json", recording.dump())), "1000r 10101020r ");
+}
+
+TEST_F(LeapjsFile, WhatIsBrokenSaysSoWhenOpened) {
+  const std::string text = packed().dump();
+  EXPECT_NE(openError(text.substr(0, text.size() / 2)).find("ends within its JSON"), std::string::npos);
+  EXPECT_NE(openError(R"({"metadata":{},"frames":[]})").find("no frames"), std::string::npos);
+  EXPECT_NE(openError(R"({"metadata":{},"frames":7})").find("no frames"), std::string::npos);
+  EXPECT_NE(openError(packedLzString(u"neither JSON nor anything")).find("no frames"), std::string::npos);
+  EXPECT_NE(openError(std::string(40, 'A')).find("leapjs-playback"), std::string::npos);
+  json more = packed();
+  more["frames"][1].push_back(1);
+  EXPECT_NE(openError(more.dump()).find("frame 1 has 6 values, expected one for each of 5 names"),
+            std::string::npos)
+      << openError(more.dump());
+}
+
+// As in the first protocols: no sides, no bones.
+TEST_F(LeapjsFile, HandsWithoutBonesAreRefusedByTheirProtocol) {
+  std::string lines = "{\"version\":1}\n{\"id\":1,\"timestamp\":5,\"hands\":[],\"pointables\":[]}\n";
+  json message = messages[0];
+  for (json& hand : message["hands"]) hand.erase("type");
+  for (json& pointable : message["pointables"])
+    for (const char* key :
+         {"type", "carpPosition", "mcpPosition", "pipPosition", "dipPosition", "btipPosition"})
+      pointable.erase(key);
+  EXPECT_NE(openError(lines + message.dump() + "\n").find("no bones, as in Leap's protocol 1"),
+            std::string::npos);
+  EXPECT_NE(openError(message.dump()).find("no bones, as in Leap's protocols 1 to 4"), std::string::npos);
+  // A recording that begins with hands is none of them.
+  EXPECT_NE(read(write("mixed", messages[0].dump() + "\n" + message.dump())).find("no bones"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace tactile_clay::hand
