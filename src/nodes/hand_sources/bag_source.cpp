@@ -1,12 +1,77 @@
 #include "nodes/hand_sources/bag_source.h"
 
+#include <ros/console.h>
 #include <pluginlib/class_list_macros.hpp>
+
+#include <set>
 #include <stdexcept>
 
 #include "files/input_file.h"
 #include "nodes/conversions.h"
+#include "nodes/topics.h"
 
 namespace tactile_clay::nodes {
+namespace {
+
+using Hands = ros::message_traits::DataType<TrackedHands>;
+using HandsMd5 = ros::message_traits::MD5Sum<TrackedHands>;
+
+/// The first few of the names, in words.
+std::string listed(const std::set<std::string>& names) {
+  constexpr std::size_t most = 8;
+  std::string list;
+  std::size_t told = 0;
+  for (const std::string& name : names) {
+    if (told++ == most) return list + ", ...";
+    list += (list.empty() ? "" : ", ") + name;
+  }
+  return list;
+}
+
+/// The topic to play: the one that is wanted, or else, where none but the usual one is, the one that a rig in
+/// some namespace has recorded.
+std::string topicOfHands(rosbag::Bag& bag, const std::string& file, const std::string& wanted) {
+  const std::string topic = wanted.empty() ? topic::hands_tracked : wanted;
+  const std::string absolute = topic[0] == '/' ? topic : "/" + topic;
+  const rosbag::View all(bag);
+  std::set<std::string> topics, hands, in_namespaces;
+  for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
+    // A bag holds the name as it was resolved, with a slash in front.
+    if (connection->topic == topic || connection->topic == absolute) return connection->topic;
+    topics.insert(connection->topic);
+    if (connection->datatype != Hands::value()) continue;
+    hands.insert(connection->topic);
+    const std::string ending = std::string("/") + topic::hands_tracked;
+    if (connection->topic.size() > ending.size() &&
+        connection->topic.compare(connection->topic.size() - ending.size(), ending.size(), ending) == 0)
+      in_namespaces.insert(connection->topic);
+  }
+  if (topics.empty())
+    throw std::runtime_error(file + ": holds no message, expected some on topic '" + topic + "'");
+  const std::string missing = file + ": no message on topic '" + topic + "' in this bag";
+  if (hands.empty())
+    throw std::runtime_error(missing + ", nor others of type " + Hands::value() + "; it has " +
+                             listed(topics));
+  const bool usual = topic == topic::hands_tracked;
+  const std::set<std::string>& candidates = in_namespaces.empty() ? hands : in_namespaces;
+  if (!usual || candidates.size() > 1)
+    throw std::runtime_error(missing + "; it has hands on " + listed(hands) + ": name one in topic:=");
+  ROS_INFO("%s: plays its hands of topic %s", file.c_str(), candidates.begin()->c_str());
+  return *candidates.begin();
+}
+
+void requireTrackedHands(const std::string& file, const rosbag::ConnectionInfo& connection) {
+  const std::string what = file + ": topic '" + connection.topic + "' ";
+  if (connection.datatype != Hands::value())
+    throw std::runtime_error(what + "is of type " + connection.datatype + ", expected " + Hands::value());
+  if (connection.md5sum != HandsMd5::value())
+    throw std::runtime_error(
+        what + "holds " + Hands::value() + " of another version (md5 " + connection.md5sum + ", here " +
+        HandsMd5::value() +
+        "): play it with the release that recorded it, or convert it by rules for `rosbag fix`");
+}
+
+}  // namespace
 
 void BagSource::open(const hand::SourceOptions& options) {
   file_ = options.file;
@@ -15,22 +80,20 @@ void BagSource::open(const hand::SourceOptions& options) {
   files::requireInput(file_, files::most::recording);
   try {
     bag_.open(file_, rosbag::bagmode::Read);
-    // A bag holds the name as it was resolved, with a slash in front.
-    const std::string topic = options.topic.empty() ? "hands/tracked" : options.topic;
-    const std::string absolute = topic[0] == '/' ? topic : "/" + topic;
-    const rosbag::TopicQuery wanted(std::vector<std::string>{topic, absolute});
-    view_ = std::make_unique<rosbag::View>(bag_, wanted);
-    if (view_->size() == 0)
-      throw std::runtime_error(file_ + ": no message on topic '" + topic + "' in this bag");
+  } catch (const rosbag::BagUnindexedException&) {
+    throw std::runtime_error(file_ + ": has no index, as a bag that was cut off: `rosbag reindex` makes one");
+  } catch (const rosbag::BagException& error) {
+    throw std::runtime_error(file_ + ": not a readable bag: " + error.what() +
+                             "; if it was cut off, `rosbag reindex` may save it");
+  }
+  try {
+    const std::string topic = topicOfHands(bag_, file_, options.topic);
+    view_ = std::make_unique<rosbag::View>(bag_, rosbag::TopicQuery(topic));
     for (const rosbag::ConnectionInfo* connection : view_->getConnections())
-      if (connection->datatype != ros::message_traits::DataType<TrackedHands>::value() ||
-          connection->md5sum != ros::message_traits::MD5Sum<TrackedHands>::value())
-        throw std::runtime_error(file_ + ": topic '" + topic + "' is of type " + connection->datatype + " (" +
-                                 connection->md5sum + "), expected tactile_clay/TrackedHands (" +
-                                 ros::message_traits::MD5Sum<TrackedHands>::value() + ")");
+      requireTrackedHands(file_, *connection);
     next_ = view_->begin();
   } catch (const rosbag::BagException& error) {
-    throw std::runtime_error(file_ + ": not a readable bag: " + error.what());
+    throw std::runtime_error(file_ + ": damaged bag: " + error.what());
   }
 }
 
