@@ -10,6 +10,7 @@
 #include "clay/sculpture_file.h"
 #include "nodes/conversions.h"
 #include "nodes/exit_code.h"
+#include "nodes/frame_name.h"
 #include "nodes/live_pace.h"
 #include "nodes/params.h"
 #include "nodes/share.h"
@@ -139,7 +140,7 @@ bool ClaySimulator::load(SculptureFile::Request& request, SculptureFile::Respons
 }
 
 void ClaySimulator::receive(const Cloud::ConstPtr& skin) {
-  if (skin->header.frame_id != frame::world) {
+  if (frameName(skin->header.frame_id) != frame::world) {
     ROS_WARN_THROTTLE(1.0, "clay_simulator: skin in frame '%s' left out, expected '%s'",
                       skin->header.frame_id.c_str(), frame::world);
     return;

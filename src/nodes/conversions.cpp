@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "nodes/cloud.h"
+#include "nodes/frame_name.h"
 #include "ultrasound/perceptual_weight.h"
 
 namespace tactile_clay::nodes {
@@ -68,7 +69,7 @@ TrackedHands toMessage(const hand::TrackedFrame& frame) {
 hand::TrackedFrame toCore(const TrackedHands& message) {
   hand::TrackedFrame frame;
   frame.stamp = toCore(message.header.stamp);
-  frame.frame_id = message.header.frame_id;
+  frame.frame_id = frameName(message.header.frame_id);
   for (const TrackedHand& hand : message.hands) {
     hand::TrackedHand& out = frame.hands.emplace_back();
     out.id = hand.id;

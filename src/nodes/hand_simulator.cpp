@@ -8,6 +8,7 @@
 
 #include "hand/hand_check.h"
 #include "nodes/conversions.h"
+#include "nodes/frame_name.h"
 #include "nodes/hand_markers.h"
 #include "nodes/params.h"
 #include "nodes/placement.h"
@@ -26,7 +27,7 @@ double processorTime() {
 }  // namespace
 
 HandSimulator::HandSimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
-    : world_(param<std::string>(private_nh, "world_frame", frame::world)),
+    : world_(frameName(param<std::string>(private_nh, "world_frame", frame::world))),
       lockstep_(param(private_nh, "lockstep", false)),
       inbox_(private_nh),
       health_(nh, private_nh, "hand skin", [this](auto& status) { diagnose(status); }) {

@@ -9,6 +9,7 @@
 
 #include "hand/hand_check.h"
 #include "nodes/conversions.h"
+#include "nodes/frame_name.h"
 #include "nodes/params.h"
 #include "nodes/placement.h"
 #include "nodes/topics.h"
@@ -33,7 +34,7 @@ std::string description(hand::Side side) {
 
 HandSkeleton::HandSkeleton(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : nh_(nh),
-      world_(param<std::string>(private_nh, "world_frame", frame::world)),
+      world_(frameName(param<std::string>(private_nh, "world_frame", frame::world))),
       inbox_(private_nh),
       health_(nh, private_nh, "hand skeleton", [this](auto& status) { diagnose(status); }) {
   const unsigned queue = param(private_nh, "lockstep", false) ? 0 : 1;

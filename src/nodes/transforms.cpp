@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "nodes/exit_code.h"
+#include "nodes/frame_name.h"
 #include "nodes/inbox.h"
 #include "nodes/stamps.h"
 
@@ -16,15 +17,11 @@ constexpr std::size_t most_transforms = 1000;  // of a message
 constexpr double farthest = 1e6;               // m
 constexpr double unit_tolerance = 1e-6;        // of a squared norm, tf2's own
 
-std::string withoutSlash(const std::string& frame) {
-  return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
-}
-
 }  // namespace
 
 std::string faultOf(const geometry_msgs::TransformStamped& transform) {
-  const std::string parent = withoutSlash(transform.header.frame_id);
-  const std::string child = withoutSlash(transform.child_frame_id);
+  const std::string parent = frameName(transform.header.frame_id);
+  const std::string child = frameName(transform.child_frame_id);
   const auto& p = transform.transform.translation;
   const auto& q = transform.transform.rotation;
   std::string fault = faultOfHeader(nullptr, &parent);
@@ -68,7 +65,7 @@ void Transforms::receive(const tf2_msgs::TFMessage& message, bool fixed) {
 
 void Transforms::take(const geometry_msgs::TransformStamped& transform, bool fixed) {
   const char* topic = fixed ? "/tf_static" : "/tf";
-  const std::string fault = faultOf(transform), child = withoutSlash(transform.child_frame_id);
+  const std::string fault = faultOf(transform), child = frameName(transform.child_frame_id);
   if (!fault.empty()) return refuse(topic, fault);
   const auto known = frames_.find(child);
   if (known == frames_.end() && frames_.size() >= most_frames)
@@ -86,8 +83,9 @@ void Transforms::refuse(const std::string& topic, const std::string& reason) {
              oneLine(reason).c_str());
 }
 
-std::optional<Eigen::Isometry3d> Transforms::lookup(const std::string& target, const std::string& source,
+std::optional<Eigen::Isometry3d> Transforms::lookup(const std::string& into, const std::string& from,
                                                     ros::WallDuration patience) {
+  const std::string target = frameName(into), source = frameName(from);
   if (target == source) return Eigen::Isometry3d::Identity();
   const ros::WallTime deadline = ros::WallTime::now() + patience;
   // Waits by the wall clock: with use_sim_time, ROS time may stand still.

@@ -15,6 +15,8 @@
 #include <cmath>
 #include <pluginlib/class_list_macros.hpp>
 
+#include "nodes/frame_name.h"
+
 namespace tactile_clay::rviz_plugins {
 namespace {
 
@@ -63,8 +65,8 @@ void FocalPointsDisplay::redraw() {
   Ogre::Vector3 position;
   Ogre::Quaternion orientation;
   // The array does not move: its latest pose serves frames of recordings too, whose stamps are old.
-  if (!context_->getFrameManager()->getTransform(message_->header.frame_id, ros::Time(), position,
-                                                 orientation)) {
+  if (!context_->getFrameManager()->getTransform(nodes::frameName(message_->header.frame_id), ros::Time(),
+                                                 position, orientation)) {
     setStatusStd(rviz::StatusProperty::Error, "Transform", "no transform from " + message_->header.frame_id);
     return;
   }
