@@ -11,4 +11,8 @@ bool shuttingDown();
 /// What `main` has to return.
 int exitCode();
 
+/// From now on, a node whose name another one takes ends with code 1, which roscpp takes for a good end. Call
+/// it once ROS has started.
+void failWhenReplaced();
+
 }  // namespace tactile_clay::nodes

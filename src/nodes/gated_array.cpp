@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "nodes/conversions.h"
+#include "nodes/frame_name.h"
 #include "nodes/params.h"
 #include "nodes/topics.h"
 #include "nodes/transforms.h"
@@ -16,13 +17,29 @@ namespace tactile_clay::nodes {
 namespace {
 
 const ros::WallDuration watch_period(0.02);
-constexpr std::size_t most_places = 256;  // of a frame; no renderer makes more
+constexpr double no_head_spl_cap = 200.0;  // dB, beyond what any array of these sizes reaches
+constexpr std::size_t most_places = 256;   // of a frame; no renderer makes more
+
+/// What this run keeps to: an earlier one on the same master may have had other limits.
+void tellLimits(const device::SafetyGateConfig& config, const std::string& node) {
+  std::ostringstream limits;
+  limits << config.pressure_cap << " Pa at a focal point, ";
+  if (config.head_spl_cap < no_head_spl_cap)
+    limits << config.head_spl_cap << " dB at the head, ";
+  else
+    limits << "any level at the head, ";
+  limits << "intensity " << config.intensity_cap << ", " << config.stale_timeout
+         << " s without focal points or hands, and within (" << config.low.transpose() << ") to ("
+         << config.high.transpose() << ") m of the array";
+  for (const device::Rule rule : config.without) limits << "; WITHOUT its rule " << device::nameOf(rule);
+  ROS_INFO("%s: the safety gate allows at most %s", node.c_str(), limits.str().c_str());
+}
 
 /// \param real whether somebody may be hurt: a simulated array keeps to no level at the head unless one is
 /// given
 device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh, bool real) {
   device::SafetyGateConfig config;
-  if (!real) config.head_spl_cap = 200.0;
+  if (!real) config.head_spl_cap = no_head_spl_cap;
   config.stale_timeout = paramIn(nh, "stale_timeout", config.stale_timeout, 0.001, 10.0);
   config.intensity_cap = paramIn(nh, "intensity_cap", config.intensity_cap, 0.0, 1.0);
   const auto text = [](const Eigen::Vector3d& v) {
@@ -37,6 +54,7 @@ device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh, bool real) {
     config.without.insert(device::ruleOf(rule));
     ROS_WARN("safety gate without its rule %s, as ~gate_without says", rule.c_str());
   }
+  tellLimits(config, nh.getNamespace());
   return config;
 }
 
@@ -149,7 +167,7 @@ void GatedArray::receive(const FocalPointArray::ConstPtr& message) {
   device::Verdict verdict;
   const std::string cannot_play = cannotPlay(message->modulation);
   const bool in_time = gate_.tick(latency_).passes();
-  if (message->header.frame_id != frame::array) {
+  if (frameName(message->header.frame_id) != frame::array) {
     verdict.reason =
         "focal points in frame '" + message->header.frame_id + "', expected '" + frame::array + "'";
   } else if (!cannot_play.empty()) {

@@ -1,13 +1,13 @@
 #include "nodes/graph_connections.h"
 
 #include <ros/master.h>
-#include <ros/network.h>
 #include <ros/this_node.h>
-#include <xmlrpcpp/XmlRpcClient.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
 #include <map>
 #include <set>
+
+#include "nodes/ros_master.h"
 
 namespace tactile_clay::nodes {
 namespace {
@@ -30,16 +30,10 @@ Nodes connectedTo(const std::string& publisher, const std::string& topic) {
   request[1] = publisher;
   Nodes connected;
   if (!ros::master::execute("lookupNode", request, response, uri, false)) return connected;
-  std::string host;
-  std::uint32_t port = 0;
-  if (!ros::network::splitURI(uri, host, port)) return connected;
-  XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
-  XmlRpcValue call;
-  call[0] = ros::this_node::getName();
-  if (!client.execute("getBusInfo", call, response) || response.getType() != XmlRpcValue::TypeArray ||
-      response.size() < 3)
-    return connected;
-  XmlRpcValue& links = response[2];
+  const auto address = addressOf(static_cast<std::string>(uri));
+  auto info = address ? ask(*address, "getBusInfo") : std::nullopt;  // of a frozen node, none
+  if (!info || info->getType() != XmlRpcValue::TypeArray) return connected;
+  XmlRpcValue& links = *info;
   for (int i = 0; i < links.size(); ++i)
     if (links[i].size() >= 5 && static_cast<std::string>(links[i][2]) == "o" &&
         static_cast<std::string>(links[i][4]) == topic)

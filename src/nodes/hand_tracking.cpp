@@ -10,6 +10,7 @@
 #include "hand/hand_check.h"
 #include "nodes/conversions.h"
 #include "nodes/exit_code.h"
+#include "nodes/frame_name.h"
 #include "nodes/graph_connections.h"
 #include "nodes/params.h"
 #include "nodes/placement.h"
@@ -20,6 +21,8 @@ namespace {
 
 const ros::WallDuration answer_patience(30.0);  // lockstep
 const ros::WallDuration graph_patience(15.0);   // live
+const ros::WallDuration clock_patience(10.0);   // for a first time on /clock
+const ros::WallDuration standing_clock(5.0);    // until it is told, and again
 const std::vector<std::string> whole_graph = {topic::hands_tracked, topic::hands_skin,
                                               topic::clay_contacts, topic::hands_pressure,
                                               topic::focal_points,  topic::array_state};
@@ -49,7 +52,7 @@ hand::CleanConfig cleanConfig(const ros::NodeHandle& nh) {
 HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : nh_(nh),
       source_name_(param<std::string>(private_nh, "source", "bag")),
-      world_(param<std::string>(private_nh, "world_frame", frame::world)),
+      world_(frameName(param<std::string>(private_nh, "world_frame", frame::world))),
       rate_(paramIn(private_nh, "rate", 1.0, 0.01, 100.0)),
       duration_(paramIn(private_nh, "duration", 0.0, 0.0, 1e9)),
       lockstep_(param(private_nh, "lockstep", false)),
@@ -63,7 +66,8 @@ HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
   hand::SourceOptions options;
   options.file = param<std::string>(private_nh, "file", "");
   options.url = param<std::string>(private_nh, "url", "");
-  options.topic = param<std::string>(private_nh, "topic", topic::hands_tracked);
+  options.topic = param<std::string>(private_nh, "topic", "");
+  if (options.topic.empty()) options.topic = topic::hands_tracked;
   options.loop = param(private_nh, "loop", false);
   const bool from_topic = source_name_ == "topic";
   if (from_topic) options.topic = nh.resolveName(options.topic);
@@ -103,6 +107,7 @@ HandTracking::~HandTracking() {
 }
 
 void HandTracking::run() {
+  waitForClock();
   if (wait_for_graph_ && source_->recorded()) waitForGraph();
   start_ = ros::SteadyTime::now();
   follow();
@@ -114,6 +119,34 @@ void HandTracking::run() {
   ros::WallDuration(0.3).sleep();
   ROS_INFO("hand_tracking: the input ended after %u frames", frames_.load());
   finish(0);
+}
+
+// With use_sim_time all times come from /clock. Without, they would stand still; a player of hands may bring
+// it later.
+void HandTracking::waitForClock() {
+  const ros::SteadyTime start = ros::SteadyTime::now();
+  while (!stopped() && !lockstep_ && source_name_ != "topic" && ros::Time::isSimTime() &&
+         ros::Time::now().isZero()) {
+    if (ros::SteadyTime::now() - start > clock_patience)
+      throw std::runtime_error(
+          "use_sim_time is true on this master, and no time came on /clock within 10 s: start the "
+          "clock, or `rosparam delete /use_sim_time`");
+    ros::WallDuration(0.05).sleep();
+  }
+}
+
+// The throttle of the console goes by ROS time, and would stand still as well.
+void HandTracking::tellStandingClock() {
+  const ros::Time now = ros::Time::now();
+  const ros::SteadyTime real = ros::SteadyTime::now();
+  if (lockstep_ || !ros::Time::isSimTime() || now != clock_time_) {
+    clock_time_ = now;
+    clock_moved_ = real;
+  } else if (real - clock_moved_ > standing_clock) {
+    clock_moved_ = real;
+    ROS_WARN(
+        "hand_tracking: use_sim_time is true, and /clock stands still: samples have one and the same time");
+  }
 }
 
 void HandTracking::waitForGraph() {
@@ -244,6 +277,7 @@ void HandTracking::pace(std::chrono::nanoseconds elapsed) {
 }
 
 void HandTracking::release(const hand::TrackedFrame& frame) {
+  tellStandingClock();
   const ros::Time stamp = toRos(frame.stamp);
   if (publisher_) publisher_.publish(boost::make_shared<TrackedHands>(toMessage(frame)));
   last_release_ = stamp;

@@ -42,6 +42,8 @@ class HandTracking {
   using Read = hand::HandSource::Read;
 
   void run();
+  void waitForClock();
+  void tellStandingClock();
   void waitForGraph();
   void follow();
   bool over() const;
@@ -80,6 +82,8 @@ class HandTracking {
   std::chrono::nanoseconds last_stamp_{0};               // of what was released
   std::string source_frame_;
   ros::SteadyTime start_;
+  ros::Time clock_time_;         // of use_sim_time
+  ros::SteadyTime clock_moved_;  // when it was another, or told to stand still
   ros::Time last_release_;
 
   struct Report {  // of the last second

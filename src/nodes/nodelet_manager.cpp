@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
   std::signal(SIGHUP, [](int) { ros::requestShutdown(); });
   {
     nodelet::Loader loader;
+    tactile_clay::nodes::failWhenReplaced();
     ros::spin();
   }
   return tactile_clay::nodes::exitCode();

@@ -20,6 +20,7 @@ int runNode(int argc, char** argv, const char* name) {
   std::signal(SIGTERM, [](int) { ros::requestShutdown(); });
   std::signal(SIGHUP, [](int) { ros::requestShutdown(); });
   ros::NodeHandle nh, private_nh("~");  // outlive the catch: with the last handle goes the console
+  failWhenReplaced();
   try {
     Node node(nh, private_nh);
     ros::spin();

@@ -1,15 +1,19 @@
 // Checks the arguments of rig.launch before anything starts, with the loaders that the nodes use. Prints the
 // robot model of the scene, or one line about what is wrong, and then exits with 1.
 //
-//   preflight [scene:=NAME] [quality:=NAME] [hands:=SOURCE] [file:=PATH] [device:=NAME] [...]
+//   preflight [scene:=NAME] [quality:=NAME] [hands:=SOURCE] [file:=PATH] [device:=NAME] [record:=BAG] [...]
 //
-// Arguments of rig.launch that need no check are passed over.
+// Arguments of rig.launch that need no check are passed over. One word may hold several, one a line. Names of
+// files are those of the working directory. With starts:=true, a rig is about to start: the master must have
+// room for it.
 #include <ros/console.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <map>
@@ -25,6 +29,8 @@
 #include "scene/scene.h"
 #include "scene/solids.h"
 #include "scene/yaml_reader.h"
+#include "tools/master_check.h"
+#include "tools/user_paths.h"
 #include "ultrasound/array_layout.h"
 #include "ultrasound/modulation.h"
 #include "ultrasound/phase_solver.h"
@@ -33,6 +39,39 @@ namespace {
 
 using Arguments = std::map<std::string, std::string>;
 namespace clay = tactile_clay;
+
+std::string lowerCase(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+std::string environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
+/// A name without a folder or an ending is one of config/.
+bool isOfConfig(const std::string& name) {
+  const std::string ending = ".yaml";
+  return name.find('/') == std::string::npos &&
+         (name.size() < ending.size() ||
+          name.compare(name.size() - ending.size(), ending.size(), ending) != 0);
+}
+
+/// Files by their absolute names, as rig.launch has them.
+void nameFiles(Arguments& arguments) {
+  const std::string here = std::filesystem::current_path().string(), home = environment("HOME");
+  const auto name = [&](const std::string& key) {
+    arguments[key] = clay::tools::userPath(arguments[key], key, here, home);
+  };
+  if (!isOfConfig(arguments["scene"])) name("scene");
+  if (arguments["hands"] != "choreography" || !isOfConfig(arguments["file"])) name("file");
+  const std::string record = lowerCase(arguments["record"]);
+  if (record == "true")
+    clay::tools::requireFolderToWrite(here);
+  else if (!record.empty() && record != "false")
+    name("record"), clay::tools::requireNewBag(arguments["record"]);
+}
 
 Arguments parse(int argc, char** argv) {
   Arguments arguments = {{"scene", "kindergarten"},
@@ -44,17 +83,23 @@ Arguments parse(int argc, char** argv) {
                          {"hand_model", "kinematic"},
                          {"tracker_pose", ""},
                          {"url", ""}};
-  for (int i = 1; i < argc; ++i) {
-    const std::string argument = argv[i];
-    const std::size_t at = argument.find(":=");
-    if (at != std::string::npos && argument.substr(0, 2) != "__")
-      arguments[argument.substr(0, at)] = argument.substr(at + 2);
-  }
+  for (int i = 1; i < argc; ++i)
+    for (const std::string& argument : clay::tools::argumentLines(argv[i])) {
+      const std::size_t at = argument.find(":=");
+      if (at != std::string::npos && argument.substr(0, 2) != "__")
+        arguments[argument.substr(0, at)] = argument.substr(at + 2);
+    }
   std::string& file = arguments.at("file");
   if (file.empty())
     file = arguments.at("hands") == "choreography" ? "kneading"
                                                    : clay::nodes::packageFolder() + "/test/bags/knead.bag";
+  nameFiles(arguments);
   return arguments;
+}
+
+std::string valueOf(const Arguments& arguments, const std::string& key, const std::string& fallback) {
+  const auto found = arguments.find(key);
+  return found == arguments.end() ? fallback : found->second;
 }
 
 void checkHands(const Arguments& arguments) {
@@ -70,6 +115,7 @@ void checkHands(const Arguments& arguments) {
     throw std::runtime_error("file '" + file + "' of hands cannot be read");
   clay::hand::SourceOptions options;
   options.file = file;
+  options.topic = valueOf(arguments, "topic", "");
   source->open(options);
 }
 
@@ -97,16 +143,9 @@ void check(const Arguments& arguments, const std::string& key, double low, doubl
 void checkSwitch(const Arguments& arguments, const std::string& key) {
   const auto found = arguments.find(key);
   if (found == arguments.end()) return;
-  std::string value = found->second;
-  // roslaunch takes them in any case.
-  std::transform(value.begin(), value.end(), value.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string value = lowerCase(found->second);  // roslaunch takes them in any case
   if (value != "true" && value != "false")
     throw std::runtime_error(key + " '" + found->second + "': expected true or false");
-}
-
-std::string valueOf(const Arguments& arguments, const std::string& key, const std::string& fallback) {
-  const auto found = arguments.find(key);
-  return found == arguments.end() ? fallback : found->second;
 }
 
 /// The nodes read it from the parameter server, where nobody tells its lines.
@@ -153,6 +192,7 @@ std::string checkAll(const Arguments& arguments) {
   check(arguments, "iterations", 0, 1000);
   check(arguments, "threads", 0, 1024);
   check(arguments, "max_points", 1, 256);
+  if (valueOf(arguments, "starts", "") == "true") clay::tools::requireRoomOnMaster(arguments);
   return urdf;
 }
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """roslaunch-check of each launch file: see launch_files.test."""
+import contextlib
 import glob
 import os
 import shutil
@@ -12,7 +13,24 @@ import roslaunch.rlutil
 
 import rig_run
 
+VARIANTS = ((), ('device:=debug', 'skeleton:=true', 'record:=true'), ('wire:=/tmp/boards', 'device:=sonic_surface', 'nodelets:=true'))
 FOLDER = os.path.join(rig_run.PACKAGE, 'launch')
+
+
+def load(*arguments):
+    """The launch of the rig with these arguments, not started."""
+    return roslaunch.config.load_config_default([(os.path.join(FOLDER, 'rig.launch'), ['rviz:=false', *arguments])], 11311,
+                                                verbose=False)
+
+
+@contextlib.contextmanager
+def working_directory(folder):
+    before = os.getcwd()
+    os.chdir(folder)
+    try:
+        yield
+    finally:
+        os.chdir(before)
 
 
 class LaunchFiles(unittest.TestCase):
@@ -43,11 +61,39 @@ class LaunchFiles(unittest.TestCase):
                     ('choreography', 'tour', 'mine.yaml', 'tour', folder + '/mine.yaml'),
                     ('choreography', 'score.yaml', 'press', folder + '/score.yaml', 'press')):
                 with self.subTest(hands=hands, file=file, scene=scene), mock.patch.dict(os.environ, PWD=folder):
-                    arguments = ['hands:=' + hands, 'file:=' + file, 'scene:=' + scene, 'rviz:=false']
-                    config = roslaunch.config.load_config_default([(os.path.join(FOLDER, 'rig.launch'), arguments)], 11311,
-                                                                  verbose=False)
+                    arguments = ['hands:=' + hands, 'file:=' + file, 'scene:=' + scene]
+                    config = load(*arguments)
                     self.assertEqual(config.params['/hand_tracking/file'].value, expected_file)
                     self.assertEqual(config.params['/clay_simulator/scene'].value, expected_scene)
+
+
+    def test_files_may_have_any_name(self):
+        for name in ("Anna's hands", 'cost $(5)', '$(arg scene)', '$HOME', 'a; b & c', '"quoted" ~', 'G\u00e4nge', '-d', "it''s \\\\'"):
+            with self.subTest(name), tempfile.TemporaryDirectory() as parent:
+                folder = os.path.join(parent, name)
+                os.mkdir(folder)
+                shutil.copy(rig_run.bag('no_hands'), os.path.join(folder, name + '.bag'))
+                shutil.copy(os.path.join(rig_run.PACKAGE, 'config', 'scenes', 'press.yaml'), os.path.join(folder, name + '.yaml'))
+                for given, expected in (('./', folder + '/./'), ('~/', folder + '/')):
+                    with mock.patch.dict(os.environ, PWD=folder, HOME=folder), working_directory(folder):
+                        config = load('file:=%s.bag' % (given + name), 'scene:=%s.yaml' % (given + name),
+                                      'record:=%snew %s.bag' % (given, name))
+                    self.assertEqual(config.params['/hand_tracking/file'].value, expected + name + '.bag')
+                    self.assertEqual(config.params['/clay_simulator/scene'].value, expected + name + '.yaml')
+                    self.assertEqual(config.params['/record/bag'].value, '%snew %s.bag' % (expected, name))
+
+    def test_no_node_reads_what_an_earlier_run_left_or_takes_the_name_of_another(self):
+        for variant in VARIANTS:
+            with self.subTest(variant):
+                config = load(*variant)
+                self.assertGreater(len(config.nodes), 6)
+                for node in config.nodes:
+                    if node.type == 'rviz':
+                        continue
+                    self.assertIn('/%s/' % node.name, config.clear_params)
+                    self.assertTrue(node.launch_prefix.endswith("/unless_running'"), node.name)
+                    self.assertIn(['/tf', 'tf'], node.remap_args, node.name)
+                    self.assertIn(['/tf_static', 'tf_static'], node.remap_args, node.name)
 
 
 if __name__ == '__main__':

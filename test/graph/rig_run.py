@@ -100,7 +100,8 @@ class Graph:
     def start(self, command, **options):
         # Not ignored in the child, whatever this process was started with.
         signal.signal(signal.SIGINT, signal.default_int_handler)
-        process = subprocess.Popen(command, env=self.environment, cwd=self.folder, stdin=subprocess.DEVNULL,
+        process = subprocess.Popen(command, env=dict(self.environment, **options.pop('environment', {})),
+                                   cwd=options.pop('cwd', self.folder), stdin=subprocess.DEVNULL,
                                    stdout=options.pop('stdout', subprocess.DEVNULL),
                                    stderr=options.pop('stderr', subprocess.DEVNULL), start_new_session=True, **options)
         self.processes.append(process)
@@ -149,12 +150,12 @@ class Graph:
             raise AssertionError('the recorder did not end')
         return Messages(path)
 
-    def rig(self, arguments):
-        """Starts scripts/rig; its words come from `words`."""
+    def rig(self, arguments, **options):
+        """Starts scripts/rig, by default in the graph's folder (cwd); its words come from `words`."""
         script = rig_script(tempfile.mkdtemp(dir=self.folder))
         with open(os.path.join(self.folder, 'words'), 'ab') as words:
             return self.start([script, 'rviz:=false'] + ['%s:=%s' % item for item in arguments.items()], stdout=words,
-                              stderr=subprocess.STDOUT)
+                              stderr=subprocess.STDOUT, **options)
 
     def words(self):
         with open(os.path.join(self.folder, 'words'), errors='replace') as words:

@@ -1,0 +1,115 @@
+#include "tools/user_paths.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+#include <system_error>
+
+namespace tactile_clay::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Bytes of the UTF-8 sequence at `i`; 0 where there is none.
+std::size_t sequenceLength(const std::string& text, std::size_t i) {
+  const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
+  const unsigned first = byte(i);
+  const std::size_t length = first < 0x80   ? 1
+                             : first < 0xC2 ? 0
+                             : first < 0xE0 ? 2
+                             : first < 0xF0 ? 3
+                             : first < 0xF5 ? 4
+                                            : 0;
+  if (length == 0 || i + length > text.size()) return 0;
+  for (std::size_t k = i + 1; k < i + length; ++k)
+    if ((byte(k) & 0xC0U) != 0x80U) return 0;
+  if (length == 3 && ((first == 0xE0 && byte(i + 1) < 0xA0) || (first == 0xED && byte(i + 1) > 0x9F)))
+    return 0;
+  if (length == 4 && ((first == 0xF0 && byte(i + 1) < 0x90) || (first == 0xF4 && byte(i + 1) > 0x8F)))
+    return 0;
+  return length;
+}
+
+/// Parameters travel in XML.
+void requireText(const std::string& name, const std::string& what) {
+  for (std::size_t i = 0; i < name.size();) {
+    const std::size_t length = sequenceLength(name, i);
+    if (length == 0)
+      throw std::runtime_error(what + " '" + name + "': its name is no UTF-8, which ROS cannot hand on");
+    if (length == 1 && (static_cast<unsigned char>(name[i]) < 0x20 || name[i] == 0x7F))
+      throw std::runtime_error(what + " '" + name +
+                               "': its name has a control character, which ROS cannot hand on");
+    i += length;
+  }
+}
+
+bool isThere(const std::string& path) {
+  struct stat status {};
+  return ::lstat(path.c_str(), &status) == 0;
+}
+
+}  // namespace
+
+std::vector<std::string> argumentLines(const std::string& word) {
+  std::vector<std::string> lines;
+  for (std::size_t begin = 0; begin <= word.size();) {
+    const std::size_t end = std::min(word.find('\n', begin), word.size());
+    lines.push_back(word.substr(begin, end - begin));
+    if (lines.size() > 1 && lines.back().find(":=") == std::string::npos)
+      throw std::runtime_error("'" + word.substr(0, word.find('\n')) + "' goes on in a new line '" +
+                               lines.back() + "', expected a value without line breaks");
+    begin = end + 1;
+  }
+  return lines;
+}
+
+std::string userPath(const std::string& name, const std::string& what, const std::string& here,
+                     const std::string& home) {
+  requireText(name, what);
+  if (name.empty() || name[0] == '/') return name;
+  if (name.rfind("~/", 0) == 0) {
+    if (home.empty()) throw std::runtime_error(what + " '" + name + "': HOME is not set");
+    return home + name.substr(1);
+  }
+  if (name[0] == '~')
+    throw std::runtime_error(what + " '" + name + "': expected ~/ and a name in your home folder, or ./" +
+                             name);
+  return here + "/" + name;
+}
+
+void requireFolderToWrite(const std::string& folder) {
+  if (::access(folder.c_str(), W_OK | X_OK) != 0)
+    throw std::runtime_error("folder '" + folder + "' to record into: " + std::strerror(errno));
+}
+
+std::string requireNewBag(const std::string& name) {
+  const auto fail = [&](const std::string& why) {
+    throw std::runtime_error("record '" + name + "': " + why);
+  };
+  std::error_code error;
+  if (name.empty() || name.back() == '/' || fs::is_directory(name, error))
+    fail("is a folder, expected the bag to write");
+  const std::string ending = ".bag";
+  const bool ended =
+      name.size() >= ending.size() && name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
+  const std::string bag = ended ? name : name + ending;
+  if (isThere(bag)) fail("'" + bag + "' is there already, expected the name of a new bag");
+  if (isThere(bag + ".active"))
+    fail("'" + bag +
+         ".active' is there already: it is being recorded, or was cut off and wants rosbag reindex");
+  // The recorder makes what folders are missing, in the nearest that is there.
+  fs::path folder = fs::path(bag).parent_path();
+  while (!fs::exists(fs::symlink_status(folder, error)) && folder.has_relative_path())
+    folder = folder.parent_path();
+  if (!fs::is_directory(folder, error)) fail("'" + folder.string() + "' is no folder");
+  if (::access(folder.c_str(), W_OK | X_OK) != 0)
+    fail("folder '" + folder.string() + "': " + std::strerror(errno));
+  return bag;
+}
+
+}  // namespace tactile_clay::tools
