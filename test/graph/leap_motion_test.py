@@ -5,6 +5,7 @@ import unittest
 
 import genpy.dynamic
 import rospy
+from rosgraph_msgs.msg import Log
 
 import rig_run
 from tactile_clay.msg import TrackedHands
@@ -104,6 +105,10 @@ def put(target, world):
 
 
 class LeapMotion(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node('leap_motion_test')
+
     def fill(self, kinds, message, hand):
         at = [(joint.position.x, joint.position.y, joint.position.z) for joint in hand.joints]
         message.is_present = True
@@ -139,7 +144,6 @@ class LeapMotion(unittest.TestCase):
         kinds = genpy.dynamic.generate_dynamic('leap_motion/Human', DEFINITION)
         hand = rig_run.Messages(rig_run.bag('press_finger'))['/hands/tracked'][0].hands[0]
         got = []
-        rospy.init_node('leap_motion_test')
         rospy.Subscriber('hands/tracked', TrackedHands, got.append)
         driver = rospy.Publisher('leap_motion/leap_device', kinds['leap_motion/Human'], queue_size=1)
         human = kinds['leap_motion/Human']()
@@ -165,6 +169,21 @@ class LeapMotion(unittest.TestCase):
             driver.publish(human)
             rospy.sleep(0.01)
         self.assertEqual(got[-1].hands, [])
+
+
+    def test_another_definition_is_told(self):
+        older = DEFINITION.replace('Arm arm\n', '').replace('float32 palm_width\n', '')
+        lines = []
+        rospy.Subscriber('/rosout', Log, lambda line: lines.append(line.msg))
+        driver = rospy.Publisher('leap_motion/leap_device', genpy.dynamic.generate_dynamic('leap_motion/Human', older)['leap_motion/Human'],
+                                 queue_size=1)
+        told = '/leap_motion_test sends another version of leap_motion/Human (md5 '
+        deadline = rospy.get_time() + 30
+        while not any(told in line for line in lines) and rospy.get_time() < deadline:
+            driver.publish()
+            rospy.sleep(0.02)
+        self.assertTrue(any(told in line for line in lines), lines)
+        driver.unregister()
 
 
 if __name__ == '__main__':

@@ -10,8 +10,8 @@
 #include "hand/hand_source.h"
 #include "hand/leap_frame.h"
 #include "nodes/conversions.h"
+#include "nodes/hand_sources/foreign_messages.h"
 #include "nodes/hand_sources/leap_motion_message.h"
-#include "nodes/inbox.h"
 #include "nodes/topics.h"
 
 namespace tactile_clay::nodes {
@@ -64,8 +64,8 @@ class LeapMotionSource : public hand::HandSource {
                                   ? "leap_motion/leap_device"
                                   : options.topic;
     name_ = nh.resolveName(topic);
-    subscriber_ = subscribe<Human>(
-        nh, name_, 1, [this](const boost::shared_ptr<const Human>& human) { receive(human); },
+    subscriber_ = subscribeToOthers<Human>(
+        nh, name_, [this](const boost::shared_ptr<const Human>& human) { receive(human); },
         [this](const std::string& reason) { fault_ = "message on " + name_ + " left out: " + reason; });
   }
 

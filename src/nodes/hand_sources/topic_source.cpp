@@ -9,7 +9,7 @@
 
 #include "hand/hand_source.h"
 #include "nodes/conversions.h"
-#include "nodes/inbox.h"
+#include "nodes/hand_sources/foreign_messages.h"
 
 namespace tactile_clay::nodes {
 
@@ -20,8 +20,8 @@ class TopicSource : public hand::HandSource {
     if (options.topic.empty()) throw std::runtime_error("hands from a topic: expected its name in 'topic'");
     ros::NodeHandle nh;  // not before: a source can be made, and asked, without a master
     nh.setCallbackQueue(&queue_);
-    subscriber_ = subscribe<TrackedHands>(
-        nh, options.topic, 1, [this](const TrackedHands::ConstPtr& message) { newest_ = toCore(*message); },
+    subscriber_ = subscribeToOthers<TrackedHands>(
+        nh, options.topic, [this](const TrackedHands::ConstPtr& message) { newest_ = toCore(*message); },
         [this, name = nh.resolveName(options.topic)](const std::string& reason) {
           fault_ = "message on " + name + " left out: " + reason;
         });

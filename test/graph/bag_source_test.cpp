@@ -1,0 +1,119 @@
+#include "nodes/hand_sources/bag_source.h"
+
+#include <gtest/gtest.h>
+#include <rosbag/bag.h>
+#include <std_msgs/String.h>
+
+#include <chrono>
+#include <stdexcept>
+
+#include "nodes/conversions.h"
+#include "support/scratch_folder.h"
+
+namespace tactile_clay::nodes {
+namespace {
+
+class Bag : public ScratchFolder {
+ protected:
+  /// A bag with three samples in each of these topics.
+  std::string bag(const std::vector<std::string>& topics, rosbag::compression::CompressionType compression =
+                                                              rosbag::compression::Uncompressed) const {
+    const std::string file = (folder / "hands.bag").string();
+    rosbag::Bag bag(file, rosbag::bagmode::Write);
+    bag.setCompression(compression);
+    for (int i = 1; i <= 3; ++i)
+      for (const std::string& topic : topics) {
+        TrackedHands message;
+        message.header.stamp = ros::Time(i);
+        message.header.frame_id = "/" + topic;
+        bag.write(topic, message.header.stamp, message);
+      }
+    std_msgs::String text;
+    if (topics.empty()) bag.write("/chatter", ros::Time(1.0), text);
+    return file;
+  }
+
+  /// Frame of the samples that are read; three are.
+  static std::string played(const std::string& file, const std::string& topic = "") {
+    BagSource source;
+    hand::SourceOptions options;
+    options.file = file;
+    options.topic = topic;
+    source.open(options);
+    hand::TrackedFrame frame;
+    int count = 0;
+    while (source.read(frame, std::chrono::milliseconds(0)) == hand::HandSource::Read::frame) ++count;
+    EXPECT_EQ(count, 3);
+    return frame.frame_id;
+  }
+
+  static std::string refused(const std::string& file, const std::string& topic = "") {
+    try {
+      played(file, topic);
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "";
+  }
+};
+
+bool has(const std::string& line, const std::string& part) {
+  return line.find(part) != std::string::npos && line.find('\n') == std::string::npos;
+}
+
+TEST_F(Bag, HandsOfOneNamespaceArePlayed) {
+  EXPECT_EQ(played(bag({"/hands/tracked"})), "hands/tracked");
+  EXPECT_EQ(played(bag({"/hands/tracked", "/lab/hands/tracked"})), "hands/tracked");
+  EXPECT_EQ(played(bag({"/lab/hands/tracked"})), "lab/hands/tracked");
+  EXPECT_EQ(played(bag({"/lab/hands/tracked", "/lab/raw"})), "lab/hands/tracked");
+  EXPECT_EQ(played(bag({"/glove"})), "glove");
+}
+
+TEST_F(Bag, OfSeveralOneIsNamed) {
+  const std::string file = bag({"/left/hands/tracked", "/right/hands/tracked"});
+  EXPECT_TRUE(has(refused(file), "/left/hands/tracked, /right/hands/tracked: name one in topic:="));
+  EXPECT_EQ(played(file, "/right/hands/tracked"), "right/hands/tracked");
+  EXPECT_EQ(played(file, "right/hands/tracked"), "right/hands/tracked");
+  EXPECT_TRUE(has(refused(bag({"/lab/hands/tracked"}), "/other"), "it has hands on /lab/hands/tracked"));
+}
+
+TEST_F(Bag, CompressedBagsArePlayed) {
+  EXPECT_EQ(played(bag({"/hands/tracked"}, rosbag::compression::BZ2)), "hands/tracked");
+  EXPECT_EQ(played(bag({"/hands/tracked"}, rosbag::compression::LZ4)), "hands/tracked");
+}
+
+TEST_F(Bag, WhatCannotBePlayedSaysWhatToDo) {
+  EXPECT_TRUE(has(refused(bag({})), "nor others of type tactile_clay/TrackedHands; it has /chatter"));
+  EXPECT_TRUE(has(refused(write("empty.bag", "")), "empty.bag"));
+  EXPECT_TRUE(has(refused(write("text.bag", "no bag at all")), "text.bag"));
+  const std::string file = bag({"/hands/tracked"});
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) - 100);
+  EXPECT_TRUE(has(refused(file), "rosbag reindex")) << refused(file);
+  // What a recorder leaves that was killed: no place of the index is written yet.
+  std::string text;
+  {
+    std::ifstream whole(bag({"/hands/tracked"}), std::ios::binary);
+    text.assign(std::istreambuf_iterator<char>(whole), {});
+  }
+  const std::size_t at = text.find("index_pos=");
+  ASSERT_NE(at, std::string::npos);
+  text.replace(at + 10, 8, std::string(8, '\0'));
+  EXPECT_TRUE(has(refused(write("hands.bag.active", text)), "rosbag reindex"));
+}
+
+TEST_F(Bag, AnotherVersionOfTheMessageIsToldByItsMd5) {
+  std::string text;
+  {
+    std::ifstream whole(bag({"/hands/tracked"}), std::ios::binary);
+    text.assign(std::istreambuf_iterator<char>(whole), {});
+  }
+  const std::string md5 = ros::message_traits::MD5Sum<TrackedHands>::value(), other(md5.size(), '0');
+  for (std::size_t at = text.find(md5); at != std::string::npos; at = text.find(md5))
+    text.replace(at, md5.size(), other);
+  const std::string line = refused(write("older.bag", text));
+  EXPECT_TRUE(has(line, "another version (md5 " + other + ", here " + md5)) << line;
+  EXPECT_TRUE(has(line, "the release that recorded it"));
+}
+
+}  // namespace
+}  // namespace tactile_clay::nodes
