@@ -83,6 +83,10 @@ void SerialPort::write(const std::vector<std::uint8_t>& bytes, std::chrono::mill
   }
 }
 
+void SerialPort::drop() noexcept {
+  ::tcflush(descriptor_, TCOFLUSH);
+}
+
 std::size_t SerialPort::waiting() const {
   int bytes = 0;
   return ::ioctl(descriptor_, TIOCOUTQ, &bytes) == 0 && bytes > 0 ? static_cast<std::size_t>(bytes) : 0;

@@ -25,6 +25,9 @@ class SerialPort {
   /// Bytes that still wait in the port; 0 where it cannot tell.
   std::size_t waiting() const;
 
+  /// Drops them.
+  void drop() noexcept;
+
   /// \throws std::runtime_error with one line where the port is gone
   void check() const;
 

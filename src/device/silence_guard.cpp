@@ -14,11 +14,16 @@
 #include <cstring>
 #include <stdexcept>
 #include <string>
+#include <thread>
+
+#include "safety/silence_times.h"
 
 namespace tactile_clay::device {
 namespace {
 
-constexpr int longest_write = 1000;  // ms; a port that takes nothing is gone
+using namespace std::chrono_literals;
+
+constexpr auto longest_write = static_cast<int>(silence_times::guard_port_patience.count());  // ms
 
 // From here to guardProcess: only what is safe after fork() in a program of several threads.
 
@@ -64,6 +69,7 @@ void writeAll(int port, const std::uint8_t* bytes, std::size_t count) {
     const ssize_t count = ::read(pipe, signs, sizeof signs);
     if (count > 0) {
       silenced = false;
+      ::send(pipe, signs, 1, MSG_NOSIGNAL | MSG_DONTWAIT);
     } else if (count == 0) {  // the driver is dead
       writeAll(port, silence, size);
       ::_exit(0);
@@ -74,7 +80,8 @@ void writeAll(int port, const std::uint8_t* bytes, std::size_t count) {
 }  // namespace
 
 SilenceGuard::SilenceGuard(int port, const std::vector<std::uint8_t>& silence,
-                           std::chrono::milliseconds patience) {
+                           std::chrono::milliseconds patience)
+    : patience_(patience) {
   int ends[2];
   // A socket pair, for writing to it can be told not to raise SIGPIPE.
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
@@ -96,13 +103,28 @@ SilenceGuard::SilenceGuard(int port, const std::vector<std::uint8_t>& silence,
 
 SilenceGuard::~SilenceGuard() {
   ::close(pipe_);
-  while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
+  const auto until =
+      Clock::now() + (state_ == State::frozen ? 0ms : silence_times::guard_port_patience + patience_);
+  while (::waitpid(process_, nullptr, WNOHANG) == 0) {
+    if (Clock::now() > until) ::kill(process_, SIGKILL);
+    std::this_thread::sleep_for(1ms);
   }
 }
 
-bool SilenceGuard::alive() noexcept {
+SilenceGuard::State SilenceGuard::beat() noexcept {
+  if (state_ == State::gone) return state_;
+  const auto now = Clock::now();
+  std::uint8_t answers[64];
+  ssize_t count = 0;
+  while ((count = ::recv(pipe_, answers, sizeof answers, MSG_DONTWAIT)) > 0) unanswered_.reset();
   const std::uint8_t sign = 1;
-  return ::send(pipe_, &sign, 1, MSG_NOSIGNAL | MSG_DONTWAIT) == 1 || errno == EAGAIN;
+  const bool broken =
+      count == 0 || (::send(pipe_, &sign, 1, MSG_NOSIGNAL | MSG_DONTWAIT) != 1 && errno != EAGAIN);
+  // Since the first sign without an answer, and not since the last answer: a driver that was stopped itself
+  // finds a guard that has answered all that it was told.
+  if (!unanswered_) unanswered_ = now;
+  state_ = broken ? State::gone : now - *unanswered_ > patience_ ? State::frozen : State::there;
+  return state_;
 }
 
 }  // namespace tactile_clay::device

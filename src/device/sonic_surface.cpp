@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "device/options.h"
+#include "safety/silence_times.h"
 #include "ultrasound/focus_peak.h"
 #include "ultrasound/phase_solver.h"
 
@@ -16,10 +17,7 @@ using namespace std::chrono_literals;
 using sonic_surface::Firmware;
 
 constexpr char self[] = "sonic_surface";
-constexpr auto beat = 50ms;              // between signs of life
-constexpr auto hung = 500ms;             // without one, the guard silences the boards
 constexpr auto retry = 250ms;            // between tries to open a lost port
-constexpr auto port_patience = 200ms;    // for a port that takes no bytes
 constexpr auto open_patience = 1000ms;   // for the guard of a driver that has just died
 constexpr std::size_t most_points = 16;  // of a board, at a time: 16 transducers each
 constexpr unsigned patterns = 64;        // of channels that are on, to choose from
@@ -80,8 +78,8 @@ void SonicSurface::open(const std::map<std::string, std::string>& options) {
   if (boards_ == 2 && firmware_ == Firmware::tactile)
     throw std::runtime_error("sonic_surface: boards is '2', expected 1 with the tactile firmware");
   guarded_ = choice(options, self, "guard", "true", {"true", "false"}) == "true";
-  hold_ = std::chrono::duration_cast<Clock::duration>(
-      std::chrono::duration<double>(number(options, self, "hold", 0.2, 0.02, 10.0)));
+  hold_ = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
+      number(options, self, "hold", silence_times::seconds(silence_times::device_hold), 0.02, 10.0)));
   acoustics_.temperature = number(options, self, "temperature", acoustics_.temperature, -20.0, 60.0);
   layout_ =
       layoutOf(boards_, pose(numbers(options, self, "second_board", {0.168, 0, 0, 0, 0, 0}, -10.0, 10.0)));
@@ -206,7 +204,8 @@ std::string SonicSurface::fault() const {
 void SonicSurface::connect() {
   port_ = std::make_unique<SerialPort>(path_, sonic_surface::baud);
   if (guarded_)
-    guard_ = std::make_unique<SilenceGuard>(port_->descriptor(), sonic_surface::silence(boards_), hung);
+    guard_ = std::make_unique<SilenceGuard>(port_->descriptor(), sonic_surface::silence(boards_),
+                                            silence_times::guard_patience);
   wire_free_ = Clock::now();
   silence();  // whatever the boards played before
 }
@@ -241,7 +240,7 @@ void SonicSurface::run() {
 }
 
 void SonicSurface::write(const std::vector<std::uint8_t>& bytes) {
-  port_->write(bytes, port_patience);
+  port_->write(bytes, silence_times::port_patience);
   wire_free_ = std::max(wire_free_, Clock::now()) +
                std::chrono::duration_cast<Clock::duration>(
                    std::chrono::duration<double>(sonic_surface::secondsOnWire(bytes.size())));
@@ -252,6 +251,34 @@ void SonicSurface::silence() {
   sounding_ = false;
 }
 
+/// Sooner than by a frame of silence alone. \param silence_behind whether the buffer that does not play is
+/// silent
+void SonicSurface::hush(bool silence_behind) {
+  if (port_->waiting() > 0) {
+    port_->drop();  // of an upload: without its end it is never played
+    wire_free_ = Clock::now();
+  } else if (silence_behind) {
+    write({sonic_surface::swap_byte});
+  }
+  silence();
+}
+
+/// A guard that is gone or frozen cannot silence the boards any more, so they are silenced while that can be
+/// done. The one that is gone stays so: what ended it may end the next one unseen. The mutex is held.
+void SonicSurface::superviseGuard() {
+  switch (guard_->beat()) {
+    case SilenceGuard::State::there:
+      fault_.clear();
+      break;
+    case SilenceGuard::State::frozen:
+      fault_ = std::string(self) + ": the guard process does not answer; silent until it does";
+      break;
+    case SilenceGuard::State::gone:
+      fault_ = std::string(self) + ": the guard process is gone; silent until the driver is started again";
+      break;
+  }
+}
+
 void SonicSurface::play() {
   std::optional<Pattern> playing;  // none: the boards are silent
   bool heard = false;              // it plays, and not the silent buffer behind it
@@ -259,26 +286,27 @@ void SonicSurface::play() {
   std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
     const auto now = Clock::now();
-    if (now - checked > beat / 2) {
+    if (now - checked > silence_times::guard_beat / 2) {
       checked = now;
       port_->check();
-      if (guard_ && !guard_->alive()) throw std::runtime_error("the guard process is gone");
+      if (guard_) superviseGuard();
       // The guard may have silenced boards that this thread believes to play.
-      if (now - last_beat > hung / 2) sounding_ = true, playing.reset();
+      if (now - last_beat > silence_times::guard_patience / 2) sounding_ = true, playing.reset();
       last_beat = now;
     }
+    if (!fault_.empty()) wanted_.reset();
     if (ending_ || (wanted_ && now - renewed_ > hold_)) wanted_.reset();
 
     if (!wanted_) {
       if (sounding_) {
         lock.unlock();
-        silence();
+        hush(playing && playing->half_period.count() > 0 && heard);
         lock.lock();
         playing.reset();
       } else if (ending_) {
         return;
       } else {
-        changed_.wait_for(lock, beat, [this] { return wanted_ || ending_; });
+        changed_.wait_for(lock, silence_times::guard_beat, [this] { return wanted_ || ending_; });
       }
       continue;
     }
@@ -302,13 +330,13 @@ void SonicSurface::play() {
       lock.lock();
     } else if (modulated && now >= next_swap) {
       lock.unlock();
-      port_->write({sonic_surface::swap_byte}, port_patience);
+      port_->write({sonic_surface::swap_byte}, silence_times::port_patience);
       lock.lock();
       heard = !heard;
       next_swap = std::max(next_swap, now - playing->half_period) + playing->half_period;
     } else {
       // An emission that is newer than the next time to act only renews, or waits for it.
-      auto until = now + beat / 2;
+      auto until = now + silence_times::guard_beat / 2;
       if (modulated) until = std::min(until, next_swap);
       if (other) until = std::min(until, std::max({next_upload, wire_free_, now + 500us}));
       changed_.wait_until(lock, until,

@@ -65,9 +65,11 @@ class SonicSurface : public ArrayDevice {
 
   void connect();
   void run();
+  void superviseGuard();
   void play();
   void write(const std::vector<std::uint8_t>& bytes);
   void silence();
+  void hush(bool silence_behind);
   ultrasound::Drive solve(const std::vector<ultrasound::FocalPoint>& points) const;
   void solveAnew(std::vector<ultrasound::FocalPoint> points, const std::vector<double>& target,
                  ultrasound::Drive& drive) const;

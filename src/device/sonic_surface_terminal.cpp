@@ -79,7 +79,9 @@ void SonicSurfaceTerminal::run() {
     wire_ = std::max(wire_, Clock::now());
     for (ssize_t i = 0; i < got; ++i) {
       wire_ += std::chrono::duration_cast<Clock::duration>(byte_time);
+      const bool sounded = boards_.sounds();
       if (!boards_.feed(bytes[i])) continue;
+      if (sounded) sounded_until_ = wire_;
       ++swaps_;
       last_.push_back({wire_, boards_.sounds(), boards_.drive()});
       if (last_.size() > remembered) last_.pop_front();
@@ -92,6 +94,8 @@ SonicSurfaceTerminal::State SonicSurfaceTerminal::state() const {
   State state;
   state.swaps = swaps_;
   state.faults = boards_.faults();
+  state.sounded_until = sounded_until_;
+  state.sounds = boards_.sounds();
   state.frequency = boards_.modulation();
   const double always = state.frequency > 0.0 ? 0.5 : 1.0;
   if (!boards_.may_sound() || last_.empty()) return state;

@@ -26,6 +26,9 @@ class SonicSurfaceTerminal {
     double frequency = 0.0;         // Hz, of the modulation; 0: none
     std::size_t swaps = 0;          // since the start
     std::size_t faults = 0;         // bytes that no board should be sent
+    /// When the last sound ended, or was swapped for another one; a sound of now may still go on.
+    std::chrono::steady_clock::time_point sounded_until;
+    bool sounds = false;  // now
   };
 
   /// Makes `path` a link to the terminal, and removes it in the end. A link that is there is replaced.
@@ -56,6 +59,7 @@ class SonicSurfaceTerminal {
   SonicSurfaceBoards boards_;
   std::deque<Swap> last_;  // the newest last
   Clock::time_point wire_;
+  Clock::time_point sounded_until_;
   std::size_t swaps_ = 0;
   std::atomic<bool> ending_{false};
   std::thread thread_;

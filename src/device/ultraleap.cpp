@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "device/options.h"
+#include "safety/silence_times.h"
 
 namespace tactile_clay::device {
 namespace {
@@ -27,7 +28,8 @@ Ultraleap::~Ultraleap() {
 
 void Ultraleap::open(const std::map<std::string, std::string>& options) {
   const auto wanted = static_cast<std::size_t>(number(options, "ultraleap", "max_points", 8, 1, 64));
-  hold_ = std::chrono::duration<double>(number(options, "ultraleap", "hold", 0.2, 0.02, 10.0));
+  hold_ = std::chrono::duration<double>(
+      number(options, "ultraleap", "hold", silence_times::seconds(silence_times::device_hold), 0.02, 10.0));
   const double callback_rate = number(options, "ultraleap", "callback_rate", 500.0, 50.0, 2000.0);
   library_ = std::make_unique<sdk::Library>();
   require(library_->connect(), "the haptics service cannot be reached", "a running service");

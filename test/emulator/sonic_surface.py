@@ -163,6 +163,11 @@ class Emulator:
         with self.lock:
             return all(v == OFF for board in self.boards for v in board.front + board.back)
 
+    def last_sound(self):
+        """When the last sound ended, with the next swap."""
+        with self.lock:
+            return max(after.when for before, after in zip(self.swaps, self.swaps[1:]) if before.sounds)
+
     def since(self, when):
         with self.lock:
             return [swap for swap in self.swaps if swap.when >= when]

@@ -62,8 +62,7 @@ class SonicSurface(unittest.TestCase):
 
     def expect_silence(self, emulator, since, limit):
         wait_until(emulator.silent_for_good, 10, 'silence of both buffers')
-        swaps = emulator.since(0)
-        last = max(after.when for before, after in zip(swaps, swaps[1:]) if before.sounds)  # what sounded ends with the next swap
+        last = emulator.last_sound()
         print('silent %.0f ms after, expected %.0f' % (1e3 * (last - since), 1e3 * limit))
         self.assertLess(last - since, limit)
         self.assertEqual(emulator.faults(), 0)
@@ -255,9 +254,46 @@ class SonicSurface(unittest.TestCase):
         emulator, driver = self.rig()
         since = time.monotonic()
         driver.process.send_signal(signal.SIGSTOP)
-        self.expect_silence(emulator, since, 0.5 + 2 * FRAME + SLACK)
+        self.expect_silence(emulator, since, 0.25 + SLACK)
         driver.process.send_signal(signal.SIGCONT)
         wait_until(emulator.sounds, 10, 'a sound')
+
+    def guard(self, driver):
+        """Number of the guard process of a driver."""
+        found = subprocess.run(['ps', '-o', 'pid=,comm=', '--ppid', str(driver.process.pid)], stdout=subprocess.PIPE, check=True,
+                               universal_newlines=True).stdout.split()
+        self.assertEqual(found[1::2], ['silence_guard'])
+        return int(found[0])
+
+    def test_guard_that_is_killed(self):
+        """The driver silences the boards itself, says so, and stays silent: nobody would silence them if it died too."""
+        self.stream.modulation_frequency = 0.0  # sounds without a pause
+        emulator, driver = self.rig()
+        since = time.monotonic()
+        os.kill(self.guard(driver), signal.SIGKILL)
+        self.expect_silence(emulator, since, 0.25 + SLACK)
+        _, state = self.states.wait(lambda state: not state.emitting)
+        self.assertIn('the guard process is gone', state.silent_reason)
+        time.sleep(0.5)
+        self.assertTrue(emulator.silent_for_good())
+
+    def test_guard_that_is_frozen(self):
+        """Silent until the guard answers again."""
+        self.stream.modulation_frequency = 0.0
+        emulator, driver = self.rig()
+        guard = self.guard(driver)
+        since = time.monotonic()
+        os.kill(guard, signal.SIGSTOP)
+        self.expect_silence(emulator, since, 0.25 + SLACK)
+        _, state = self.states.wait(lambda state: not state.emitting)
+        self.assertIn('the guard process does not answer', state.silent_reason)
+        os.kill(guard, signal.SIGCONT)
+        wait_until(emulator.sounds, 10, 'a sound')
+        # And a driver that ends is not held up by a guard that is frozen.
+        os.kill(guard, signal.SIGSTOP)
+        driver.process.send_signal(signal.SIGINT)
+        self.assertEqual(driver.process.wait(5), 0)
+        self.assertTrue(emulator.silent_for_good())
 
     def test_unplugged_and_plugged_in(self):
         emulator, driver = self.rig()
