@@ -88,6 +88,7 @@ class SafetyGate {
   void reset() { stopped_ = false; }
 
   bool stopped() const { return stopped_; }
+  const SafetyGateConfig& config() const { return config_; }
 
   /// The array was silenced by other means than check(). Points then start from intensity 0 again.
   void fallSilent() { intensities_.clear(); }

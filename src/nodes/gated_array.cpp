@@ -12,13 +12,15 @@
 #include "nodes/params.h"
 #include "nodes/topics.h"
 #include "nodes/transforms.h"
+#include "safety/silence_times.h"
 
 namespace tactile_clay::nodes {
 namespace {
 
-const ros::WallDuration watch_period(0.02);
-constexpr double no_head_spl_cap = 200.0;  // dB, beyond what any array of these sizes reaches
+const ros::WallDuration watch_period(silence_times::seconds(silence_times::watch));
+constexpr char emergency_stop[] = "emergency stop: silent until it is reset";
 constexpr std::size_t most_places = 256;   // of a frame; no renderer makes more
+constexpr double no_head_spl_cap = 200.0;  // dB, beyond what any array of these sizes reaches
 
 /// What this run keeps to: an earlier one on the same master may have had other limits.
 void tellLimits(const device::SafetyGateConfig& config, const std::string& node) {
@@ -58,13 +60,33 @@ device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh, bool real) {
   return config;
 }
 
+device::StampCheck::Mode stampMode(const ros::NodeHandle& nh) {
+  using Mode = device::StampCheck::Mode;
+  bool check = true;
+  if (nh.getParam("check_stamps", check)) return check ? Mode::on : Mode::off;
+  const auto text = param<std::string>(nh, "check_stamps", "true");
+  if (text == "auto") return Mode::found;
+  if (text == "true" || text == "false") return text == "true" ? Mode::on : Mode::off;
+  throw std::runtime_error("parameter " + nh.resolveName("check_stamps") +
+                           ": expected true, false or auto, got '" + text + "'");
+}
+
+/// Whether this is the name that rosbag play takes.
+bool isPlayer(const std::string& node) {
+  return node.compare(node.rfind('/') + 1, 5, "play_") == 0;
+}
+
+void warn(const std::string& line) {
+  if (!line.empty()) ROS_WARN_THROTTLE(1.0, "%s", line.c_str());
+}
+
 }  // namespace
 
 GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std::string& device,
                        bool watch_in_lockstep, Output output)
     : device_(device),
-      gate_(gateConfig(private_nh, watch_in_lockstep)),
       output_(std::move(output)),
+      gate_(gateConfig(private_nh, watch_in_lockstep)),
       inbox_(private_nh),
       health_(nh, private_nh, "array", [this](auto& status) { diagnose(status); }) {
   const auto coming = ultrasound::modulation(param<std::string>(private_nh, "modulation", "am"));
@@ -72,29 +94,42 @@ GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std
   if (!objection.empty())
     throw std::runtime_error("parameter " + private_nh.resolveName("modulation") + ": " + objection);
   lockstep_ = param(private_nh, "lockstep", false);
-  // Stamps of a recording are of another clock; what is too old is then told by when it arrives.
-  check_stamps_ = param(private_nh, "check_stamps", true) && !lockstep_;
+  // In lockstep the clock is that of the stamps.
+  stamps_.emplace(lockstep_ ? device::StampCheck::Mode::off : stampMode(private_nh),
+                  gate_.config().stale_timeout);
   watch_ = watch_in_lockstep || !lockstep_;
   static_transforms_->send(transformMessage(
       frame::world, frame::array, poseParam(private_nh, "array_pose", "0 0 -0.15 0 0 0"), ros::Time::now()));
 
   const unsigned queue = lockstep_ ? 0 : 1;
-  stop_server_ = private_nh.advertiseService("stop", &GatedArray::stop, this);
-  reset_server_ = private_nh.advertiseService("reset", &GatedArray::reset, this);
   gate_.start();
+  state_ = nh.advertise<ArrayState>(topic::array_state, lockstep_ ? 0 : 10, true);
+  // In lockstep each state answers a frame.
+  if (!lockstep_) publishState();
+  stop_switch_ = std::make_unique<StopSwitch>(
+      nh, private_nh, [this] { return stop(); }, [this] { return reset(); });
   subscriber_ = inbox_.subscribe<FocalPointArray>(
       nh, topic::focal_points, queue, [this](const auto& message) { receive(message); },
       [this](const std::string& reason) { refuse(reason); });
   hands_subscriber_ = inbox_.subscribe<TrackedHands>(nh, topic::hands_tracked, queue,
                                                      [this](const auto& hands) { seeHands(hands); });
-  state_ = nh.advertise<ArrayState>(topic::array_state, lockstep_ ? 0 : 10);
+  if (stamps_->mode() == device::StampCheck::Mode::found)
+    publisher_subscriber_ = nh.subscribe<TrackedHands>(
+        topic::hands_tracked, 1,
+        boost::function<void(const ros::MessageEvent<const TrackedHands>&)>(
+            [this](const auto& event) { seePublisher(event.getPublisherName()); }));
+  if (watch_)
+    supervisors_ =
+        std::make_unique<Supervisors>(param<std::string>(private_nh, "supervisors", "roslaunch master"));
   timer_ = nh.createWallTimer(watch_period, [this](const ros::WallTimerEvent&) { watch(); });
 }
 
 GatedArray::~GatedArray() {
   subscriber_.shutdown();
   hands_subscriber_.shutdown();
+  publisher_subscriber_.shutdown();
   timer_.stop();
+  stop_switch_.reset();
   output_.silence(in_force_);
 }
 
@@ -104,9 +139,29 @@ void GatedArray::seeHands(const TrackedHands::ConstPtr& hands) {
   hands_tracked_ = !hands->hands.empty();
 }
 
+void GatedArray::seePublisher(const std::string& name) {
+  if (name == hands_publisher_) return;
+  hands_publisher_ = name;
+  stamps_->restart();
+}
+
+/// Tells it when stamps are found to be of a recording.
+device::StampCheck::Age GatedArray::ageOf(const ros::Time& stamp) {
+  const double behind = secondsBetween(stamp, ros::Time::now());
+  const bool before = stamps_->ofRecording();
+  const device::StampCheck::Age age = (*stamps_)(behind, isPlayer(hands_publisher_));
+  if (stamps_->ofRecording() && !before)
+    ROS_WARN_THROTTLE(1.0,
+                      "array '%s': stamps of focal points are %.1f s behind this computer's clock; they are "
+                      "taken for those "
+                      "of a recording that is played, and not asked for their age. If they are live, compare "
+                      "the hosts' clocks",
+                      device_.c_str(), behind);
+  return age;
+}
+
 device::Occasion GatedArray::occasion(ros::Time stamp) {
   device::Occasion occasion;
-  occasion.age = latency_;
   const ros::SteadyTime now = ros::SteadyTime::now();
   if (lockstep_) {
     // Repeats itself: the clock is that of the stamps, and the hands count once they are no older than the
@@ -154,102 +209,155 @@ std::string GatedArray::tooMany(const device::Emission& emission) const {
   return count > most_places ? more(most_places, " focal points in a frame") : "";
 }
 
-void GatedArray::receive(const FocalPointArray::ConstPtr& message) {
-  ++frames_;
-  device::Emission emission;
-  emission.points = toCore(message->points);
-  emission.modulation_frequency = message->modulation_frequency;
-  latency_ = check_stamps_ ? secondsBetween(message->header.stamp, ros::Time::now()) : 0.0;
-  latencies_.push_back(latency_);
-  const device::Occasion occasion = this->occasion(message->header.stamp);
-  in_force_ = message->header;
+/// The gate learns of emergency stops here, for it belongs to the thread of the callbacks.
+void GatedArray::heedStop() {
+  const unsigned stops = stops_;
+  if (stops != heeded_) gate_.stop();
+  heeded_ = stops;
+  if (!stopped_) gate_.reset();
+}
 
+device::Verdict GatedArray::judge(const FocalPointArray& message, const device::StampCheck::Age& age) {
   device::Verdict verdict;
-  const std::string cannot_play = cannotPlay(message->modulation);
-  const bool in_time = gate_.tick(latency_).passes();
-  if (frameName(message->header.frame_id) != frame::array) {
+  device::Occasion occasion = this->occasion(message.header.stamp);
+  occasion.age = age.age;
+  const std::string cannot_play = cannotPlay(message.modulation);
+  if (frameName(message.header.frame_id) != frame::array) {
     verdict.reason =
-        "focal points in frame '" + message->header.frame_id + "', expected '" + frame::array + "'";
+        "focal points in frame '" + message.header.frame_id + "', expected '" + frame::array + "'";
   } else if (!cannot_play.empty()) {
     verdict.reason = cannot_play;
+  } else if (!unsupervised_.empty() && !gate_.stopped()) {
+    verdict.reason = unsupervised_;
   } else {
-    emission.modulation = static_cast<ultrasound::Modulation>(message->modulation);
+    device::Emission emission;
+    emission.points = toCore(message.points);
+    emission.modulation_frequency = message.modulation_frequency;
+    emission.modulation = static_cast<ultrasound::Modulation>(message.modulation);
     verdict.reason = tooMany(emission);
     if (verdict.passes()) verdict = gate_.check(emission, occasion, output_.loudness);
   }
-  head_spl_ = verdict.head_spl.value_or(0.0);
-  lowered_ = verdict.lowered;
-  if (verdict.passes()) {
-    emit(verdict.emission);
-  } else {
-    ++(in_time || gate_.stopped() ? rejected_ : late_);
-    close(verdict.reason);
-  }
-  publishState(in_force_.stamp);
+  return verdict;
 }
 
 // Focal points that are none leave nothing sounding that was there before.
 void GatedArray::refuse(const std::string& reason) {
-  ++rejected_;
-  close(reason);
-  publishState(in_force_.stamp);
+  std::string line;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++rejected_;
+    line = close(stopped_ ? emergency_stop : reason);
+    publishState();
+  }
+  gate_.fallSilent();
+  warn(line);
 }
 
-void GatedArray::emit(const device::Emission& emission) {
+void GatedArray::receive(const FocalPointArray::ConstPtr& message) {
+  heedStop();
+  ++frames_;
+  const device::StampCheck::Age age = ageOf(message->header.stamp);
+  if (!lockstep_ && !stamps_->ofRecording()) latencies_.push_back(age.age);
+  const bool in_time = gate_.tick(age.age).passes();
+  device::Verdict verdict = judge(*message, age);
+  if (!in_time && !gate_.stopped() && !age.clocks.empty()) verdict.reason += "; " + age.clocks;
+  lowered_ = verdict.lowered;
+  std::string line;
+  bool open = false;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    in_force_ = message->header;
+    latency_ = age.age;
+    head_spl_ = verdict.head_spl.value_or(0.0);
+    if (stops_ != heeded_) {
+      line = close(emergency_stop);  // it came while the gate was judging
+    } else if (verdict.passes()) {
+      line = emit(verdict.emission);
+    } else {
+      ++(in_time || stopped_ ? rejected_ : late_);
+      line = close(verdict.reason);
+    }
+    open = open_;
+    publishState();
+  }
+  if (!open)
+    gate_.fallSilent();
+  else if (output_.show)
+    output_.show(verdict.emission, message->header);
+  warn(line);
+}
+
+std::string GatedArray::emit(const device::Emission& emission) {
   last_passed_ = ros::SteadyTime::now();
   try {
     output_.emit(emission, in_force_);
-    ++sent_;
-    open_ = true;
-    emitting_ = !emission.points.empty();
-    silent_reason_ = emitting_ ? "" : "no focal points";
   } catch (const std::exception& error) {
     ++rejected_;
-    close(error.what());
+    return close(error.what());
   }
+  ++sent_;
+  open_ = true;
+  emitting_ = !emission.points.empty();
+  silent_reason_ = emitting_ ? "" : "no focal points";
+  return "";
 }
 
-void GatedArray::close(const std::string& reason) {
+std::string GatedArray::close(const std::string& reason) {
   output_.silence(in_force_);
-  gate_.fallSilent();
-  if (open_ || !told_silence_)
-    ROS_WARN_THROTTLE(1.0, "array '%s' is silent: %s", device_.c_str(), reason.c_str());
+  const bool tells = open_ || !told_silence_;
   told_silence_ = true;
   open_ = emitting_ = false;
   head_spl_ = 0.0;
   silent_reason_ = reason;
+  return tells ? "array '" + device_ + "' is silent: " + reason : "";
 }
 
 void GatedArray::watch() {
-  if (!open_) return;
+  heedStop();
+  const std::string missing = supervisors_ ? supervisors_->missing() : "";
+  const bool changed = missing != unsupervised_;
+  unsupervised_ = missing;
   const double age = watch_ ? (ros::SteadyTime::now() - last_passed_).toSec() : 0.0;
-  const device::Verdict verdict = gate_.tick(age);
-  if (verdict.passes()) return;
-  close(verdict.reason);
-  publishState(in_force_.stamp);
+  std::string reason = missing, line, stopped;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    stopped.swap(stop_line_);
+    if (missing.empty() && open_) reason = gate_.tick(age).reason;
+    if (missing.empty() && !open_ && changed) reason = "no focal points have come since";
+    if (!stopped_ && !reason.empty() && (open_ || changed)) {
+      line = close(reason);
+      publishState();
+      gate_.fallSilent();
+    }
+  }
+  if (!stopped.empty()) ROS_WARN("%s", stopped.c_str());
+  if (!line.empty() && !missing.empty())
+    ROS_WARN("%s", line.c_str());
+  else
+    warn(line);
 }
 
-bool GatedArray::stop(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  gate_.stop();
-  close("emergency stop");
-  publishState(in_force_.stamp);
-  response.success = true;
-  response.message = "the array is silent until its service reset is called";
-  return true;
+std::string GatedArray::stop() {
+  stopped_ = true;
+  ++stops_;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const std::string line = close(emergency_stop);
+  if (!line.empty()) stop_line_ = line;
+  publishState();
+  return "the array is silent until array/reset";
 }
 
-bool GatedArray::reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  gate_.reset();
+std::string GatedArray::reset() {
+  stopped_ = false;
+  const std::lock_guard<std::mutex> lock(mutex_);
   if (!open_) silent_reason_ = "no focal points since the emergency stop was lifted";
-  publishState(in_force_.stamp);
-  response.success = true;
-  response.message = "the emergency stop is lifted";
-  return true;
+  publishState();
+  return "the emergency stop is lifted";
 }
 
-void GatedArray::publishState(ros::Time stamp) {
+void GatedArray::publishState() {
   auto state = boost::make_shared<ArrayState>();
-  state->header.stamp = stamp;
+  state->header.stamp = in_force_.stamp;
   state->header.frame_id = frame::array;
   state->device = device_;
   state->emitting = emitting_;
@@ -265,26 +373,29 @@ void GatedArray::publishState(ros::Time stamp) {
 void GatedArray::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
   using Level = diagnostic_msgs::DiagnosticStatus;
   const std::string fault = output_.fault();
-  if (!fault.empty())
-    status.summary(Level::ERROR, fault);
-  else if (gate_.stopped())
-    status.summary(Level::ERROR, "emergency stop");
-  else if (!open_)
-    status.summary(Level::WARN, "silent: " + silent_reason_);
-  else if (emitting_ && !lowered_.empty())
-    status.summary(Level::OK, "emitting, made weaker by " + lowered_);
-  else
-    status.summary(Level::OK, emitting_ ? "emitting" : "silent: no focal points");
-  status.add("device", device_);
-  status.add("frames a second", frames_);
-  status.add("frames sent", sent_);
-  status.add("frames rejected", rejected_);
-  status.add("frames late", late_);
-  status.add("head, dB SPL", head_spl_);
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!fault.empty())
+      status.summary(Level::ERROR, fault);
+    else if (stopped_)
+      status.summary(Level::ERROR, "emergency stop");
+    else if (!open_)
+      status.summary(Level::WARN, "silent: " + silent_reason_);
+    else if (emitting_ && !lowered_.empty())
+      status.summary(Level::OK, "emitting, made weaker by " + lowered_);
+    else
+      status.summary(Level::OK, emitting_ ? "emitting" : "silent: no focal points");
+    status.add("device", device_);
+    status.add("frames a second", frames_);
+    status.add("frames sent", sent_);
+    status.add("frames rejected", rejected_);
+    status.add("frames late", late_);
+    status.add("head, dB SPL", head_spl_);
+  }
   std::sort(latencies_.begin(), latencies_.end());
   for (const auto& [name, share] :
        {std::pair("median", 0.5), {"90 %", 0.9}, {"99 %", 0.99}, {"longest", 1.0}})
-    if (check_stamps_ && !latencies_.empty())
+    if (!latencies_.empty())
       status.add(
           std::string("latency, ms, ") + name,
           1e3 * latencies_[static_cast<std::size_t>(share * static_cast<double>(latencies_.size() - 1))]);

@@ -1,26 +1,33 @@
 #pragma once
 
 #include <ros/ros.h>
-#include <std_srvs/Trigger.h>
 #include <tactile_clay/FocalPointArray.h>
 #include <tactile_clay/TrackedHands.h>
 
+#include <atomic>
 #include <functional>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "device/safety_gate.h"
+#include "device/stamp_check.h"
 #include "nodes/health.h"
 #include "nodes/inbox.h"
+#include "nodes/stop_switch.h"
+#include "nodes/supervisors.h"
 #include "nodes/transforms.h"
 
 namespace tactile_clay::nodes {
 
 /// What the nodes of a real and of a simulated array share: `array/focal_points` and `hands/tracked` in, the
-/// safety gate, `array/state` out, the services `~stop` and `~reset`, the frame `array`. The array is silent
-/// whenever the gate is closed, and in the end. `~modulation` is the one that is going to come: an array that
-/// cannot play it says so at once.
+/// safety gate, `array/state` out, the emergency stop (StopSwitch), the frame `array`. The array is silent
+/// whenever the gate is closed, while one of `~supervisors` is missing, and in the end. `~modulation` is the
+/// one that is going to come: an array that cannot play it says so at once. `~check_stamps` is true
+/// (default), false, or auto: whether the stamps of focal points tell their age, or do so unless they are
+/// found to be of a recording.
 class GatedArray {
  public:
   struct Output {
@@ -31,8 +38,11 @@ class GatedArray {
     double max_rate = 0.0;
     /// Focal points at a time, 0: any number.
     std::size_t max_points = 0;
-    /// Emits. \throws std::runtime_error when the array is gone
+    /// Emits, and returns at once: an emergency stop waits for it. \throws std::runtime_error when the array
+    /// is gone
     std::function<void(const device::Emission&, const std_msgs::Header&)> emit;
+    /// What else is to be done of an emission, however long it takes; may be empty.
+    std::function<void(const device::Emission&, const std_msgs::Header&)> show;
     /// Goes silent. The header is that of the frame in force. Must not throw.
     std::function<void(const std_msgs::Header&)> silence;
     /// One line for diagnostics, empty while all is well.
@@ -49,42 +59,64 @@ class GatedArray {
   void receive(const FocalPointArray::ConstPtr& message);
   void refuse(const std::string& reason);
   void seeHands(const TrackedHands::ConstPtr& hands);
+  void seePublisher(const std::string& name);
+  device::StampCheck::Age ageOf(const ros::Time& stamp);
   device::Occasion occasion(ros::Time stamp);
   /// Empty, or why the array cannot play it.
   std::string cannotPlay(unsigned modulation) const;
   std::string tooMany(const device::Emission& emission) const;
-  void emit(const device::Emission& emission);
+  device::Verdict judge(const FocalPointArray& message, const device::StampCheck::Age& age);
+  void heedStop();
   void watch();
-  void close(const std::string& reason);
-  void publishState(ros::Time stamp);
-  bool stop(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
-  bool reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
+  // Of the thread of the emergency stop.
+  std::string stop();
+  std::string reset();
+
+  // Of both threads: the mutex is held. Those that return a line leave it to the caller to log it, without
+  // the mutex: a log that nobody reads must not hold up an emergency stop.
+  std::string emit(const device::Emission& emission);
+  std::string close(const std::string& reason);
+  void publishState();
+
   std::string device_;
-  bool check_stamps_, watch_, lockstep_;
-  device::SafetyGate gate_;
+  bool watch_, lockstep_;
   Output output_;
   std::shared_ptr<StaticTransforms> static_transforms_ = StaticTransforms::shared();
 
-  std_msgs::Header in_force_;    // of the last frame
-  ros::SteadyTime last_passed_;  // when the last frame passed the gate
-  ros::SteadyTime last_came_;    // when the last frame came
+  // Of the thread of the callbacks.
+  device::SafetyGate gate_;
+  std::optional<device::StampCheck> stamps_;
+  std::string hands_publisher_;
+  std::unique_ptr<Supervisors> supervisors_;  // none in lockstep without a real array
+  std::string unsupervised_;                  // who is missing
+  unsigned heeded_ = 0;                       // emergency stops that the gate knows of
+  ros::SteadyTime last_passed_;               // when the last frame passed the gate
+  ros::SteadyTime last_came_;                 // when the last frame came
   std::optional<ros::SteadyTime> hands_came_;
   ros::Time hands_stamp_;
   bool hands_tracked_ = false;
+  unsigned frames_ = 0;            // since the last diagnostics
+  std::vector<double> latencies_;  // s, since the last diagnostics
+  std::string lowered_;            // why the last emission was made weaker
+
+  std::atomic<bool> stopped_{false};
+  std::atomic<unsigned> stops_{0};  // emergency stops so far
+
+  std::mutex mutex_;           // of the array, and of what follows
+  std_msgs::Header in_force_;  // of the last frame
   bool emitting_ = false, open_ = false, told_silence_ = false;
   std::string silent_reason_ = "no focal points have come";
-  unsigned sent_ = 0, rejected_ = 0, late_ = 0, frames_ = 0;
+  std::string stop_line_;  // of the last emergency stop, to be logged
+  unsigned sent_ = 0, rejected_ = 0, late_ = 0;
   double latency_ = 0.0, head_spl_ = 0.0;
-  std::string lowered_;            // why the last emission was made weaker
-  std::vector<double> latencies_;  // s, since the last diagnostics
 
   Inbox inbox_;
-  ros::Subscriber subscriber_, hands_subscriber_;
+  ros::Subscriber subscriber_, hands_subscriber_, publisher_subscriber_;
   ros::Publisher state_;
-  ros::ServiceServer stop_server_, reset_server_;
   ros::WallTimer timer_;
+  std::unique_ptr<StopSwitch> stop_switch_;
   Health health_;
 };
 

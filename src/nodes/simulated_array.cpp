@@ -43,9 +43,12 @@ void SimulatedArray::startGate(ros::NodeHandle nh, ros::NodeHandle private_nh) {
   output.emit = [this](const device::Emission& emission, const std_msgs::Header& header) {
     emit(emission, header);
   };
+  output.show = [this](const device::Emission&, const std_msgs::Header& header) {
+    field_->publishFields(sound_, header);
+  };
   output.silence = [this](const std_msgs::Header& header) {
     // One silent drive for each frame that was refused, and one when the array goes silent by itself.
-    last_ = {};
+    silenced_ = true;
     if (ros::ok()) field_->publishSilence(header);
   };
   output.fault = [] { return std::string(); };
@@ -53,23 +56,24 @@ void SimulatedArray::startGate(ros::NodeHandle nh, ros::NodeHandle private_nh) {
 }
 
 ultrasound::PhaseSolution SimulatedArray::solve(const std::vector<ultrasound::FocalPoint>& points) const {
-  const bool limited = model_.options.max_phase_change > 0.0 && !last_.phase.empty();
+  const bool limited = model_.options.max_phase_change > 0.0 && !last_.phase.empty() && !silenced_;
   return ultrasound::solvePhases(model_.layout, model_.acoustics, points, model_.options,
                                  limited ? &last_ : nullptr);
 }
 
 void SimulatedArray::emit(const device::Emission& emission, const std_msgs::Header& header) {
-  Sound sound;
-  sound.points = emission.points;
-  sound.modulation = emission.modulation;
-  sound.frequency = emission.modulation_frequency;
+  sound_ = {};
+  sound_.points = emission.points;
+  sound_.modulation = emission.modulation;
+  sound_.frequency = emission.modulation_frequency;
   for (ultrasound::Part& part : ultrasound::parts(device::period(emission))) {
     ultrasound::PhaseSolution solution = solve(part.points);
     last_ = solution.drive;
-    sound.parts.push_back({std::move(part), std::move(solution.drive), std::move(solution.target)});
+    silenced_ = false;
+    sound_.parts.push_back({std::move(part), std::move(solution.drive), std::move(solution.target)});
   }
-  if (sound.parts.empty()) last_ = {};
-  field_->publish(sound, header);
+  if (sound_.parts.empty()) last_ = {};
+  field_->publishDrive(sound_, header);
 }
 
 void SimulatedArray::startWire(ros::NodeHandle nh, ros::NodeHandle private_nh) {

@@ -3,6 +3,7 @@
 #include <ros/ros.h>
 #include <tactile_clay/FocalPointArray.h>
 
+#include <atomic>
 #include <memory>
 #include <vector>
 
@@ -48,7 +49,9 @@ class SimulatedArray {
   void listen();
 
   ArrayModel model_;
-  ultrasound::Drive last_;  // of the emission in force; empty: none
+  ultrasound::Drive last_;             // of the emission in force; empty: none
+  std::atomic<bool> silenced_{false};  // since then
+  Sound sound_;                        // in force
   std::unique_ptr<SoundField> field_;
   Wire wire_;
   std::unique_ptr<GatedArray> array_;  // goes first, and silences the rest

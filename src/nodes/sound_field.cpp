@@ -71,8 +71,17 @@ SoundField::SoundField(ros::NodeHandle nh, ros::NodeHandle private_nh, const Arr
 }
 
 void SoundField::publish(const Sound& sound, const std_msgs::Header& header) {
+  publishDrive(sound, header);
+  publishFields(sound, header);
+}
+
+void SoundField::publishDrive(const Sound& sound, const std_msgs::Header& header) {
   if (sound.parts.empty()) return publishSilence(header);
   publishDrive(partAt(sound, header.stamp.toSec()).drive, header);
+}
+
+void SoundField::publishFields(const Sound& sound, const std_msgs::Header& header) {
+  if (sound.parts.empty()) return;
   publishMeasured(sound, header);
   publishReport(sound, header);
   publishField(sound, header);

@@ -39,6 +39,10 @@ class SoundField {
   SoundField(ros::NodeHandle nh, ros::NodeHandle private_nh, const ArrayModel& model);
 
   void publish(const Sound& sound, const std_msgs::Header& header);
+
+  /// The two parts of it: the drive, at once, and what has to be computed.
+  void publishDrive(const Sound& sound, const std_msgs::Header& header);
+  void publishFields(const Sound& sound, const std_msgs::Header& header);
   void publishSilence(const std_msgs::Header& header);
 
  private:

@@ -1,0 +1,102 @@
+#include "nodes/launching_process.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <vector>
+
+#include "safety/silence_times.h"
+
+namespace tactile_clay::nodes {
+namespace {
+
+struct Stat {
+  char state = 'X';
+  pid_t parent = 0;
+  std::uint64_t start = 0;
+};
+
+std::string pathOf(pid_t process, const char* file) {
+  return "/proc/" + std::to_string(process) + "/" + file;
+}
+
+/// As in proc(5). Nothing where there is no such process.
+std::optional<Stat> statOf(pid_t process) {
+  std::ifstream file(pathOf(process, "stat"));
+  std::string line;
+  if (!std::getline(file, line)) return std::nullopt;
+  // The second field is a name in parentheses, which may hold anything.
+  std::istringstream fields(line.substr(std::min(line.rfind(')') + 1, line.size())));
+  Stat stat;
+  std::string skipped;
+  fields >> stat.state >> stat.parent;
+  for (int field = 5; field < 22; ++field) fields >> skipped;
+  if (!(fields >> stat.start)) return std::nullopt;
+  return stat;
+}
+
+std::vector<std::string> argumentsOf(pid_t process) {
+  std::ifstream file(pathOf(process, "cmdline"));
+  std::vector<std::string> arguments;
+  for (std::string argument; std::getline(file, argument, '\0');) arguments.push_back(argument);
+  return arguments;
+}
+
+/// roslaunch hands each node the name of its log.
+bool wasLaunched(const std::vector<std::string>& arguments) {
+  return std::any_of(arguments.begin(), arguments.end(),
+                     [](const std::string& argument) { return argument.rfind("__log:=", 0) == 0; });
+}
+
+bool isRoslaunch(const std::vector<std::string>& arguments) {
+  return std::any_of(arguments.begin(), arguments.end(), [](const std::string& argument) {
+    const std::string name = argument.substr(argument.rfind('/') + 1);
+    return name == "roslaunch" || name == "rostest";
+  });
+}
+
+}  // namespace
+
+std::unique_ptr<LaunchingProcess> LaunchingProcess::find() {
+  if (!wasLaunched(argumentsOf(::getpid()))) return nullptr;
+  // A prefix, such as a terminal or a debugger, may stand between.
+  const pid_t parent = ::getppid();
+  pid_t process = parent;
+  while (process > 0) {
+    if (isRoslaunch(argumentsOf(process))) return std::make_unique<LaunchingProcess>(process);
+    const auto stat = statOf(process);
+    process = stat ? stat->parent : 0;
+  }
+  // A program of the user's with roslaunch's library; process 1 takes over whose parent has died.
+  return std::make_unique<LaunchingProcess>(parent == 1 ? 0 : parent);
+}
+
+LaunchingProcess::LaunchingProcess(pid_t process) : process_(process) {
+  if (const auto stat = statOf(process)) start_ = stat->start;
+}
+
+std::string LaunchingProcess::missing() {
+  const std::string who = "roslaunch (process " + std::to_string(process_) + "), which started this node, ";
+  const auto stat = statOf(process_);
+  if (!stat || stat->start != start_ || stat->state == 'Z' || stat->state == 'X')
+    return who + "is dead: start the rig again";
+  if (stat->state != 'T' && stat->state != 't') {
+    stopped_since_.reset();
+    return "";
+  }
+  if (!stopped_since_) stopped_since_ = Clock::now();
+  if (Clock::now() - *stopped_since_ < silence_times::supervisor_patience) return "";
+  return who + "is frozen: continue it, such as by 'kill -CONT " + std::to_string(process_) + "'";
+}
+
+std::string LaunchingProcess::server() const {
+  // roslaunch runs `roslaunch -c NAME -u ADDRESS ...` on another host.
+  const auto arguments = argumentsOf(process_);
+  const auto at = std::find(arguments.begin(), arguments.end(), "-u");
+  return at == arguments.end() || std::next(at) == arguments.end() ? "" : *std::next(at);
+}
+
+}  // namespace tactile_clay::nodes

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <xmlrpcpp/XmlRpcValue.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "nodes/supervisors.h"
+
+namespace tactile_clay::nodes {
+
+/// A server of XML-RPC that is asked the same question again and again, in a thread of its own: a master or a
+/// roslaunch, on this host or another one.
+class RemoteSupervisor : public Supervisor {
+ public:
+  struct Question {
+    std::string method;
+    XmlRpc::XmlRpcValue arguments;
+    std::string refused;  // what it means where the answer is an error; empty: nothing
+  };
+
+  /// The master, which also has to know this node.
+  static std::unique_ptr<RemoteSupervisor> master();
+
+  /// A roslaunch. \param address such as http://host:1234/
+  static std::unique_ptr<RemoteSupervisor> roslaunch(const std::string& address);
+
+  RemoteSupervisor(std::string name, std::string address, Question question);
+  ~RemoteSupervisor() override;
+
+  /// Missing where no question of the last `silence_times::supervisor_patience` was answered, or the answer is an
+  /// error.
+  std::string missing() override;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void run();
+
+  const std::string name_, address_;
+  const Question question_;
+
+  std::mutex mutex_;  // of what follows
+  std::condition_variable changed_;
+  Clock::time_point answered_ = Clock::now();
+  bool refused_ = false;
+  bool ending_ = false;
+
+  std::thread thread_;
+};
+
+}  // namespace tactile_clay::nodes

@@ -1,0 +1,38 @@
+#include "nodes/stop_switch.h"
+
+#include "nodes/topics.h"
+
+namespace tactile_clay::nodes {
+
+StopSwitch::StopSwitch(ros::NodeHandle nh, ros::NodeHandle private_nh, std::function<std::string()> stop,
+                       std::function<std::string()> reset)
+    : spinner_(1, &queue_) {
+  nh.setCallbackQueue(&queue_);
+  private_nh.setCallbackQueue(&queue_);
+  for (const auto& [name, of_one, action] :
+       {std::tuple(topic::array_stop, "stop", stop), {topic::array_reset, "reset", reset}}) {
+    serve(nh, name, action);
+    serve(private_nh, of_one, action);
+    listen(nh, name, action);
+  }
+  spinner_.start();
+}
+
+void StopSwitch::serve(ros::NodeHandle nh, const std::string& name,
+                       const std::function<std::string()>& action) {
+  servers_.push_back(nh.advertiseService<std_srvs::Trigger::Request, std_srvs::Trigger::Response>(
+      name, [action](std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+        response.message = action();
+        response.success = true;
+        return true;
+      }));
+}
+
+void StopSwitch::listen(ros::NodeHandle nh, const std::string& name,
+                        const std::function<std::string()>& action) {
+  subscribers_.push_back(nh.subscribe<std_msgs::Empty>(
+      name, 1, [action](const std_msgs::Empty::ConstPtr&) { action(); }, ros::VoidConstPtr(),
+      ros::TransportHints().tcpNoDelay()));
+}
+
+}  // namespace tactile_clay::nodes
