@@ -71,10 +71,20 @@ void Transforms::take(const geometry_msgs::TransformStamped& transform, bool fix
   if (known == frames_.end() && frames_.size() >= most_frames)
     return refuse(topic,
                   "frame '" + child + "', expected at most " + std::to_string(most_frames) + " frames");
-  if (known != frames_.end() && known->second && !fixed)
+  if (known != frames_.end() && known->second.fixed && !fixed)
     return refuse(topic, "frame '" + child + "' moves, expected it to stay where /tf_static says");
-  frames_[child] = fixed;
+  const std::string parent = withoutSlash(transform.header.frame_id);
+  if (isAbove(child, parent))
+    return refuse(topic, "frame '" + parent + "' is below '" + child + "' already, expected no loop");
+  frames_[child] = {parent, fixed};
   buffer_.setTransform(transform, "tf", true);
+}
+
+/// Whether a frame is one from which `below` hangs. There are no loops: none was ever let in.
+bool Transforms::isAbove(const std::string& frame, std::string below) const {
+  for (auto at = frames_.find(below); at != frames_.end(); at = frames_.find(below = at->second.parent))
+    if (at->second.parent == frame) return true;
+  return false;
 }
 
 void Transforms::refuse(const std::string& topic, const std::string& reason) {

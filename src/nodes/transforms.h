@@ -39,12 +39,18 @@ class Transforms {
                                           ros::WallDuration patience = ros::WallDuration(5.0));
 
  private:
+  struct Frame {
+    std::string parent;
+    bool fixed;  // by /tf_static
+  };
+
   void receive(const tf2_msgs::TFMessage& message, bool fixed);
+  bool isAbove(const std::string& frame, std::string below) const;
   void take(const geometry_msgs::TransformStamped& transform, bool fixed);
   void refuse(const std::string& topic, const std::string& reason);
 
   tf2::BufferCore buffer_;
-  std::map<std::string, bool> frames_;  // that were placed; whether by /tf_static
+  std::map<std::string, Frame> frames_;  // that were placed
   Throttle lines_;
   bool patient_ = true;
 

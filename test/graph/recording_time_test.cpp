@@ -41,5 +41,21 @@ TEST(RecordingTime, AGapIsNoInterval) {
   EXPECT_EQ(time(100ms), 9010ms);
 }
 
+/// Whatever the stamps say: they rise, by no more than an hour, and end before stamps do.
+TEST(RecordingTime, StampsOfAnotherAgeAreRepaired) {
+  using std::chrono::nanoseconds;
+  RecordingTime time;
+  auto before = time(nanoseconds::max());
+  EXPECT_LT(before, 1s);
+  for (const nanoseconds stamp :
+       {nanoseconds(4'294'967'295s), nanoseconds(1s), nanoseconds(2'147'483'647s), nanoseconds::min(),
+        nanoseconds::max(), nanoseconds(2s), nanoseconds(2'010ms)}) {
+    const auto now = time(stamp);
+    EXPECT_GT(now, before);
+    EXPECT_LE(now - before, 1h);
+    before = now;
+  }
+}
+
 }  // namespace
 }  // namespace tactile_clay::nodes

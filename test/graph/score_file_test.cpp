@@ -50,6 +50,19 @@ TEST_F(ScoreFile, EveryShippedScoreIsPlayable) {
   EXPECT_EQ(count, 4);
 }
 
+/// As long as its strokes make it, a score is told to be too long before it is built.
+TEST_F(ScoreFile, HasLimits) {
+  expectFault("moves: [{move: knead, strokes: 1000000000}]", "1", "1 to 1000 strokes");
+  expectFault("moves: [{move: pinch, times: 100000000}]", "1", "1 to 1000 times");
+  expectFault("moves: [{move: roll, times: 100000000}]", "1", "1 to 1000 times");
+  expectFault("moves: [{move: press_finger, speed: 1.0e-300}]", "1", "expected a score of at most 7200 s");
+  expectFault("moves: [{move: press_finger, hold: 1.0e+300}]", "1", "expected a score of at most 7200 s");
+  std::string many = "moves:\n";
+  for (int i = 0; i < 1100; ++i) many += "  - {move: press_finger, hold: 0.1, speed: 1.0}\n";
+  expectFault("pause: 0.1\n" + many, "1002", "more than 1000 moves");
+  expectFault("pause: 60\n" + many, "11", "expected a score of at most 7200 s");
+}
+
 TEST_F(ScoreFile, ReadsEveryKey) {
   const hand::TrackerScript script = load(
       "{scale: 1.1, rate: 90, sight: 0.5, seed: 7, noise_position: 0.001, noise_angle: 0.01, "

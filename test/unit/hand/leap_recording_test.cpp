@@ -1,6 +1,7 @@
 #include "hand/leap_recording.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "hand/anatomy.h"
 #include "hand/hand_check.h"
 #include "hand/kinematic_hand.h"
+#include "hand/loop_stamps.h"
 #include "support/scratch_folder.h"
 #include "support/shared_data.h"
 
@@ -270,6 +272,52 @@ INSTANTIATE_TEST_SUITE_P(Clips, RealRecording, testing::ValuesIn(hand_recordings
 INSTANTIATE_TEST_SUITE_P(Clips, RecordingWithBases,
                          testing::Values("left_or_right", "pinch_and_move", "finger_tap"),
                          [](const auto& clip) { return std::string(clip.param); });
+
+std::string faultOf(const SourceOptions& options) {
+  try {
+    LeapRecording recording;
+    recording.open(options);
+    TrackedFrame frame;
+    while (recording.read(frame, milliseconds(0)) == HandSource::Read::frame) continue;
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// None holds its reader, or takes its memory: each ends with one line that says which limit was met.
+TEST_F(LeapRecordingFile, LimitsEndWhatHasNoEnd) {
+  std::string nested = R"({"id":1,"timestamp":5,"hands":)" + std::string(500'000, '[');
+  std::string numbers = R"({"id":1,"timestamp":5,"hands":[1)";
+  for (int i = 0; i < 60'000; ++i) numbers += ",1";
+  ASSERT_EQ(mkfifo((folder / "fifo").c_str(), 0600), 0);
+  const std::vector<std::pair<std::string, const char*>> cases = {
+      {writeGz("newlines.gz", std::string(20'000'000, '\n')), "no frame in 10001 lines"},
+      {writeGz("later.gz", threeFrames() + std::string(20'000'000, '\n')), "no frame in 10001 lines"},
+      {write("long", std::string(2'000'000, ' ')), "is longer than 1048576 bytes"},
+      {write("deep", nested + "\n"), "has a depth of 500001, expected at most 32"},
+      {write("many", numbers + "]}\n"), "has a number of values of 60"},
+      {(folder / "fifo").string(), "is a FIFO"},
+      {folder.string(), "is a folder"},
+      {"/dev/zero", "is a device"},
+      {write("empty", ""), "is empty"}};
+  for (const auto& [file, words] : cases) {
+    const std::string fault = faultOf(fileOptions(file));
+    EXPECT_NE(fault.find(words), std::string::npos) << fault;
+    EXPECT_NE(fault.find(file), std::string::npos) << fault;
+    EXPECT_EQ(fault.find('\n'), std::string::npos) << fault;
+  }
+}
+
+TEST(LoopStamps, NoStampMakesThemWrapAround) {
+  LoopStamps stamps;
+  for (int pass = 0; pass < 5; ++pass) {
+    for (const std::chrono::nanoseconds stamp :
+         {std::chrono::nanoseconds(0), std::chrono::nanoseconds::max()})
+      EXPECT_GE(stamps(stamp).count(), 0);
+    stamps.rewind();
+  }
+}
 
 }  // namespace
 }  // namespace tactile_clay::hand
