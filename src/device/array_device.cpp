@@ -1,11 +1,26 @@
 #include "device/array_device.h"
 
+#include <numeric>
+
 namespace tactile_clay::device {
 
 std::vector<ultrasound::Instant> period(const Emission& emission) {
-  if (emission.modulation == ultrasound::Modulation::amplitude && emission.modulation_frequency == 0.0)
-    return {{emission.points, 1.0}};
+  if (emission.points.empty()) return {};
+  if (emission.modulation == ultrasound::Modulation::amplitude && emission.modulation_frequency == 0.0) {
+    std::vector<std::size_t> all(emission.points.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    return {{emission.points, 1.0, all}};
+  }
   return ultrasound::period(emission.points, emission.modulation);
+}
+
+std::vector<const Sound::Part*> instants(const Sound& sound) {
+  std::size_t count = 0;
+  for (const Sound::Part& part : sound.parts) count += part.what.instants.size();
+  std::vector<const Sound::Part*> played(count);
+  for (const Sound::Part& part : sound.parts)
+    for (const std::size_t instant : part.what.instants) played.at(instant) = &part;
+  return played;
 }
 
 }  // namespace tactile_clay::device

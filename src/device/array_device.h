@@ -13,7 +13,7 @@
 
 namespace tactile_clay::device {
 
-/// What one update of the array carries.
+/// What is asked of the array.
 struct Emission {
   std::vector<ultrasound::FocalPoint> points;  // empty: silence; STM: the path of one focus, in order
   double modulation_frequency = 200.0;         // Hz; 0: amplitude modulation without it, always on
@@ -23,9 +23,31 @@ struct Emission {
 /// A period of its modulation: the points that have to be there at once, one instant after the other.
 std::vector<ultrasound::Instant> period(const Emission& emission);
 
+/// What may sound: what the safety gate makes of an emission, and what a device plays exactly.
+struct Sound {
+  /// Points that are there at once, and the drive that was judged for them.
+  struct Part {
+    ultrasound::Part what;
+    ultrasound::Drive drive;  // of each transducer of the layout, while the part is there at full amplitude
+    std::vector<double> target;  // Pa at each of its points, as the phase solver was asked; empty: not known
+  };
+  Emission emission;        // as asked for, its points perhaps weaker
+  std::vector<Part> parts;  // of a period of its modulation; none: silence
+};
+
+/// The parts of a sound in the order in which they are played, one an instant of its period.
+std::vector<const Sound::Part*> instants(const Sound& sound);
+
+/// What a device plays of a Sound.
+enum class Input {
+  points,  // the focal points of its parts: the array computes phases itself, and the gate models them
+  drives   // the drive of each part
+};
+
 /// What an open array is and can do.
 struct Capabilities {
-  ultrasound::ArrayLayout layout;  // its transducers; none: the device does not tell
+  Input input = Input::points;
+  ultrasound::ArrayLayout layout;  // its transducers; devices that take points may leave it out
   std::size_t max_points = 0;      // focal points at a time; 0: any number
   double max_rate = 0.0;           // updates a second that reach the transducers; 0: any number
   std::vector<ultrasound::Modulation> modulations = {
@@ -33,31 +55,37 @@ struct Capabilities {
 };
 
 /// An ultrasound array behind its own protocol, loaded by pluginlib under this base class. The safety gate
-/// stands in front of every device, so a device may trust positions and intensities to be finite and in
-/// range.
+/// stands in front of every device: it has judged each Sound, so a device plays that and nothing else, solves
+/// nothing anew, and may trust positions and intensities to be finite and in range.
 class ArrayDevice {
  public:
   virtual ~ArrayDevice() = default;
 
+  /// Whether nobody can be hurt, because there is no array behind it. Only then may rules of the gate be left
+  /// out. Asked before open().
+  virtual bool harmless() const { return false; }
+
   /// Opens the array.
-  /// \param options as given at launch, such as `port`; those of other devices are to be passed over
+  /// \param options as given at launch, such as `port`; those of other devices are to be passed over.
+  /// `temperature` (degrees C) is always there: that of the air, for the gate too
   /// \throws std::runtime_error with one line: what, where, what was expected
   virtual void open(const std::map<std::string, std::string>& options) = 0;
 
   /// Of the open array.
   virtual Capabilities capabilities() const { return {}; }
 
-  /// The drive that submit() would send for points that are there at once (an instant of the emission's
-  /// period), not modulated down, in the channels of the layout: from it the safety gate computes pressures.
-  /// Nothing where the array computes its drive itself; the gate then models it.
+  /// For arrays that take drives and cannot play any: the drive to play for points that are there at once (an
+  /// instant of the emission's period), not modulated down, such that the array can play it exactly: its
+  /// phases rounded, its channels on or off. The gate judges it, asks for another one where it is too loud,
+  /// and hands the one that passes to submit(). Nothing: the gate solves phases for the layout itself.
   virtual std::optional<ultrasound::Drive> drive(const std::vector<ultrasound::FocalPoint>&) const {
     return std::nullopt;
   }
 
-  /// Sends an emission of a modulation that it has named, newest wins, without waiting for the array. It has
-  /// to be renewed: a device goes silent by itself when nothing is submitted for some 0.2 s. \throws
-  /// std::runtime_error when the array is gone
-  virtual void submit(const Emission& emission) = 0;
+  /// Sends what the gate returned, of a modulation that the device has named, newest wins, without waiting
+  /// for the array. It has to be renewed: a device goes silent by itself when nothing is submitted for some
+  /// 0.2 s. \throws std::runtime_error when the array is gone
+  virtual void submit(const Sound& sound) = 0;
 
   /// Silences the array, by the surest means that it has. Must not throw.
   virtual void stop() noexcept = 0;

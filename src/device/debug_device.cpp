@@ -62,7 +62,8 @@ Capabilities DebugDevice::capabilities() const {
   return capabilities;
 }
 
-void DebugDevice::submit(const Emission& emission) {
+void DebugDevice::submit(const Sound& sound) {
+  const Emission& emission = sound.emission;
   if (!open_) throw std::runtime_error("debug array: emission before it was opened");
   ++submissions_;
   emitting_ = !emission.points.empty();

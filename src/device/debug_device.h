@@ -25,9 +25,10 @@ class DebugDevice : public ArrayDevice {
   /// \param clock that the rate is kept by, monotonic
   DebugDevice(Sink sink, Clock clock);
 
+  bool harmless() const override { return true; }
   void open(const std::map<std::string, std::string>& options) override;
   Capabilities capabilities() const override;  // every modulation
-  void submit(const Emission& emission) override;
+  void submit(const Sound& sound) override;
   void stop() noexcept override;
   std::string fault() const override;
 

@@ -73,13 +73,19 @@ void SafetyGateConfig::validate() const {
           "head_spl_cap is " + text(head_spl_cap) + ", expected a finite number of dB");
 }
 
-SafetyGate::SafetyGate(const SafetyGateConfig& config) : config_(config) {
+SafetyGate::SafetyGate(const SafetyGateConfig& config, Instrument instrument)
+    : config_(config), instrument_(std::move(instrument)) {
   config_.validate();
 }
 
 void SafetyGate::stop() {
   stopped_ = true;
   fallSilent();
+}
+
+void SafetyGate::fallSilent() {
+  intensities_.clear();
+  last_ = {};
 }
 
 Verdict SafetyGate::tick(double age_since_last) const {
@@ -143,90 +149,117 @@ bool SafetyGate::limitSlew(Verdict& verdict, double since_last) const {
   if (!applies(Rule::slew)) return false;
   bool limited = false;
   const double time = since_last > 0.0 ? std::min(since_last, longest_rise) : 0.0;  // NaN: no time
-  for (ultrasound::FocalPoint& point : verdict.emission.points) {
-    const auto before = intensities_.find(point.id);
-    const double most = (before == intensities_.end() ? 0.0 : before->second) + config_.intensity_slew * time;
-    if (point.intensity <= most) continue;
-    point.intensity = most;
+  std::vector<ultrasound::FocalPoint>& points = verdict.sound.emission.points;
+  const std::vector<double> before = intensities_.of(points);
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const double most = before[k] + config_.intensity_slew * time;
+    if (points[k].intensity <= most) continue;
+    points[k].intensity = most;
     verdict.lowered = "slew: intensity rises by at most " + text(config_.intensity_slew) + " a second";
     limited = true;
   }
   return limited;
 }
 
-Loudness SafetyGate::loudest(const Emission& emission, const Meter& meter) {
+/// Solves the parts of the emission's period. \return the loudest of them
+Loudness SafetyGate::solve(Sound& sound) const {
   Loudness loudest;
   bool first = true;
-  const auto raise = [&first](std::optional<double>& most, const std::optional<double>& now) {
-    // Unknown or NaN at one instant is unknown or NaN for all.
-    if (first || !now || (most && !(*now <= *most) && !std::isnan(*most))) most = now;
+  // Unknown or NaN at one instant is unknown or NaN for all.
+  const auto louder = [&first](const std::optional<double>& now, const std::optional<double>& most) {
+    return first || !now || (most && !(*now <= *most) && !std::isnan(*most));
   };
-  for (const ultrasound::Part& part : ultrasound::parts(period(emission))) {
-    const Loudness now = meter(part.points);
-    if (first || loudest.focus) raise(loudest.focus, now.focus);
-    if (first || loudest.head) raise(loudest.head, now.head);
+  sound.parts.clear();
+  for (ultrasound::Part& part : ultrasound::parts(period(sound.emission))) {
+    const ultrasound::Drive* before = sound.parts.empty() ? &last_ : &sound.parts.back().drive;
+    if (before->phase.empty()) before = nullptr;
+    Loudness now;
+    Sound::Part solved;
+    try {
+      ultrasound::PhaseSolution solution = instrument_.solve(part.points, before);
+      now = instrument_.loudness(solution.drive, part.points);
+      solved.drive = std::move(solution.drive);
+      solved.target = std::move(solution.target);
+    } catch (const std::exception&) {
+      // Not known: what is wrong is told by its rule.
+    }
+    solved.what = std::move(part);
+    sound.parts.push_back(std::move(solved));
+    if ((first || loudest.pressure) && louder(now.pressure, loudest.pressure)) {
+      loudest.pressure = now.pressure;
+      loudest.where = now.where;
+    }
+    if ((first || loudest.head) && louder(now.head, loudest.head)) loudest.head = now.head;
     first = false;
   }
   return loudest;
 }
 
-void SafetyGate::limitLoudness(Verdict& verdict, const Meter& meter) const {
+/// \param reason is set where it is too loud \return factor that the amplitudes have to be lowered by; 1:
+/// none; 0: silence
+double SafetyGate::excess(const Loudness& loudness, std::string& reason) const {
+  double factor = 1.0;
+  if (applies(Rule::pressure)) {
+    const std::string expected = ", expected at most " + text(config_.pressure_cap) + " Pa";
+    if (!loudness.pressure) {
+      reason = "pressure: not known" + expected;
+      return 0.0;
+    }
+    if (!(*loudness.pressure <= config_.pressure_cap)) {
+      factor = config_.pressure_cap / *loudness.pressure;
+      reason = "pressure: " + text(*loudness.pressure) + " Pa" + loudness.where + expected;
+    }
+  }
+  if (applies(Rule::head_level)) {
+    const std::string expected = ", expected at most " + text(config_.head_spl_cap) + " dB";
+    if (!loudness.head) {
+      reason = "head level: not known" + expected;
+      return 0.0;
+    }
+    if (!(*loudness.head <= config_.head_spl_cap)) {
+      factor = std::min(factor, std::pow(10.0, (config_.head_spl_cap - *loudness.head) / 20.0));
+      reason = "head level: " + text(*loudness.head) + " dB" + expected;
+    }
+  }
+  return factor;
+}
+
+void SafetyGate::limitLoudness(Verdict& verdict) const {
   // A few rounds, for a drive need not be proportional to the intensities; a margin, for it is rounded. It
   // grows, for boards that switch channels off go down in steps.
   constexpr int rounds = 6;
   double margin = 0.995;
   for (int round = 0; round < rounds; ++round, margin *= margin * margin) {
-    const Loudness loudness = loudest(verdict.emission, meter);
+    const Loudness loudness = solve(verdict.sound);
     verdict.head_spl = loudness.head;
     verdict.reason.clear();
-    double factor = 1.0;
-    if (applies(Rule::pressure)) {
-      if (!loudness.focus) {
-        verdict.reason = "pressure: not known, expected at most " + text(config_.pressure_cap) + " Pa";
-        return;
-      }
-      if (!(*loudness.focus <= config_.pressure_cap)) {
-        factor = config_.pressure_cap / *loudness.focus;
-        verdict.reason = "pressure: " + text(*loudness.focus) + " Pa at a focal point, expected at most " +
-                         text(config_.pressure_cap) + " Pa";
-      }
-    }
-    if (applies(Rule::head_level)) {
-      if (!loudness.head) {
-        verdict.reason = "head level: not known, expected at most " + text(config_.head_spl_cap) + " dB";
-        return;
-      }
-      if (!(*loudness.head <= config_.head_spl_cap)) {
-        factor = std::min(factor, std::pow(10.0, (config_.head_spl_cap - *loudness.head) / 20.0));
-        verdict.reason = "head level: " + text(*loudness.head) + " dB, expected at most " +
-                         text(config_.head_spl_cap) + " dB";
-      }
-    }
+    const double factor = excess(loudness, verdict.reason);
     if (verdict.passes()) return;
-    if (!(factor > 0.0)) return;  // a meter that gives NaN
+    if (!(factor > 0.0)) return;  // not known, or NaN
     verdict.lowered = verdict.reason;
-    for (ultrasound::FocalPoint& point : verdict.emission.points) point.intensity *= margin * factor;
+    for (ultrasound::FocalPoint& point : verdict.sound.emission.points) point.intensity *= margin * factor;
   }
 }
 
-Verdict SafetyGate::check(const Emission& emission, const Occasion& occasion, const Meter& meter) {
+Verdict SafetyGate::check(const Emission& emission, const Occasion& occasion) {
   Verdict verdict = tick(occasion.age);
-  if (verdict.passes() && !emission.points.empty()) {
-    verdict.reason = objection(emission, occasion);
-    if (verdict.passes()) {
-      verdict.emission = emission;
+  if (verdict.passes()) {
+    verdict.sound.emission = emission;
+    if (!emission.points.empty()) {
+      verdict.reason = objection(emission, occasion);
       // Loudness first: a rise counts from what was emitted, and so does what it may rise to.
-      limitLoudness(verdict, meter);
-      if (verdict.passes() && limitSlew(verdict, occasion.since_last)) limitLoudness(verdict, meter);
+      if (verdict.passes()) limitLoudness(verdict);
+      if (verdict.passes() && limitSlew(verdict, occasion.since_last)) limitLoudness(verdict);
     }
   }
-  intensities_.clear();
-  if (verdict.passes()) {
-    verdict.emission.modulation_frequency = emission.modulation_frequency;
-    verdict.emission.modulation = emission.modulation;
-    for (const auto& point : verdict.emission.points) intensities_[point.id] = point.intensity;
+  if (verdict.passes() && !verdict.sound.parts.empty()) {
+    intensities_.set(verdict.sound.emission.points, [](const auto& point) { return point.intensity; });
+    last_ = verdict.sound.parts.back().drive;
   } else {
-    verdict.emission = {};
+    fallSilent();
+  }
+  if (!verdict.passes()) {
+    verdict.sound = {};
     verdict.head_spl.reset();
   }
   return verdict;

@@ -2,12 +2,14 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "device/array_device.h"
+#include "device/point_values.h"
+#include "ultrasound/phase_solver.h"
 
 namespace tactile_clay::device {
 
@@ -36,22 +38,32 @@ struct SafetyGateConfig {
   Eigen::Vector3d high{0.20, 0.20, 0.40};   // its faces belong to it
   double intensity_cap = 1.0;               // at most 1
   double intensity_slew = 20.0;             // 1/s, rise of a point's intensity
-  double pressure_cap = 2000.0;             // Pa, peak acoustic pressure at a focal point
+  double pressure_cap = 2000.0;             // Pa, peak acoustic pressure anywhere in the workspace
   double head_spl_cap = 110.0;              // dB re 20 uPa rms at the head, unmodulated
-  std::set<Rule> without;                   // rules that are left out; for tests of the others
+  std::set<Rule> without;                   // rules that are left out; for arrays that are not there
 
   /// \throws std::invalid_argument naming the parameter, its value and its range
   void validate() const;
 };
 
-/// How loud points are that are there at once.
+/// How loud a drive is.
 struct Loudness {
-  std::optional<double> focus;  // Pa, highest peak pressure at one of the points, if known
-  std::optional<double> head;   // dB re 20 uPa rms at the head, if known
+  std::optional<double> pressure;  // Pa, highest peak pressure anywhere in the workspace, if known
+  std::optional<double> head;      // dB re 20 uPa rms at the head, if known
+  std::string where;               // of `pressure`, for people
 };
 
-/// Computes it, from the drive that the array would be given. Asked of every instant of a period.
-using Meter = std::function<Loudness(const std::vector<ultrasound::FocalPoint>&)>;
+/// The array that the gate judges for.
+struct Instrument {
+  /// The drive for points that are there at once, exactly as the array can play it. \param before the drive
+  /// before it; none after silence. \throws std::exception where it cannot be known
+  std::function<ultrasound::PhaseSolution(const std::vector<ultrasound::FocalPoint>& points,
+                                          const ultrasound::Drive* before)>
+      solve;
+  /// How loud that drive is. \param points that it was made for
+  std::function<Loudness(const ultrasound::Drive& drive, const std::vector<ultrasound::FocalPoint>& points)>
+      loudness;
+};
 
 /// When an emission came, and what is known of the hands at that time.
 struct Occasion {
@@ -64,19 +76,20 @@ struct Occasion {
 /// The gate's answer. Silent where `reason` is not empty; it names the rule, the value and its bound.
 struct Verdict {
   std::string reason;
-  Emission emission;               // what may be emitted: the same points, perhaps weaker
-  std::string lowered;             // why they are weaker, if so
-  std::optional<double> head_spl;  // of `emission`, dB, if known
+  Sound sound;                     // what may sound, and nothing else
+  std::string lowered;             // why its points are weaker than asked for, if so
+  std::optional<double> head_spl;  // of it, dB, if known
   bool passes() const { return reason.empty(); }
 };
 
-/// Stands in front of every array device. A bad point silences the whole emission; one that is only too loud
-/// is made weaker. The gate starts closed. It holds no clock: times come in as arguments, so that a lockstep
-/// run passes 0 and repeats itself.
+/// Stands in front of every array device and has the last word: it judges an emission and returns what may
+/// sound, with the very drives that it judged. A bad point silences the whole emission; one that is only too
+/// loud is made weaker. The gate starts closed. It holds no clock: times come in as arguments, so that a
+/// lockstep run passes 0 and repeats itself.
 class SafetyGate {
  public:
   /// \throws std::invalid_argument as SafetyGateConfig::validate
-  explicit SafetyGate(const SafetyGateConfig& config = {});
+  SafetyGate(const SafetyGateConfig& config, Instrument instrument);
 
   /// Opens the gate once the device is open. It does not lift an emergency stop.
   void start() { started_ = true; }
@@ -91,7 +104,7 @@ class SafetyGate {
   const SafetyGateConfig& config() const { return config_; }
 
   /// The array was silenced by other means than check(). Points then start from intensity 0 again.
-  void fallSilent() { intensities_.clear(); }
+  void fallSilent();
 
   /// What of this emission may reach the array? Rules, first come first named:
   /// - silent: emergency stop, not yet started, stale (older than the timeout, or from further than that in
@@ -99,11 +112,11 @@ class SafetyGate {
   ///   longer than the timeout), modulation frequency outside 0 to 1000 Hz (0: amplitude modulation only), a
   ///   position or intensity that is not finite, a position outside the workspace at any instant of the
   ///   period, an intensity outside 0 to the cap
-  /// - weaker: all intensities are lowered together until the loudest focal point and the level at the head
-  ///   keep to their caps at every instant of the period; then a point's intensity rises no faster than the
-  ///   slew, from 0 for a new point (STM: each place of the path is a point).
-  ///   Silent where the meter does not know them, or where that does not come about
-  Verdict check(const Emission& emission, const Occasion& occasion, const Meter& meter);
+  /// - weaker: all intensities are lowered together until the highest pressure in the workspace and the level
+  ///   at the head keep to their caps at every instant of the period; then a point's intensity rises no
+  ///   faster than the slew, from 0 for a new point (STM: each place of the path is a point). Silent where
+  ///   they are not known, or where that does not come about
+  Verdict check(const Emission& emission, const Occasion& occasion);
 
   /// May what the array was last told go on? For a timer of the driver: silent by emergency stop, before the
   /// start and when no emission arrived for longer than the timeout.
@@ -115,13 +128,16 @@ class SafetyGate {
   std::string objection(const Emission& emission, const Occasion& occasion) const;
   std::string objection(const ultrasound::FocalPoint& point) const;
   bool limitSlew(Verdict& verdict, double since_last) const;  // whether it did
-  void limitLoudness(Verdict& verdict, const Meter& meter) const;
-  static Loudness loudest(const Emission& emission, const Meter& meter);
+  void limitLoudness(Verdict& verdict) const;
+  Loudness solve(Sound& sound) const;
+  double excess(const Loudness& loudness, std::string& reason) const;
 
   SafetyGateConfig config_;
+  Instrument instrument_;
   bool started_ = false;
   bool stopped_ = false;
-  std::map<std::uint32_t, double> intensities_;  // of the points that passed last, by id
+  PointValues intensities_;  // of the points that passed last
+  ultrasound::Drive last_;   // of them; empty after silence
 };
 
 }  // namespace tactile_clay::device

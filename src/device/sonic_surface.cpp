@@ -106,7 +106,8 @@ Capabilities SonicSurface::capabilities() const {
   // Bytes of a frame; 2 boards are selected by one byte each.
   const std::size_t bytes = boards_ == 1 ? 258 : 517;
   // Steps of lateral modulation and STM would need 160 and more.
-  return {layout_,
+  return {Input::drives,
+          layout_,
           boards_ * most_points,
           1.0 / sonic_surface::secondsOnWire(bytes),
           {ultrasound::Modulation::amplitude}};
@@ -169,14 +170,15 @@ std::optional<ultrasound::Drive> SonicSurface::drive(
   return sonic_surface::emitted(solve(points), firmware_);
 }
 
-void SonicSurface::submit(const Emission& emission) {
+void SonicSurface::submit(const Sound& sound) {
+  const Emission& emission = sound.emission;
   if (emission.modulation != ultrasound::Modulation::amplitude)
     throw std::runtime_error(std::string(self) + ": modulation " + ultrasound::nameOf(emission.modulation) +
                              ", expected am: the wire is too slow to move points");
   std::optional<Pattern> pattern;
-  if (!emission.points.empty()) {
+  if (!sound.parts.empty()) {
     pattern.emplace();
-    pattern->bytes = sonic_surface::frame(solve(emission.points), firmware_);
+    pattern->bytes = sonic_surface::frame(sound.parts.front().drive, firmware_);
     if (firmware_ == Firmware::tactile)
       pattern->bytes.insert(pattern->bytes.begin(), sonic_surface::modulation(emission.modulation_frequency));
     else if (emission.modulation_frequency > 0.0)

@@ -48,7 +48,7 @@ class SonicSurface : public ArrayDevice {
   void open(const std::map<std::string, std::string>& options) override;
   Capabilities capabilities() const override;
   std::optional<ultrasound::Drive> drive(const std::vector<ultrasound::FocalPoint>& points) const override;
-  void submit(const Emission& emission) override;
+  void submit(const Sound& sound) override;
   void stop() noexcept override;
   std::string fault() const override;
 

@@ -60,21 +60,23 @@ Capabilities Ultraleap::capabilities() const {
   return capabilities;
 }
 
-void Ultraleap::submit(const Emission& emission) {
+void Ultraleap::submit(const Sound& sound) {
+  const Emission& emission = sound.emission;
   if (!emitter_) throw std::runtime_error("ultraleap: emission before it was opened");
-  std::vector<ultrasound::Instant> instants = period(emission);
-  for (const ultrasound::Instant& instant : instants) {
-    if (instant.points.size() > max_points_)
-      throw std::runtime_error("ultraleap: " + std::to_string(instant.points.size()) +
+  std::vector<std::vector<ultrasound::FocalPoint>> played;
+  for (const Sound::Part* part : instants(sound)) {
+    played.push_back(part->what.points);
+    if (played.back().size() > max_points_)
+      throw std::runtime_error("ultraleap: " + std::to_string(played.back().size()) +
                                " focal points at a time, expected at most " + std::to_string(max_points_));
   }
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     emission_ = emission;
-    period_ = std::move(instants);
+    period_ = std::move(played);
     renewed_ = sdk::LocalTimeClock::now();
   }
-  if (emission.points.empty()) {
+  if (sound.parts.empty()) {
     stop();
   } else if (!playing_) {
     require(emitter_->resume(), "the array does not go on", "an array");
@@ -85,7 +87,7 @@ void Ultraleap::submit(const Emission& emission) {
 void Ultraleap::stop() noexcept {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    emission_.points.clear();
+    period_.clear();
   }
   playing_ = false;
   try {
@@ -119,14 +121,14 @@ void Ultraleap::fill(sdk::OutputInterval& interval) {
             : 1.0;
     const auto now = std::min(static_cast<std::size_t>(phase_ * static_cast<double>(period_.size())),
                               std::max<std::size_t>(period_.size(), 1) - 1);
-    const std::size_t count = held || emission_.points.empty() ? 0 : period_[now].points.size();
+    const std::size_t count = held || period_.empty() ? 0 : period_[now].size();
     for (std::size_t i = 0; i < max_points_; ++i) {
       auto&& control_point = sample.controlPoint(i);
       if (i >= count) {
         control_point.setIntensity(0.0f);
         continue;
       }
-      const ultrasound::FocalPoint& point = period_[now].points[i];
+      const ultrasound::FocalPoint& point = period_[now][i];
       const Eigen::Vector3f position = point.position.cast<float>();
       sdk::Vector3 where;
       where.x = position.x();

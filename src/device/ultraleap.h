@@ -25,7 +25,7 @@ class Ultraleap : public ArrayDevice {
 
   void open(const std::map<std::string, std::string>& options) override;
   Capabilities capabilities() const override;
-  void submit(const Emission& emission) override;
+  void submit(const Sound& sound) override;
   void stop() noexcept override;
   std::string fault() const override;
 
@@ -42,8 +42,8 @@ class Ultraleap : public ArrayDevice {
 
   mutable std::mutex mutex_;  // of what follows
   Emission emission_;
-  std::vector<ultrasound::Instant> period_;  // of it
-  double phase_ = 0.0;                       // of the modulation, periods, at the sample of `played_`
+  std::vector<std::vector<ultrasound::FocalPoint>> period_;  // points of each instant; none: silence
+  double phase_ = 0.0;  // of the modulation, periods, at the sample of `played_`
   ::Ultraleap::Haptics::LocalTimePoint played_, renewed_;
 
   std::unique_ptr<::Ultraleap::Haptics::StreamingEmitter> emitter_;  // goes first: it calls fill()

@@ -43,34 +43,41 @@ ArrayDriver::ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : name_(param<std::string>(private_nh, "device", "debug")),
       model_(private_nh),
       device_("tactile_clay::device::ArrayDevice", "device", name_) {
+  rulesLeftOut(private_nh, name_, device_->harmless());  // before it is opened
   Options options = deviceOptions(private_nh);
-  options.emplace("temperature", std::to_string(model_.acoustics.temperature));
+  if (options.count("temperature") > 0)
+    throw std::runtime_error("parameter " + private_nh.resolveName("device_options") +
+                             ": has temperature, expected it as parameter " +
+                             private_nh.resolveName("temperature") + ", for the device and its safety gate");
+  options["temperature"] = std::to_string(model_.acoustics.temperature);
   device_->open(options);
   const device::Capabilities capabilities = device_->capabilities();
+  if (capabilities.input == device::Input::drives && capabilities.layout.size() == 0)
+    throw std::runtime_error("array '" + name_ +
+                             "' takes drives but tells no layout, expected its transducers");
   if (capabilities.layout.size() > 0) model_.layout = capabilities.layout;
 
   GatedArray::Output output;
-  output.loudness = [this](const auto& points) { return loudness(points); };
+  output.harmless = device_->harmless();
+  output.model = &model_;
+  output.solve = [this](const auto& points, const auto* before) { return solve(points, before); };
   output.modulations = capabilities.modulations;
   output.max_rate = capabilities.max_rate;
   output.max_points = capabilities.max_points;
-  output.emit = [this](const device::Emission& emission, const std_msgs::Header&) {
-    device_->submit(emission);
-  };
+  output.emit = [this](const device::Sound& sound, const std_msgs::Header&) { device_->submit(sound); };
   output.silence = [this](const std_msgs::Header&) { device_->stop(); };
   output.fault = [this] { return device_->fault(); };
   array_ = std::make_unique<GatedArray>(nh, private_nh, name_, true, std::move(output));
 }
 
-device::Loudness ArrayDriver::loudness(const std::vector<ultrasound::FocalPoint>& points) const {
-  try {
-    auto drive = device_->drive(points);
-    if (!drive)
-      drive = ultrasound::solvePhases(model_.layout, model_.acoustics, points, model_.options).drive;
-    return model_.loudness(*drive, points);
-  } catch (const std::exception&) {
-    return {};  // the gate says that it is not known
+ultrasound::PhaseSolution ArrayDriver::solve(const std::vector<ultrasound::FocalPoint>& points,
+                                             const ultrasound::Drive* before) const {
+  ultrasound::PhaseSolution own;
+  if (auto drive = device_->drive(points)) {
+    own.drive = std::move(*drive);
+    return own;
   }
+  return model_.solve(points, before);
 }
 
 }  // namespace tactile_clay::nodes

@@ -13,15 +13,17 @@ namespace tactile_clay::nodes {
 
 /// Owns one array, a device plugin named by `~device`, behind the safety gate. The plugin is opened with the
 /// texts of `~port`, `~temperature` and `~device_options`, a map or one text "key=value key=value ...".
-/// Pressures are those of the drive that the device would send or, where it does not tell, of the model
+/// The gate judges the drive that the device will send or, where it takes points, that of the model
 /// `~layout`.
+/// `~temperature` is that of the air for both.
 class ArrayDriver {
  public:
   /// \throws std::runtime_error with one line where a parameter is wrong or the device cannot be opened
   ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
  private:
-  device::Loudness loudness(const std::vector<ultrasound::FocalPoint>& points) const;
+  ultrasound::PhaseSolution solve(const std::vector<ultrasound::FocalPoint>& points,
+                                  const ultrasound::Drive* before) const;
 
   std::string name_;
   ArrayModel model_;

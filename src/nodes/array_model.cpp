@@ -1,7 +1,5 @@
 #include "nodes/array_model.h"
 
-#include <algorithm>
-
 #include "nodes/params.h"
 
 namespace tactile_clay::nodes {
@@ -23,12 +21,10 @@ ArrayModel::ArrayModel(const ros::NodeHandle& private_nh)
   head_point = array.inverse() * pointParam(private_nh, "head_point", "-0.4 0 0.45");
 }
 
-device::Loudness ArrayModel::loudness(const ultrasound::Drive& drive,
-                                      const std::vector<ultrasound::FocalPoint>& points) const {
-  double highest = 0.0;
-  for (const ultrasound::FocalPoint& point : points)
-    highest = std::max(highest, std::abs(ultrasound::pressureAt(layout, acoustics, drive, point.position)));
-  return {highest, ultrasound::headSpl(layout, acoustics, drive, head_point)};
+ultrasound::PhaseSolution ArrayModel::solve(const std::vector<ultrasound::FocalPoint>& points,
+                                            const ultrasound::Drive* before) const {
+  return ultrasound::solvePhases(layout, acoustics, points, options,
+                                 options.max_phase_change > 0.0 ? before : nullptr);
 }
 
 }  // namespace tactile_clay::nodes

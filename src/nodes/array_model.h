@@ -5,7 +5,6 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "device/safety_gate.h"
 #include "ultrasound/acoustic_field.h"
 #include "ultrasound/array_layout.h"
 #include "ultrasound/phase_solver.h"
@@ -20,9 +19,9 @@ struct ArrayModel {
   /// std::invalid_argument with one line where a parameter is wrong
   explicit ArrayModel(const ros::NodeHandle& private_nh);
 
-  /// How loud a drive is at these points and at the head.
-  device::Loudness loudness(const ultrasound::Drive& drive,
-                            const std::vector<ultrasound::FocalPoint>& points) const;
+  /// Its phase solver. \param before as of solvePhases
+  ultrasound::PhaseSolution solve(const std::vector<ultrasound::FocalPoint>& points,
+                                  const ultrasound::Drive* before) const;
 
   ultrasound::ArrayLayout layout;
   ultrasound::Acoustics acoustics;

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "device/loudness_meter.h"
 #include "nodes/conversions.h"
 #include "nodes/frame_name.h"
 #include "nodes/params.h"
@@ -25,7 +26,7 @@ constexpr double no_head_spl_cap = 200.0;  // dB, beyond what any array of these
 /// What this run keeps to: an earlier one on the same master may have had other limits.
 void tellLimits(const device::SafetyGateConfig& config, const std::string& node) {
   std::ostringstream limits;
-  limits << config.pressure_cap << " Pa at a focal point, ";
+  limits << config.pressure_cap << " Pa anywhere in the workspace, ";
   if (config.head_spl_cap < no_head_spl_cap)
     limits << config.head_spl_cap << " dB at the head, ";
   else
@@ -37,11 +38,14 @@ void tellLimits(const device::SafetyGateConfig& config, const std::string& node)
   ROS_INFO("%s: the safety gate allows at most %s", node.c_str(), limits.str().c_str());
 }
 
-/// \param real whether somebody may be hurt: a simulated array keeps to no level at the head unless one is
-/// given
-device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh, bool real) {
+/// \param simulated such an array keeps to no level at the head unless one is given
+device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh, bool simulated,
+                                    std::set<device::Rule> without) {
   device::SafetyGateConfig config;
-  if (!real) config.head_spl_cap = no_head_spl_cap;
+  config.without = std::move(without);
+  for (const device::Rule rule : config.without)
+    ROS_WARN("safety gate without its rule %s, as ~gate_without says", device::nameOf(rule).c_str());
+  if (simulated) config.head_spl_cap = no_head_spl_cap;
   config.stale_timeout = paramIn(nh, "stale_timeout", config.stale_timeout, 0.001, 10.0);
   config.intensity_cap = paramIn(nh, "intensity_cap", config.intensity_cap, 0.0, 1.0);
   const auto text = [](const Eigen::Vector3d& v) {
@@ -52,10 +56,6 @@ device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh, bool real) {
   config.intensity_slew = paramIn(nh, "intensity_slew", config.intensity_slew, 0.001, 1e6);
   config.pressure_cap = paramIn(nh, "pressure_cap", config.pressure_cap, 1.0, 1e6);
   config.head_spl_cap = paramIn(nh, "head_spl_cap", config.head_spl_cap, 0.0, 200.0);
-  for (const std::string& rule : param(nh, "gate_without", std::vector<std::string>())) {
-    config.without.insert(device::ruleOf(rule));
-    ROS_WARN("safety gate without its rule %s, as ~gate_without says", rule.c_str());
-  }
   tellLimits(config, nh.getNamespace());
   return config;
 }
@@ -76,17 +76,40 @@ bool isPlayer(const std::string& node) {
   return node.compare(node.rfind('/') + 1, 5, "play_") == 0;
 }
 
+device::SafetyGate gateOf(const device::SafetyGateConfig& config, const GatedArray::Output& output) {
+  const ArrayModel& model = *output.model;
+  const auto meter =
+      std::make_shared<device::LoudnessMeter>(model.layout, model.acoustics, model.head_point, config);
+  return {config,
+          {output.solve, [meter](const auto& drive, const auto& points) { return (*meter)(drive, points); }}};
+}
+
 void warn(const std::string& line) {
   if (!line.empty()) ROS_WARN_THROTTLE(1.0, "%s", line.c_str());
 }
 
 }  // namespace
 
+std::set<device::Rule> rulesLeftOut(const ros::NodeHandle& private_nh, const std::string& device,
+                                    bool harmless) {
+  std::set<device::Rule> rules;
+  for (const std::string& rule : param(private_nh, "gate_without", std::vector<std::string>())) {
+    rules.insert(device::ruleOf(rule));
+    if (!harmless)
+      throw std::runtime_error("parameter " + private_nh.resolveName("gate_without") +
+                               ": leaves out the rule '" + rule + "', expected none: array '" + device +
+                               "' is real, and only simulated and debug arrays can do without a rule");
+  }
+  return rules;
+}
+
 GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std::string& device,
                        bool watch_in_lockstep, Output output)
     : device_(device),
       output_(std::move(output)),
-      gate_(gateConfig(private_nh, watch_in_lockstep)),
+      gate_(gateOf(
+          gateConfig(private_nh, !watch_in_lockstep, rulesLeftOut(private_nh, device, output_.harmless)),
+          output_)),
       inbox_(private_nh),
       health_(nh, private_nh, "array", [this](auto& status) { diagnose(status); }) {
   const auto coming = ultrasound::modulation(param<std::string>(private_nh, "modulation", "am"));
@@ -235,7 +258,7 @@ device::Verdict GatedArray::judge(const FocalPointArray& message, const device::
     emission.modulation_frequency = message.modulation_frequency;
     emission.modulation = static_cast<ultrasound::Modulation>(message.modulation);
     verdict.reason = tooMany(emission);
-    if (verdict.passes()) verdict = gate_.check(emission, occasion, output_.loudness);
+    if (verdict.passes()) verdict = gate_.check(emission, occasion);
   }
   return verdict;
 }
@@ -272,7 +295,7 @@ void GatedArray::receive(const FocalPointArray::ConstPtr& message) {
     if (stops_ != heeded_) {
       line = close(emergency_stop);  // it came while the gate was judging
     } else if (verdict.passes()) {
-      line = emit(verdict.emission);
+      line = emit(verdict.sound);
     } else {
       ++(in_time || stopped_ ? rejected_ : late_);
       line = close(verdict.reason);
@@ -283,21 +306,21 @@ void GatedArray::receive(const FocalPointArray::ConstPtr& message) {
   if (!open)
     gate_.fallSilent();
   else if (output_.show)
-    output_.show(verdict.emission, message->header);
+    output_.show(verdict.sound, message->header);
   warn(line);
 }
 
-std::string GatedArray::emit(const device::Emission& emission) {
+std::string GatedArray::emit(const device::Sound& sound) {
   last_passed_ = ros::SteadyTime::now();
   try {
-    output_.emit(emission, in_force_);
+    output_.emit(sound, in_force_);
   } catch (const std::exception& error) {
     ++rejected_;
     return close(error.what());
   }
   ++sent_;
   open_ = true;
-  emitting_ = !emission.points.empty();
+  emitting_ = !sound.parts.empty();
   silent_reason_ = emitting_ ? "" : "no focal points";
   return "";
 }

@@ -9,11 +9,13 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "device/safety_gate.h"
 #include "device/stamp_check.h"
+#include "nodes/array_model.h"
 #include "nodes/health.h"
 #include "nodes/inbox.h"
 #include "nodes/stop_switch.h"
@@ -21,6 +23,11 @@
 #include "nodes/transforms.h"
 
 namespace tactile_clay::nodes {
+
+/// Rules of the gate that `~gate_without` leaves out. An array that can hurt somebody has none: \throws
+/// std::runtime_error with one line then, and std::invalid_argument for a rule that is unknown
+std::set<device::Rule> rulesLeftOut(const ros::NodeHandle& private_nh, const std::string& device,
+                                    bool harmless);
 
 /// What the nodes of a real and of a simulated array share: `array/focal_points` and `hands/tracked` in, the
 /// safety gate, `array/state` out, the emergency stop (StopSwitch), the frame `array`. The array is silent
@@ -31,18 +38,23 @@ namespace tactile_clay::nodes {
 class GatedArray {
  public:
   struct Output {
-    /// How loud points that are there at once would be, where it can be known.
-    device::Meter loudness;
+    /// Nobody can be hurt: rules of the gate may be left out.
+    bool harmless = false;
+    /// The array that the gate judges for, and its drives (device::Instrument).
+    const ArrayModel* model = nullptr;
+    std::function<ultrasound::PhaseSolution(const std::vector<ultrasound::FocalPoint>&,
+                                            const ultrasound::Drive* before)>
+        solve;
     /// That the array can play, and how many updates a second it takes, 0: any number.
     std::vector<ultrasound::Modulation> modulations;
     double max_rate = 0.0;
     /// Focal points at a time, 0: any number.
     std::size_t max_points = 0;
-    /// Emits, and returns at once: an emergency stop waits for it. \throws std::runtime_error when the array
-    /// is gone
-    std::function<void(const device::Emission&, const std_msgs::Header&)> emit;
-    /// What else is to be done of an emission, however long it takes; may be empty.
-    std::function<void(const device::Emission&, const std_msgs::Header&)> show;
+    /// Plays what the gate returned, and returns at once: an emergency stop waits for it. \throws
+    /// std::runtime_error when the array is gone
+    std::function<void(const device::Sound&, const std_msgs::Header&)> emit;
+    /// What else is to be done of it, however long it takes; may be empty.
+    std::function<void(const device::Sound&, const std_msgs::Header&)> show;
     /// Goes silent. The header is that of the frame in force. Must not throw.
     std::function<void(const std_msgs::Header&)> silence;
     /// One line for diagnostics, empty while all is well.
@@ -76,7 +88,7 @@ class GatedArray {
 
   // Of both threads: the mutex is held. Those that return a line leave it to the caller to log it, without
   // the mutex: a log that nobody reads must not hold up an emergency stop.
-  std::string emit(const device::Emission& emission);
+  std::string emit(const device::Sound& sound);
   std::string close(const std::string& reason);
   void publishState();
 

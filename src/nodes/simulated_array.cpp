@@ -32,48 +32,22 @@ void SimulatedArray::startGate(ros::NodeHandle nh, ros::NodeHandle private_nh) {
   field_ = std::make_unique<SoundField>(nh, private_nh, model_);
   using ultrasound::Modulation;
   GatedArray::Output output;
-  output.loudness = [this](const auto& points) -> device::Loudness {
-    try {
-      return model_.loudness(solve(points).drive, points);
-    } catch (const std::invalid_argument&) {
-      return {};  // the gate names what is wrong
-    }
-  };
+  output.harmless = true;
+  output.model = &model_;
+  output.solve = [this](const auto& points, const auto* before) { return model_.solve(points, before); };
   output.modulations = {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal};
-  output.emit = [this](const device::Emission& emission, const std_msgs::Header& header) {
-    emit(emission, header);
+  output.emit = [this](const device::Sound& sound, const std_msgs::Header& header) {
+    field_->publishDrive(sound, header);
   };
-  output.show = [this](const device::Emission&, const std_msgs::Header& header) {
-    field_->publishFields(sound_, header);
+  output.show = [this](const device::Sound& sound, const std_msgs::Header& header) {
+    field_->publishFields(sound, header);
   };
   output.silence = [this](const std_msgs::Header& header) {
     // One silent drive for each frame that was refused, and one when the array goes silent by itself.
-    silenced_ = true;
     if (ros::ok()) field_->publishSilence(header);
   };
   output.fault = [] { return std::string(); };
   array_ = std::make_unique<GatedArray>(nh, private_nh, "simulated", false, std::move(output));
-}
-
-ultrasound::PhaseSolution SimulatedArray::solve(const std::vector<ultrasound::FocalPoint>& points) const {
-  const bool limited = model_.options.max_phase_change > 0.0 && !last_.phase.empty() && !silenced_;
-  return ultrasound::solvePhases(model_.layout, model_.acoustics, points, model_.options,
-                                 limited ? &last_ : nullptr);
-}
-
-void SimulatedArray::emit(const device::Emission& emission, const std_msgs::Header& header) {
-  sound_ = {};
-  sound_.points = emission.points;
-  sound_.modulation = emission.modulation;
-  sound_.frequency = emission.modulation_frequency;
-  for (ultrasound::Part& part : ultrasound::parts(device::period(emission))) {
-    ultrasound::PhaseSolution solution = solve(part.points);
-    last_ = solution.drive;
-    silenced_ = false;
-    sound_.parts.push_back({std::move(part), std::move(solution.drive), std::move(solution.target)});
-  }
-  if (sound_.parts.empty()) last_ = {};
-  field_->publishDrive(sound_, header);
 }
 
 void SimulatedArray::startWire(ros::NodeHandle nh, ros::NodeHandle private_nh) {
@@ -104,12 +78,13 @@ void SimulatedArray::listen() {
   std_msgs::Header header;
   header.stamp = ros::Time::now();
   header.frame_id = frame::array;
-  Sound sound;
-  sound.frequency = state.frequency;
-  if (wire_.commanded) sound.points = toCore(wire_.commanded->points);
+  device::Sound sound;
+  sound.emission.modulation_frequency = state.frequency;
+  if (wire_.commanded) sound.emission.points = toCore(wire_.commanded->points);
   for (const auto& pattern : state.patterns) {
     ultrasound::Part part;
-    part.points = sound.points;
+    part.points = sound.emission.points;
+    for (std::size_t k = 0; k < part.points.size(); ++k) part.which.push_back(k);
     part.instants = {sound.parts.size()};
     part.time = part.power = pattern.share;
     sound.parts.push_back({part, pattern.drive, {}});
@@ -125,7 +100,9 @@ void SimulatedArray::listen() {
   message.frames_sent = static_cast<std::uint32_t>(state.swaps);
   message.frames_rejected = static_cast<std::uint32_t>(state.faults);
   double head = 0.0;
-  for (const Sound::Part& part : sound.parts) head = std::max(head, *model_.loudness(part.drive, {}).head);
+  for (const device::Sound::Part& part : sound.parts)
+    head =
+        std::max(head, ultrasound::headSpl(model_.layout, model_.acoustics, part.drive, model_.head_point));
   message.head_spl = static_cast<float>(head);
   wire_.state.publish(message);
 }

@@ -3,7 +3,6 @@
 #include <ros/ros.h>
 #include <tactile_clay/FocalPointArray.h>
 
-#include <atomic>
 #include <memory>
 #include <vector>
 
@@ -44,14 +43,9 @@ class SimulatedArray {
 
   void startGate(ros::NodeHandle nh, ros::NodeHandle private_nh);
   void startWire(ros::NodeHandle nh, ros::NodeHandle private_nh);
-  ultrasound::PhaseSolution solve(const std::vector<ultrasound::FocalPoint>& points) const;
-  void emit(const device::Emission& emission, const std_msgs::Header& header);
   void listen();
 
   ArrayModel model_;
-  ultrasound::Drive last_;             // of the emission in force; empty: none
-  std::atomic<bool> silenced_{false};  // since then
-  Sound sound_;                        // in force
   std::unique_ptr<SoundField> field_;
   Wire wire_;
   std::unique_ptr<GatedArray> array_;  // goes first, and silences the rest

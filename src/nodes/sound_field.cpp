@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "nodes/array_markers.h"
 #include "nodes/cloud.h"
@@ -19,35 +18,33 @@
 namespace tactile_clay::nodes {
 namespace {
 
+using device::Sound;
+
 constexpr double height_without_focus = 0.15;  // m, of the slice
 
 /// The part that plays at a time.
 const Sound::Part& partAt(const Sound& sound, double time) {
-  std::size_t count = 0;
-  for (const Sound::Part& part : sound.parts) count += part.what.instants.size();
-  const double phase = sound.frequency * time;
-  const auto now = static_cast<std::size_t>((phase - std::floor(phase)) * static_cast<double>(count));
-  for (const Sound::Part& part : sound.parts)
-    for (const std::size_t instant : part.what.instants)
-      if (instant == now) return part;
-  return sound.parts.front();
+  const std::vector<const Sound::Part*> played = device::instants(sound);
+  const double phase = sound.emission.modulation_frequency * time;
+  const auto count = static_cast<double>(played.size());
+  return *played[std::min(static_cast<std::size_t>((phase - std::floor(phase)) * count), played.size() - 1)];
 }
 
-/// Means, over the time that each focal point is there, by its id.
-struct Pressures {
-  struct Mean {
-    double sum = 0.0, time = 0.0;
-  };
-  std::map<std::uint32_t, Mean> means;
+/// Means, over the time that each focal point is there, by its index in the emission.
+class Means {
+ public:
+  explicit Means(std::size_t points) : sum_(points, 0.0), time_(points, 0.0) {}
 
-  void add(std::uint32_t id, double pressure, double time) {
-    means[id].sum += pressure * time;
-    means[id].time += time;
+  void add(std::size_t point, double value, double time) {
+    sum_.at(point) += value * time;
+    time_.at(point) += time;
   }
-  double operator[](std::uint32_t id) {
-    const Mean mean = means[id];
-    return mean.time > 0.0 ? mean.sum / mean.time : 0.0;
+  double operator[](std::size_t point) const {
+    return time_.at(point) > 0.0 ? sum_.at(point) / time_.at(point) : 0.0;
   }
+
+ private:
+  std::vector<double> sum_, time_;
 };
 
 }  // namespace
@@ -103,19 +100,20 @@ void SoundField::publishDrive(const ultrasound::Drive& drive, const std_msgs::He
 }
 
 void SoundField::publishMeasured(const Sound& sound, const std_msgs::Header& header) {
-  Pressures pressures;
+  Means pressures(sound.emission.points.size());
   for (const Sound::Part& part : sound.parts)
-    for (const ultrasound::FocalPoint& point : part.what.points)
-      pressures.add(
-          point.id,
-          std::abs(ultrasound::pressureAt(model_.layout, model_.acoustics, part.drive, point.position)),
-          part.what.time);
+    for (std::size_t k = 0; k < part.what.points.size(); ++k)
+      pressures.add(part.what.which[k],
+                    std::abs(ultrasound::pressureAt(model_.layout, model_.acoustics, part.drive,
+                                                    part.what.points[k].position)),
+                    part.what.time);
   auto message = boost::make_shared<FocalPointArray>();
   message->header = header;
-  message->modulation = static_cast<std::uint8_t>(sound.modulation);
-  message->modulation_frequency = static_cast<float>(sound.frequency);
-  message->points = toMessage(sound.points);
-  for (FocalPoint& point : message->points) point.pressure = static_cast<float>(pressures[point.id]);
+  message->modulation = static_cast<std::uint8_t>(sound.emission.modulation);
+  message->modulation_frequency = static_cast<float>(sound.emission.modulation_frequency);
+  message->points = toMessage(sound.emission.points);
+  for (std::size_t k = 0; k < message->points.size(); ++k)
+    message->points[k].pressure = static_cast<float>(pressures[k]);
   measured_.publish(message);
 }
 
@@ -123,7 +121,7 @@ void SoundField::publishReport(const Sound& sound, const std_msgs::Header& heade
   if (report_.getNumSubscribers() == 0) return;
   auto message = boost::make_shared<AcousticReport>();
   message->header = header;
-  Pressures achieved, commanded;
+  Means achieved(sound.emission.points.size()), commanded(sound.emission.points.size());
   const auto points = slice(sound);
   for (const Sound::Part& part : sound.parts) {
     std::vector<double> here;
@@ -131,8 +129,8 @@ void SoundField::publishReport(const Sound& sound, const std_msgs::Header& heade
       const ultrasound::FocalPoint& point = part.what.points[k];
       here.push_back(
           std::abs(ultrasound::pressureAt(model_.layout, model_.acoustics, part.drive, point.position)));
-      achieved.add(point.id, here.back(), part.what.time);
-      if (!part.target.empty()) commanded.add(point.id, part.target[k], part.what.time);
+      achieved.add(part.what.which[k], here.back(), part.what.time);
+      if (!part.target.empty()) commanded.add(part.what.which[k], part.target[k], part.what.time);
     }
     const auto lobe = ultrasound::strongestSideLobe(
         points, ultrasound::pressuresAt(model_.layout, model_.acoustics, part.drive, points),
@@ -148,10 +146,10 @@ void SoundField::publishReport(const Sound& sound, const std_msgs::Header& heade
                                                                            part.drive, model_.head_point)));
   }
   std::vector<double> all_achieved, all_commanded;
-  for (const ultrasound::FocalPoint& point : sound.points) {
-    message->id.push_back(point.id);
-    all_achieved.push_back(achieved[point.id]);
-    all_commanded.push_back(commanded[point.id]);
+  for (std::size_t k = 0; k < sound.emission.points.size(); ++k) {
+    message->id.push_back(sound.emission.points[k].id);
+    all_achieved.push_back(achieved[k]);
+    all_commanded.push_back(commanded[k]);
   }
   message->commanded.assign(all_commanded.begin(), all_commanded.end());
   message->achieved.assign(all_achieved.begin(), all_achieved.end());
@@ -163,9 +161,9 @@ std::vector<Eigen::Vector3f> SoundField::slice(const Sound& sound) const {
   double height = slice_height_;
   if (height == 0.0) {
     const auto strongest =
-        std::max_element(sound.points.begin(), sound.points.end(),
+        std::max_element(sound.emission.points.begin(), sound.emission.points.end(),
                          [](const auto& a, const auto& b) { return a.intensity < b.intensity; });
-    height = strongest == sound.points.end() ? height_without_focus : strongest->position.z();
+    height = strongest == sound.emission.points.end() ? height_without_focus : strongest->position.z();
   }
   std::vector<Eigen::Vector3f> points;
   const int half = static_cast<int>(0.5 * slice_size_ / slice_step_);

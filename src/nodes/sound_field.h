@@ -6,26 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "device/array_device.h"
 #include "nodes/array_model.h"
 #include "nodes/conversions.h"
 #include "nodes/inbox.h"
 #include "nodes/transforms.h"
-#include "ultrasound/modulation.h"
 
 namespace tactile_clay::nodes {
-
-/// What an array plays: a period of its modulation, each part with its drive.
-struct Sound {
-  struct Part {
-    ultrasound::Part what;
-    ultrasound::Drive drive;
-    std::vector<double> target;  // Pa at each of its points, as the phase solver was asked; empty: not known
-  };
-  std::vector<ultrasound::FocalPoint> points;  // commanded
-  ultrasound::Modulation modulation = ultrasound::Modulation::amplitude;
-  double frequency = 0.0;  // Hz
-  std::vector<Part> parts;
-};
 
 /// Publishes what an array plays, and its true field. `array/drive`: the drive at the time of the stamp, not
 /// modulated down. `array/measured`: the pressure at each focal point while it is there, averaged over the
@@ -38,19 +25,19 @@ class SoundField {
   /// \throws std::runtime_error with one line where a parameter is wrong
   SoundField(ros::NodeHandle nh, ros::NodeHandle private_nh, const ArrayModel& model);
 
-  void publish(const Sound& sound, const std_msgs::Header& header);
+  void publish(const device::Sound& sound, const std_msgs::Header& header);
 
   /// The two parts of it: the drive, at once, and what has to be computed.
-  void publishDrive(const Sound& sound, const std_msgs::Header& header);
-  void publishFields(const Sound& sound, const std_msgs::Header& header);
+  void publishDrive(const device::Sound& sound, const std_msgs::Header& header);
+  void publishFields(const device::Sound& sound, const std_msgs::Header& header);
   void publishSilence(const std_msgs::Header& header);
 
  private:
   void publishDrive(const ultrasound::Drive& drive, const std_msgs::Header& header);
-  void publishMeasured(const Sound& sound, const std_msgs::Header& header);
-  void publishReport(const Sound& sound, const std_msgs::Header& header);
-  void publishField(const Sound& sound, const std_msgs::Header& header);
-  std::vector<Eigen::Vector3f> slice(const Sound& sound) const;
+  void publishMeasured(const device::Sound& sound, const std_msgs::Header& header);
+  void publishReport(const device::Sound& sound, const std_msgs::Header& header);
+  void publishField(const device::Sound& sound, const std_msgs::Header& header);
+  std::vector<Eigen::Vector3f> slice(const device::Sound& sound) const;
   std::vector<Eigen::Vector3f> facingSkin();
 
   const ArrayModel& model_;

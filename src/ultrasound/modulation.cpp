@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 
 #include "ultrasound/weighted_k_means.h"
@@ -10,10 +11,12 @@
 namespace tactile_clay::ultrasound {
 namespace {
 
-bool same(const std::vector<FocalPoint>& a, const std::vector<FocalPoint>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const FocalPoint& x, const FocalPoint& y) {
+bool same(const Part& known, const Instant& instant) {
+  const auto equal = [](const FocalPoint& x, const FocalPoint& y) {
     return x.position == y.position && x.intensity == y.intensity;
-  });
+  };
+  return known.which == instant.which && std::equal(known.points.begin(), known.points.end(),
+                                                    instant.points.begin(), instant.points.end(), equal);
 }
 
 }  // namespace
@@ -128,12 +131,14 @@ std::vector<Instant> period(const std::vector<FocalPoint>& points, Modulation mo
   std::vector<Instant> instants;
   if (points.empty()) return instants;
   if (modulation == Modulation::spatiotemporal) {
-    for (const FocalPoint& point : points) instants.push_back({{point}, 1.0});
+    for (std::size_t k = 0; k < points.size(); ++k) instants.push_back({{points[k]}, 1.0, {k}});
     return instants;
   }
+  std::vector<std::size_t> all(points.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
   for (std::size_t step = 0; step < period_steps; ++step) {
     const double t = static_cast<double>(step) / static_cast<double>(period_steps);
-    instants.push_back({points, envelope(modulation, t)});
+    instants.push_back({points, envelope(modulation, t), all});
     if (modulation != Modulation::lateral) continue;
     for (FocalPoint& point : instants.back().points) point.position += lateralOffset(t, stroke);
   }
@@ -144,9 +149,10 @@ std::vector<Part> parts(const std::vector<Instant>& instants) {
   std::vector<Part> parts;
   const double share = 1.0 / static_cast<double>(std::max<std::size_t>(instants.size(), 1));
   for (std::size_t i = 0; i < instants.size(); ++i) {
-    auto part = std::find_if(parts.begin(), parts.end(),
-                             [&](const Part& known) { return same(known.points, instants[i].points); });
-    if (part == parts.end()) part = parts.insert(parts.end(), {instants[i].points, {}, 0.0, 0.0});
+    auto part =
+        std::find_if(parts.begin(), parts.end(), [&](const Part& known) { return same(known, instants[i]); });
+    if (part == parts.end())
+      part = parts.insert(parts.end(), {instants[i].points, instants[i].which, {}, 0.0, 0.0});
     part->instants.push_back(i);
     part->time += share;
     part->power += share * instants[i].amplitude * instants[i].amplitude;

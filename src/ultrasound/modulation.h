@@ -59,6 +59,7 @@ double envelope(Modulation modulation, double t);
 struct Instant {
   std::vector<FocalPoint> points;
   double amplitude = 1.0;
+  std::vector<std::size_t> which;  // of the emission's points each of `points` is
 };
 
 constexpr double lateral_stroke = 0.006;  // m
@@ -72,6 +73,7 @@ std::vector<Instant> period(const std::vector<FocalPoint>& points, Modulation mo
 /// What an array has to solve once of a period: points that are there at once, whenever they are.
 struct Part {
   std::vector<FocalPoint> points;
+  std::vector<std::size_t> which;     // of the emission's points each of `points` is
   std::vector<std::size_t> instants;  // indices into the period
   double time = 0.0;                  // share of the period, 0-1
   double power = 0.0;                 // mean over the period of the squared amplitude while it is there, 0-1

@@ -4,6 +4,8 @@
 
 #include <stdexcept>
 
+#include "support/sounds.h"
+
 namespace tactile_clay::device {
 namespace {
 
@@ -28,7 +30,7 @@ class DebugDeviceTest : public ::testing::Test {
 
 TEST_F(DebugDeviceTest, SaysWhatItWouldEmit) {
   device.open({});
-  device.submit(onePoint());
+  device.submit(soundOf(onePoint()));
   ASSERT_EQ(lines.size(), 2u);
   EXPECT_EQ(lines[0], "debug array: open");
   EXPECT_EQ(lines[1],
@@ -42,21 +44,21 @@ TEST_F(DebugDeviceTest, SaysWhatItWouldEmit) {
 
 TEST_F(DebugDeviceTest, KeepsToItsLineRateAndCountsAll) {
   device.open({{"log_rate", "10"}, {"port", "/dev/ttyUSB0"}});
-  for (int i = 0; i < 100; ++i, now += milliseconds(10)) device.submit(onePoint());
+  for (int i = 0; i < 100; ++i, now += milliseconds(10)) device.submit(soundOf(onePoint()));
   EXPECT_EQ(device.submissions(), 100u);
   EXPECT_EQ(lines.size(), 11u);  // open, and ten in a second
 }
 
 TEST_F(DebugDeviceTest, CanBeQuiet) {
   device.open({{"log_rate", "0"}});
-  for (int i = 0; i < 5; ++i, now += milliseconds(5000)) device.submit(onePoint());
+  for (int i = 0; i < 5; ++i, now += milliseconds(5000)) device.submit(soundOf(onePoint()));
   EXPECT_EQ(device.submissions(), 5u);
   EXPECT_EQ(lines.size(), 1u);
 }
 
 TEST_F(DebugDeviceTest, RecordsThatItWasStopped) {
   device.open({});
-  device.submit(onePoint());
+  device.submit(soundOf(onePoint()));
   device.stop();
   EXPECT_FALSE(device.emitting());
   EXPECT_EQ(device.stops(), 1u);
@@ -64,7 +66,7 @@ TEST_F(DebugDeviceTest, RecordsThatItWasStopped) {
   device.stop();  // again: counted, nothing to say
   EXPECT_EQ(device.stops(), 2u);
   EXPECT_EQ(lines.size(), 3u);
-  device.submit(onePoint());
+  device.submit(soundOf(onePoint()));
   EXPECT_TRUE(device.emitting());
 }
 
@@ -75,13 +77,13 @@ TEST_F(DebugDeviceTest, StopDoesNotThrowWhenItsSinkDoes) {
       },
       [] { return std::chrono::nanoseconds(0); });
   broken.open({});
-  broken.submit(onePoint());
+  broken.submit(soundOf(onePoint()));
   broken.stop();
   EXPECT_FALSE(broken.emitting());
 }
 
 TEST_F(DebugDeviceTest, HasToBeOpened) {
-  EXPECT_THROW(device.submit(onePoint()), std::runtime_error);
+  EXPECT_THROW(device.submit(soundOf(onePoint())), std::runtime_error);
   EXPECT_EQ(device.fault(), "not open");
   device.open({});
   EXPECT_EQ(device.fault(), "");
@@ -104,7 +106,7 @@ TEST_F(DebugDeviceTest, IsADeviceByDefault) {
   ArrayDevice& base = on_stderr;
   testing::internal::CaptureStderr();
   base.open({});
-  base.submit(onePoint());
+  base.submit(soundOf(onePoint()));
   base.stop();
   const std::string said = testing::internal::GetCapturedStderr();
   EXPECT_NE(said.find("debug array: 1 points"), std::string::npos);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 
 #include "ultrasound/acoustic_field.h"
@@ -34,34 +35,68 @@ Occasion now(double since_last = 1.0) {
   return occasion;
 }
 
-/// A meter whose array gives 3000 Pa and 120 dB at intensity 1, in proportion to the loudest intensity.
 using Points = std::vector<ultrasound::FocalPoint>;
+using Meter = std::function<Loudness(const Points&)>;
+
+/// An array whose loudness follows from its points alone. Each drive is one transducer that tells how often
+/// one was solved.
+Instrument instrument(const Meter& meter) {
+  Instrument result;
+  result.solve = [solved = 0.0f](const Points& points, const ultrasound::Drive*) mutable {
+    ultrasound::PhaseSolution solution;
+    solution.drive.phase = {solved++};
+    solution.drive.amplitude = {points.empty() ? 0.0f : 1.0f};
+    return solution;
+  };
+  result.loudness = [meter](const ultrasound::Drive&, const Points& points) { return meter(points); };
+  return result;
+}
+
+/// One that gives 3000 Pa and 120 dB at intensity 1, in proportion to the loudest intensity.
 
 Loudness loudness(const Points& points) {
   double strongest = 0.0;
   for (const auto& p : points) strongest = std::max(strongest, p.intensity);
-  return {3000.0 * strongest, 120.0 + 20.0 * std::log10(std::max(strongest, 1e-9))};
+  return {3000.0 * strongest, 120.0 + 20.0 * std::log10(std::max(strongest, 1e-9)), ""};
 }
 
-/// A meter for the rules that have nothing to do with loudness.
+/// One for the rules that have nothing to do with loudness.
 Loudness quiet(const Points&) {
-  return {0.0, 0.0};
+  return {0.0, 0.0, ""};
 }
 
 bool begins(const std::string& text, const std::string& start) {
   return text.compare(0, start.size(), start) == 0;
 }
 
+/// A gate whose meter can be changed.
+class TestGate : public SafetyGate {
+ public:
+  explicit TestGate(const SafetyGateConfig& config = {}) : TestGate(config, std::make_shared<Meter>(quiet)) {}
+
+  Verdict check(const Emission& e, const Occasion& occasion, const Meter& meter) {
+    *meter_ = meter;
+    return SafetyGate::check(e, occasion);
+  }
+
+ private:
+  TestGate(const SafetyGateConfig& config, const std::shared_ptr<Meter>& meter)
+      : SafetyGate(config, instrument([meter](const Points& points) { return (*meter)(points); })),
+        meter_(meter) {}
+
+  std::shared_ptr<Meter> meter_;
+};
+
 class StartedGate : public ::testing::Test {
  protected:
-  SafetyGate gate;
+  TestGate gate;
   void SetUp() override { gate.start(); }
 
   std::string reason(const ultrasound::FocalPoint& p) { return gate.check(emission(p), now(), quiet).reason; }
 };
 
 TEST(SafetyGate, IsClosedUntilItIsStarted) {
-  SafetyGate gate;
+  TestGate gate;
   EXPECT_TRUE(begins(gate.check(emission(point(0, 0, 0.2)), now(), quiet).reason, "not started"));
   EXPECT_TRUE(begins(gate.tick(0.0).reason, "not started"));
   gate.start();
@@ -73,9 +108,9 @@ TEST_F(StartedGate, PassesAGoodEmission) {
   const Verdict verdict = gate.check(emission(point(0.1, -0.1, 0.2)), now(), quiet);
   EXPECT_EQ(verdict.reason, "");
   EXPECT_EQ(verdict.lowered, "");
-  ASSERT_EQ(verdict.emission.points.size(), 1u);
-  EXPECT_EQ(verdict.emission.points[0].intensity, 0.5);
-  EXPECT_EQ(verdict.emission.modulation_frequency, 200.0);
+  ASSERT_EQ(verdict.sound.emission.points.size(), 1u);
+  EXPECT_EQ(verdict.sound.emission.points[0].intensity, 0.5);
+  EXPECT_EQ(verdict.sound.emission.modulation_frequency, 200.0);
   EXPECT_TRUE(gate.check({}, now(), quiet).passes());
 }
 
@@ -157,7 +192,7 @@ TEST_F(StartedGate, SilencesIntensitiesOutOfRange) {
 TEST(SafetyGate, KeepsToALowerIntensityCap) {
   SafetyGateConfig config;
   config.intensity_cap = 0.6;
-  SafetyGate gate(config);
+  TestGate gate(config);
   gate.start();
   EXPECT_TRUE(gate.check(emission(point(0, 0, 0.2, 0.6)), now(), quiet).passes());
   EXPECT_FALSE(gate.check(emission(point(0, 0, 0.2, 0.61)), now(), quiet).passes());
@@ -168,7 +203,7 @@ TEST_F(StartedGate, SilencesTheWholeEmissionForOneUnsafePoint) {
   two.points.push_back(point(0, 0, 0.9, 0.5, 2));
   const Verdict verdict = gate.check(two, now(), quiet);
   EXPECT_NE(verdict.reason.find("focal point 2"), std::string::npos);
-  EXPECT_TRUE(verdict.emission.points.empty());
+  EXPECT_TRUE(verdict.sound.emission.points.empty());
 }
 
 TEST_F(StartedGate, SilencesAnImpossibleModulation) {
@@ -187,7 +222,7 @@ TEST_F(StartedGate, LetsIntensityRiseNoFasterThanTheSlew) {
   const auto passed = [&](double intensity, double since_last, std::uint32_t id = 7) {
     const Verdict verdict = gate.check(emission(point(0, 0, 0.2, intensity, id)), now(since_last), quiet);
     EXPECT_TRUE(verdict.passes());
-    return verdict.emission.points.at(0).intensity;
+    return verdict.sound.emission.points.at(0).intensity;
   };
   EXPECT_DOUBLE_EQ(passed(1.0, 0.01), 0.2) << "20 a second, from 0 for a new point";
   EXPECT_DOUBLE_EQ(passed(1.0, 0.01), 0.4);
@@ -207,11 +242,11 @@ TEST_F(StartedGate, LetsIntensityRiseNoFasterThanTheSlew) {
 TEST(SafetyGate, ALongPauseIsNoReasonToJump) {
   SafetyGateConfig config;
   config.intensity_slew = 2.0;
-  SafetyGate gate(config);
+  TestGate gate(config);
   gate.start();
   const Verdict verdict = gate.check(emission(point(0, 0, 0.2, 1.0)), now(60.0), quiet);
-  ASSERT_EQ(verdict.emission.points.size(), 1u);
-  EXPECT_DOUBLE_EQ(verdict.emission.points[0].intensity, 0.2) << "0.1 s of rise at most";
+  ASSERT_EQ(verdict.sound.emission.points.size(), 1u);
+  EXPECT_DOUBLE_EQ(verdict.sound.emission.points[0].intensity, 0.2) << "0.1 s of rise at most";
 }
 
 TEST_F(StartedGate, LowersWhatIsTooLoud) {
@@ -219,34 +254,34 @@ TEST_F(StartedGate, LowersWhatIsTooLoud) {
   const Verdict verdict = gate.check(emission(point(0, 0, 0.2, 1.0)), now(), loudness);
   EXPECT_EQ(verdict.reason, "");
   EXPECT_TRUE(begins(verdict.lowered, "head level")) << verdict.lowered;
-  EXPECT_LE(*loudness(verdict.emission.points).head, 110.0);
-  EXPECT_NEAR(verdict.emission.points[0].intensity, 0.316, 0.004);
-  EXPECT_DOUBLE_EQ(*verdict.head_spl, *loudness(verdict.emission.points).head);
+  EXPECT_LE(*loudness(verdict.sound.emission.points).head, 110.0);
+  EXPECT_NEAR(verdict.sound.emission.points[0].intensity, 0.316, 0.004);
+  EXPECT_DOUBLE_EQ(*verdict.head_spl, *loudness(verdict.sound.emission.points).head);
 
   SafetyGateConfig config;
   config.head_spl_cap = 200.0;
-  SafetyGate pressure_only(config);
+  TestGate pressure_only(config);
   pressure_only.start();
   Emission two = emission(point(0, 0, 0.2, 1.0, 1));
   two.points.push_back(point(0.05, 0, 0.2, 0.5, 2));
   const Verdict capped = pressure_only.check(two, now(), loudness);
   EXPECT_TRUE(begins(capped.lowered, "pressure: 3000 Pa")) << capped.lowered;
-  EXPECT_LE(*loudness(capped.emission.points).focus, 2000.0);
-  EXPECT_NEAR(capped.emission.points[0].intensity, 2.0 / 3.0, 0.01);
-  EXPECT_DOUBLE_EQ(capped.emission.points[1].intensity, 0.5 * capped.emission.points[0].intensity)
+  EXPECT_LE(*loudness(capped.sound.emission.points).pressure, 2000.0);
+  EXPECT_NEAR(capped.sound.emission.points[0].intensity, 2.0 / 3.0, 0.01);
+  EXPECT_DOUBLE_EQ(capped.sound.emission.points[1].intensity, 0.5 * capped.sound.emission.points[0].intensity)
       << "all are lowered together";
 }
 
 /// Boards that switch channels off go down in steps: just above the cap, a little less changes nothing.
 TEST_F(StartedGate, LowersAnArrayThatGoesDownInSteps) {
   const auto steps = [](const Points& points) {
-    return Loudness{0.0, 110.1 + 20.0 * std::log10(std::ceil(4.0 * points[0].intensity) / 3.0)};
+    return Loudness{0.0, 110.1 + 20.0 * std::log10(std::ceil(4.0 * points[0].intensity) / 3.0), ""};
   };
   const Verdict verdict = gate.check(emission(point(0, 0, 0.2, 0.75)), now(), steps);
   EXPECT_EQ(verdict.reason, "");
-  ASSERT_EQ(verdict.emission.points.size(), 1u);
-  EXPECT_LE(verdict.emission.points[0].intensity, 0.5);
-  EXPECT_GT(verdict.emission.points[0].intensity, 0.25) << "no lower than it has to be";
+  ASSERT_EQ(verdict.sound.emission.points.size(), 1u);
+  EXPECT_LE(verdict.sound.emission.points[0].intensity, 0.5);
+  EXPECT_GT(verdict.sound.emission.points[0].intensity, 0.25) << "no lower than it has to be";
   EXPECT_NEAR(verdict.head_spl.value(), 110.1 + 20.0 * std::log10(2.0 / 3.0), 1e-9);
 }
 
@@ -255,13 +290,13 @@ TEST_F(StartedGate, SilencesWhatCannotBeMeasuredOrLowered) {
   const auto reason = [&](const Loudness& loudness) {
     return gate.check(good, now(), [&](const Points&) { return loudness; }).reason;
   };
-  EXPECT_EQ(reason({1.0, std::nullopt}), "head level: not known, expected at most 110 dB");
-  EXPECT_EQ(reason({std::nullopt, 1.0}), "pressure: not known, expected at most 2000 Pa");
-  EXPECT_EQ(reason({1.0, 111.0}), "head level: 111 dB, expected at most 110 dB") << "however weak";
-  EXPECT_EQ(reason({2001.0, 1.0}), "pressure: 2001 Pa at a focal point, expected at most 2000 Pa");
-  EXPECT_TRUE(begins(reason({nan, 1.0}), "pressure"));
-  EXPECT_TRUE(begins(reason({1.0, nan}), "head level"));
-  EXPECT_EQ(reason({2000.0, 110.0}), "");
+  EXPECT_EQ(reason({1.0, std::nullopt, ""}), "head level: not known, expected at most 110 dB");
+  EXPECT_EQ(reason({std::nullopt, 1.0, ""}), "pressure: not known, expected at most 2000 Pa");
+  EXPECT_EQ(reason({1.0, 111.0, ""}), "head level: 111 dB, expected at most 110 dB") << "however weak";
+  EXPECT_EQ(reason({2001.0, 1.0, ""}), "pressure: 2001 Pa, expected at most 2000 Pa");
+  EXPECT_TRUE(begins(reason({nan, 1.0, ""}), "pressure"));
+  EXPECT_TRUE(begins(reason({1.0, nan, ""}), "head level"));
+  EXPECT_EQ(reason({2000.0, 110.0, ""}), "");
 }
 
 TEST_F(StartedGate, LooksAtEveryInstantOfAModulation) {
@@ -275,8 +310,8 @@ TEST_F(StartedGate, LooksAtEveryInstantOfAModulation) {
   edge.points[0].position.x() = 0.1969;
   const Verdict passed = gate.check(edge, now(), quiet);
   EXPECT_EQ(passed.reason, "");
-  EXPECT_EQ(passed.emission.modulation, Modulation::lateral);
-  EXPECT_EQ(passed.emission.modulation_frequency, 10.0);
+  EXPECT_EQ(passed.sound.emission.modulation, Modulation::lateral);
+  EXPECT_EQ(passed.sound.emission.modulation_frequency, 10.0);
   edge.modulation_frequency = 0.0;
   EXPECT_TRUE(begins(gate.check(edge, now(), quiet).reason, "modulation: frequency is 0 Hz"));
 
@@ -287,19 +322,20 @@ TEST_F(StartedGate, LooksAtEveryInstantOfAModulation) {
   std::size_t most = 0;
   const auto meter = [&most](const Points& points) {
     most = std::max(most, points.size());
-    return Loudness{4000.0 * points.at(0).intensity, 0.0};
+    return Loudness{4000.0 * points.at(0).intensity, 0.0, ""};
   };
   const Verdict lowered = gate.check(path, now(), meter);
   ASSERT_EQ(lowered.reason, "");
   EXPECT_EQ(most, 1u);
-  EXPECT_LE(4000.0 * lowered.emission.points[1].intensity, 2000.0);
-  EXPECT_NEAR(lowered.emission.points[1].intensity / lowered.emission.points[0].intensity, 0.9 / 0.4, 1e-9);
+  EXPECT_LE(4000.0 * lowered.sound.emission.points[1].intensity, 2000.0);
+  EXPECT_NEAR(lowered.sound.emission.points[1].intensity / lowered.sound.emission.points[0].intensity,
+              0.9 / 0.4, 1e-9);
   EXPECT_TRUE(begins(lowered.lowered, "pressure"));
   // Not known, or not a number, at one place: silent, wherever the place is.
   for (const std::size_t bad : {0u, 1u, 2u}) {
     for (const std::optional<double> what : {std::optional<double>(), std::optional<double>(nan)}) {
       const auto part = [&](const Points& points) {
-        return points[0].id == bad ? Loudness{what, 0.0} : Loudness{100.0, 0.0};
+        return points[0].id == bad ? Loudness{what, 0.0, ""} : Loudness{100.0, 0.0, ""};
       };
       EXPECT_TRUE(begins(gate.check(path, now(), part).reason, "pressure")) << bad;
     }
@@ -310,7 +346,7 @@ TEST_F(StartedGate, LooksAtEveryInstantOfAModulation) {
   // The slew holds each place back.
   ASSERT_TRUE(gate.check(path, now(), quiet).passes());
   path.points[0].intensity = 0.9;
-  EXPECT_NEAR(gate.check(path, now(0.01), quiet).emission.points[0].intensity, 0.6, 1e-9);
+  EXPECT_NEAR(gate.check(path, now(0.01), quiet).sound.emission.points[0].intensity, 0.6, 1e-9);
 }
 
 /// The rules for loudness with the field of a real drive, measured again by another formula: 20 log10 of the
@@ -324,18 +360,99 @@ TEST_F(StartedGate, KeepsARealArrayBelowItsCaps) {
     double focus = 0.0;
     for (const auto& p : points)
       focus = std::max(focus, std::abs(ultrasound::pressureAt(layout, air, drive, p.position)));
-    return Loudness{focus, ultrasound::headSpl(layout, air, drive, head)};
+    return Loudness{focus, ultrasound::headSpl(layout, air, drive, head), ""};
   };
   const Emission loud = emission(point(-0.02, 0, 0.15, 1.0));
-  EXPECT_GT(*meter(loud.points).focus, 4000.0);
+  EXPECT_GT(*meter(loud.points).pressure, 4000.0);
   EXPECT_GT(*meter(loud.points).head, 110.0);
   const Verdict verdict = gate.check(loud, now(), meter);
   ASSERT_EQ(verdict.reason, "");
-  const auto drive = ultrasound::solvePhases(layout, air, verdict.emission.points).drive;
+  const auto drive = ultrasound::solvePhases(layout, air, verdict.sound.emission.points).drive;
   const double amplitude = std::abs(ultrasound::pressureAt(layout, air, drive, head));
   EXPECT_LE(20.0 * std::log10(amplitude / std::sqrt(2.0) / 20e-6), 110.0);
   EXPECT_GT(20.0 * std::log10(amplitude / std::sqrt(2.0) / 20e-6), 109.5);
   EXPECT_LE(std::abs(ultrasound::pressureAt(layout, air, drive, loud.points[0].position)), 2000.0);
+}
+
+/// What is returned is the drive that was judged, and it was solved for nothing else.
+TEST(SafetyGate, ReturnsTheDrivesThatItJudged) {
+  std::vector<float> judged;
+  int solved = 0;
+  Instrument counting = instrument(quiet);
+  const auto solve = counting.solve;
+  counting.solve = [&](const Points& points, const ultrasound::Drive* before) {
+    ++solved;
+    return solve(points, before);
+  };
+  counting.loudness = [&](const ultrasound::Drive& drive, const Points& points) {
+    judged.push_back(drive.phase.at(0));
+    return loudness(points);
+  };
+  SafetyGate gate({}, counting);
+  gate.start();
+  const Verdict quiet_one = gate.check(emission(point(0, 0, 0.2, 0.1)), now());
+  ASSERT_EQ(quiet_one.sound.parts.size(), 1u);
+  EXPECT_EQ(solved, 1) << "once";
+  EXPECT_EQ(quiet_one.sound.parts[0].drive.phase.at(0), judged.back());
+
+  const Verdict lowered = gate.check(emission(point(0, 0, 0.2, 1.0)), now());
+  ASSERT_EQ(lowered.sound.parts.size(), 1u);
+  EXPECT_EQ(lowered.sound.parts[0].drive.phase.at(0), judged.back()) << "that of the weakest try";
+  EXPECT_EQ(lowered.sound.parts[0].what.points.at(0).intensity,
+            lowered.sound.emission.points.at(0).intensity);
+
+  // Each part of a period, in the order of its instants.
+  Emission path{{point(0, 0, 0.2, 0.1, 1), point(0.02, 0, 0.2, 0.1, 2)}, 100.0};
+  path.modulation = ultrasound::Modulation::spatiotemporal;
+  const Verdict run = gate.check(path, now());
+  const auto played = instants(run.sound);
+  ASSERT_EQ(played.size(), 2u);
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_EQ(played[k]->what.points.at(0).id, k + 1);
+    EXPECT_EQ(played[k]->what.which.at(0), k);
+    EXPECT_EQ(played[k]->drive.phase.at(0), judged[judged.size() - 2 + k]);
+  }
+  EXPECT_TRUE(gate.check({}, now()).sound.parts.empty());
+  gate.stop();
+  EXPECT_TRUE(gate.check(path, now()).sound.parts.empty());
+}
+
+/// The drive before is that of the part before, and none after a silence.
+TEST(SafetyGate, TellsTheSolverWhatPlayedBefore) {
+  std::vector<float> before;
+  Instrument array = instrument(quiet);
+  const auto solve = array.solve;
+  array.solve = [&](const Points& points, const ultrasound::Drive* drive) {
+    before.push_back(drive == nullptr ? -1.0f : drive->phase.at(0));
+    return solve(points, drive);
+  };
+  SafetyGate gate({}, array);
+  gate.start();
+  const Emission weak = emission(point(0, 0, 0.2, 0.1));
+  gate.check(weak, now());
+  gate.check(weak, now());
+  gate.check({}, now());
+  gate.check(weak, now());
+  gate.fallSilent();
+  gate.check(weak, now());
+  EXPECT_EQ(before, (std::vector<float>{-1.0f, 0.0f, -1.0f, -1.0f}));
+}
+
+TEST_F(StartedGate, PointsOfEqualIdAreEachTheirOwn) {
+  const auto both = [](double first, double second) {
+    return Emission{{point(-0.03, 0, 0.2, first, 0), point(0.03, 0, 0.2, second, 0)}, 200.0};
+  };
+  const auto passed = [&](double first, double second) {
+    const Verdict verdict = gate.check(both(first, second), now(0.01), quiet);
+    std::vector<double> intensities;
+    for (const auto& p : verdict.sound.emission.points) intensities.push_back(p.intensity);
+    return intensities;
+  };
+  EXPECT_EQ(passed(0.1, 0.9), (std::vector<double>{0.1, 0.2}));
+  EXPECT_EQ(passed(0.9, 0.15), (std::vector<double>{0.1 + 0.2, 0.15})) << "each rises from its own";
+  EXPECT_EQ(
+      gate.check(emission(point(0.03, 0, 0.2, 0.9, 0)), now(0.01), quiet).sound.emission.points[0].intensity,
+      0.1 + 0.2 + 0.2);
 }
 
 TEST_F(StartedGate, EmergencyStopHoldsUntilReset) {
@@ -352,7 +469,7 @@ TEST_F(StartedGate, EmergencyStopHoldsUntilReset) {
 }
 
 TEST(SafetyGate, ResetDoesNotStartIt) {
-  SafetyGate gate;
+  TestGate gate;
   gate.stop();
   gate.reset();
   EXPECT_TRUE(begins(gate.check(emission(point(0, 0, 0.2)), now(), quiet).reason, "not started"));
@@ -363,7 +480,7 @@ TEST(SafetyGate, RefusesBadSettingsByName) {
     SafetyGateConfig config;
     change(config);
     try {
-      SafetyGate gate(config);
+      TestGate gate(config);
     } catch (const std::invalid_argument& e) {
       return std::string(e.what());
     }
@@ -383,52 +500,52 @@ TEST(SafetyGate, RefusesBadSettingsByName) {
 /// Each rule against an emission that only it objects to.
 struct Offence {
   Rule rule;
-  std::function<Verdict(SafetyGate&)> commit;  // given a started gate
+  std::function<Verdict(TestGate&)> commit;  // given a started gate
 };
 
-Verdict atOnce(SafetyGate& gate, const Emission& e, const Occasion& occasion = now()) {
+Verdict atOnce(TestGate& gate, const Emission& e, const Occasion& occasion = now()) {
   return gate.check(e, occasion, quiet);
 }
 
 const std::vector<Offence>& offences() {
   static const std::vector<Offence> all = {
       {Rule::emergency_stop,
-       [](SafetyGate& gate) {
+       [](TestGate& gate) {
          gate.stop();
          return atOnce(gate, emission(point(0, 0, 0.2)));
        }},
       {Rule::stale,
-       [](SafetyGate& gate) {
+       [](TestGate& gate) {
          Occasion occasion = now();
          occasion.age = 0.15;
          return atOnce(gate, emission(point(0, 0, 0.2)), occasion);
        }},
       {Rule::hand_lost,
-       [](SafetyGate& gate) {
+       [](TestGate& gate) {
          Occasion occasion = now();
          occasion.hands_tracked = false;
          return atOnce(gate, emission(point(0, 0, 0.2)), occasion);
        }},
       {Rule::modulation,
-       [](SafetyGate& gate) {
+       [](TestGate& gate) {
          Emission e = emission(point(0, 0, 0.2));
          e.modulation_frequency = 2000.0;
          return atOnce(gate, e);
        }},
-      {Rule::non_finite, [](SafetyGate& gate) { return atOnce(gate, emission(point(nan, 0, 0.2))); }},
-      {Rule::workspace, [](SafetyGate& gate) { return atOnce(gate, emission(point(0, 0, 0.5))); }},
-      {Rule::intensity, [](SafetyGate& gate) { return atOnce(gate, emission(point(0, 0, 0.2, 1.2))); }},
-      {Rule::slew, [](SafetyGate& gate) { return atOnce(gate, emission(point(0, 0, 0.2, 0.9)), now(0.01)); }},
+      {Rule::non_finite, [](TestGate& gate) { return atOnce(gate, emission(point(nan, 0, 0.2))); }},
+      {Rule::workspace, [](TestGate& gate) { return atOnce(gate, emission(point(0, 0, 0.5))); }},
+      {Rule::intensity, [](TestGate& gate) { return atOnce(gate, emission(point(0, 0, 0.2, 1.2))); }},
+      {Rule::slew, [](TestGate& gate) { return atOnce(gate, emission(point(0, 0, 0.2, 0.9)), now(0.01)); }},
       {Rule::pressure,
-       [](SafetyGate& gate) {
+       [](TestGate& gate) {
          return gate.check(emission(point(0, 0, 0.2)), now(), [](const Points&) {
-           return Loudness{5000.0, 0.0};
+           return Loudness{5000.0, 0.0, ""};
          });
        }},
       {Rule::head_level,
-       [](SafetyGate& gate) {
+       [](TestGate& gate) {
          return gate.check(emission(point(0, 0, 0.2)), now(), [](const Points&) {
-           return Loudness{0.0, 130.0};
+           return Loudness{0.0, 130.0, ""};
          });
        }},
   };
@@ -437,7 +554,7 @@ const std::vector<Offence>& offences() {
 
 /// Sounds, and as strong as asked for.
 bool soundsFully(const Verdict& verdict) {
-  return verdict.passes() && !verdict.emission.points.empty() && verdict.lowered.empty();
+  return verdict.passes() && !verdict.sound.emission.points.empty() && verdict.lowered.empty();
 }
 
 TEST(SafetyGate, EachRuleIsTheOnlyOneThatHoldsItsOffenceBack) {
@@ -446,7 +563,7 @@ TEST(SafetyGate, EachRuleIsTheOnlyOneThatHoldsItsOffenceBack) {
     const auto soundsWithout = [&](const std::set<Rule>& without) {
       SafetyGateConfig config;
       config.without = without;
-      SafetyGate gate(config);
+      TestGate gate(config);
       gate.start();
       return soundsFully(offence.commit(gate));
     };

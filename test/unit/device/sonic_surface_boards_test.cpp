@@ -18,6 +18,7 @@
 #include "device/sonic_surface.h"
 #include "device/sonic_surface_terminal.h"
 #include "support/shared_data.h"
+#include "support/sounds.h"
 
 namespace tactile_clay::device {
 namespace {
@@ -138,8 +139,9 @@ TEST_F(Terminal, HearsWhatTheDriverPlays) {
   emission.points[0].position = {0.02, -0.01, 0.17};
   emission.points[0].intensity = 1.0;
   emission.modulation_frequency = 200.0;
+  const Sound sound = soundOf(emission, &driver);
   ASSERT_TRUE(within(5s, [&] {
-    driver.submit(emission);
+    driver.submit(sound);
     const auto state = terminal.state();
     return state.swaps > 60 && !state.patterns.empty() && std::abs(state.frequency - 200.0) < 40.0;
   }));

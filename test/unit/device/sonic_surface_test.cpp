@@ -13,6 +13,7 @@
 #include "device/sonic_surface.h"
 #include "device/sonic_surface_protocol.h"
 #include "support/shared_data.h"
+#include "support/sounds.h"
 #include "ultrasound/focus_peak.h"
 
 namespace tactile_clay::device {
@@ -182,7 +183,7 @@ TEST_F(SonicSurfaceOnATerminal, SendsWhatItSaysThatItSends) {
     EXPECT_EQ(read(516), silence) << "first of all it silences both buffers";
     ASSERT_EQ(device.capabilities().layout.size(), 256u);
     EXPECT_NEAR(device.capabilities().max_rate, 89.3, 0.1);
-    device.submit(focus());
+    device.submit(soundOf(focus(), &device));
     const auto bytes = read(258);
     EXPECT_EQ(bytes, sonic_surface::frame(*device.drive(focus().points), Firmware::stock));
     EXPECT_EQ(read(3), (std::vector<std::uint8_t>{0xFD, 0xFD, 0xFD})) << "modulation";
@@ -275,7 +276,7 @@ TEST_F(SonicSurfaceOnATerminal, DoesNotPlayWhatTheWireIsTooSlowFor) {
             std::vector<ultrasound::Modulation>{ultrasound::Modulation::amplitude});
   Emission path = focus();
   path.modulation = ultrasound::Modulation::spatiotemporal;
-  EXPECT_THROW(device.submit(path), std::runtime_error);
+  EXPECT_THROW(device.submit(soundOf(path, &device)), std::runtime_error);
 }
 
 TEST_F(SonicSurfaceOnATerminal, GoesSilentWhenNotRenewed) {
@@ -286,7 +287,7 @@ TEST_F(SonicSurfaceOnATerminal, GoesSilentWhenNotRenewed) {
   read(516);
   Emission steady = focus();
   steady.modulation_frequency = 0.0;
-  device.submit(steady);
+  device.submit(soundOf(steady, &device));
   EXPECT_NE(countOff(read(258)), 256u);
   EXPECT_EQ(read(516), sonic_surface::silence(1));
 }
@@ -298,10 +299,10 @@ TEST_F(SonicSurfaceOnATerminal, ChangeFromSteadyToModulatedPutsSilenceBehindTheP
   read(516);
   Emission emission = focus();
   emission.modulation_frequency = 0.0;
-  device.submit(emission);
+  device.submit(soundOf(emission, &device));
   read(258);
   emission.modulation_frequency = 200.0;
-  device.submit(emission);
+  device.submit(soundOf(emission, &device));
   EXPECT_EQ(read(516), sonic_surface::silence(1));
   EXPECT_EQ(countOff(read(258)), 0u);
 }
@@ -314,7 +315,7 @@ TEST_F(SonicSurfaceOnATerminal, TellsWhenThePortIsGone) {
   for (int wait = 0; wait < 200 && device.fault().empty(); ++wait) ::usleep(10000);
   EXPECT_NE(device.fault().find("is gone"), std::string::npos) << device.fault();
   EXPECT_NE(device.fault().find(options["port"]), std::string::npos) << device.fault();
-  EXPECT_THROW(device.submit(focus()), std::runtime_error);
+  EXPECT_THROW(device.submit(soundOf(focus(), &device)), std::runtime_error);
   device.stop();
 }
 

@@ -6,6 +6,8 @@
 #include <map>
 #include <stdexcept>
 
+#include "support/sounds.h"
+
 namespace tactile_clay::device {
 namespace {
 
@@ -46,7 +48,7 @@ class UltraleapTest : public ::testing::Test {
 
 TEST_F(UltraleapTest, IsSilentUntilSomethingIsSubmitted) {
   EXPECT_EQ(device.fault(), "not open");
-  EXPECT_THROW(device.submit(emission(1)), std::runtime_error);
+  EXPECT_THROW(device.submit(soundOf(emission(1))), std::runtime_error);
   device.open({});
   EXPECT_EQ(device.fault(), "");
   EXPECT_TRUE(sdk::standIn().started);
@@ -56,7 +58,7 @@ TEST_F(UltraleapTest, IsSilentUntilSomethingIsSubmitted) {
 TEST_F(UltraleapTest, AsksTheArrayHowManyPointsItCanDo) {
   device.open({});
   EXPECT_EQ(device.capabilities().max_points, 4u);
-  EXPECT_THROW(device.submit(emission(5)), std::runtime_error);
+  EXPECT_THROW(device.submit(soundOf(emission(5))), std::runtime_error);
   sdk::standIn() = {};
   Ultraleap one;
   one.open({{"max_points", "1"}});
@@ -74,7 +76,7 @@ TEST_F(UltraleapTest, SaysHowOftenItWantsToBeAsked) {
 
 TEST_F(UltraleapTest, StreamsModulatedPoints) {
   device.open({});
-  device.submit(emission(2));
+  device.submit(soundOf(emission(2)));
   const auto samples = stream();
   ASSERT_EQ(samples.size(), 400u);
   double low = 1.0, high = 0.0, mean = 0.0;
@@ -103,7 +105,7 @@ TEST_F(UltraleapTest, StreamsModulatedPoints) {
 
 TEST_F(UltraleapTest, UnmodulatedPointsAreSteady) {
   device.open({});
-  device.submit(emission(1, 0.0));
+  device.submit(soundOf(emission(1, 0.0)));
   for (const auto& sample : stream()) EXPECT_FLOAT_EQ(sample.points_[0].intensity_, 0.8f);
 }
 
@@ -111,7 +113,7 @@ TEST_F(UltraleapTest, MovesPointsToAndFro) {
   device.open({});
   Emission lateral = emission(2, 100.0);
   lateral.modulation = ultrasound::Modulation::lateral;
-  device.submit(lateral);
+  device.submit(soundOf(lateral));
   float low = 1.0f, high = -1.0f;
   for (const auto& sample : stream()) {  // one period
     const auto& points = sample.points_;
@@ -128,7 +130,7 @@ TEST_F(UltraleapTest, RunsAlongAPathWithOnePoint) {
   device.open({});
   Emission path = emission(20, 100.0);  // more places than the array has points
   path.modulation = ultrasound::Modulation::spatiotemporal;
-  device.submit(path);
+  device.submit(soundOf(path));
   std::map<int, int> visits;  // samples at each place, by cm
   for (const auto& sample : stream()) {
     const auto& points = sample.points_;
@@ -142,11 +144,11 @@ TEST_F(UltraleapTest, RunsAlongAPathWithOnePoint) {
 
 TEST_F(UltraleapTest, IsSilentWhenToldSoAndGoesOn) {
   device.open({});
-  device.submit(emission(1, 0.0));
+  device.submit(soundOf(emission(1, 0.0)));
   ASSERT_FALSE(stream().empty());
   device.stop();
   EXPECT_TRUE(stream().empty()) << "paused";
-  device.submit(emission(1, 0.0));
+  device.submit(soundOf(emission(1, 0.0)));
   EXPECT_FLOAT_EQ(stream().front().points_[0].intensity_, 0.8f);
   device.submit({});
   EXPECT_TRUE(stream().empty()) << "no points are silence";
@@ -154,7 +156,7 @@ TEST_F(UltraleapTest, IsSilentWhenToldSoAndGoesOn) {
 
 TEST_F(UltraleapTest, IsSilentWhenNotRenewed) {
   device.open({{"hold", "0.1"}});
-  device.submit(emission(1, 0.0));
+  device.submit(soundOf(emission(1, 0.0)));
   EXPECT_FLOAT_EQ(stream(50ms).front().points_[0].intensity_, 0.8f);
   for (const auto& sample : stream(101ms))
     for (const auto& point : sample.points_) EXPECT_EQ(point.intensity_, 0.0f);
@@ -164,7 +166,7 @@ TEST_F(UltraleapTest, StopsTheArrayInTheEnd) {
   {
     Ultraleap other;
     other.open({});
-    other.submit(emission(1));
+    other.submit(soundOf(emission(1)));
     EXPECT_TRUE(sdk::standIn().started);
   }
   EXPECT_FALSE(sdk::standIn().started);

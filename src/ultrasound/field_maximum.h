@@ -1,0 +1,89 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "ultrasound/acoustic_field.h"
+
+namespace tactile_clay::ultrasound {
+
+/// Finds where in a box the field of a drive is strongest, whatever the drive.
+///
+/// Transducers are grouped, neighbours with neighbours, into groups of at most four, these in pairs, and so
+/// on up to the whole array. The sum of |p| over groups is never below |p| of the whole, and changes over a
+/// way no shorter than the width of a group's beam. So the box is divided into cells within which the beams
+/// of the smallest groups hardly change, and each of these into cells for the groups of twice the size, down
+/// to cells within a lobe of the whole array. A search follows only cells whose sum may reach what is
+/// searched for, and climbs from the last ones to the tops of their lobes.
+class FieldMaximum {
+ public:
+  struct Peak {
+    double pressure = 0.0;  // Pa, amplitude
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  };
+
+  /// What the last search did.
+  struct Effort {
+    std::size_t evaluations = 0;  // of the field at a point
+    std::size_t climbs = 0;
+  };
+
+  /// \param low, high corners of the box, m, frame of the array \param floor Pa; lobes that are lower are of
+  /// no interest \throws std::invalid_argument if the layout has no transducers, or the box is none
+  FieldMaximum(const ArrayLayout& layout, const Acoustics& acoustics, const Eigen::Vector3d& low,
+               const Eigen::Vector3d& high, double floor);
+
+  /// The highest pressure in the box, within 1 %, if it is above `floor`; else the one at the strongest of
+  /// `places`, or more. \param drive amplitudes 0 to 1 \throws std::invalid_argument if its length is not the
+  /// layout's
+  Peak find(const Drive& drive, const std::vector<Eigen::Vector3d>& places, Effort* effort = nullptr) const;
+
+  /// Cells for the smallest groups.
+  std::size_t cells() const { return cells_.size(); }
+
+ private:
+  using Ratio = std::array<std::uint8_t, 3>;  // parts of a cell along x, y, z
+
+  struct Cell {
+    Eigen::Vector3f centre, half;  // m
+    float reach = 0.0f;            // Pa, at most, with the whole array at full drive
+    std::vector<Ratio> ratios;     // into how many each of its cells is divided for the groups of a depth
+  };
+  struct Part {  // of a cell
+    Eigen::Vector3f centre, half;
+    const Cell* cell;
+  };
+  struct Lobe {
+    Part part;
+    float pressure;
+  };
+  struct Spreads;
+  struct Sources;
+  struct Search;
+
+  void order(std::vector<std::uint32_t>::iterator begin, std::vector<std::uint32_t>::iterator end,
+             std::size_t depth);
+  Spreads spreads(const Eigen::Vector3f& centre, float slack) const;
+  void divide(const Eigen::Vector3f& centre, const Eigen::Vector3f& half);
+  Sources sources(const Drive& drive) const;
+  std::vector<Lobe> follow(const Sources& sources, std::size_t depth, const std::vector<Part>& open,
+                           Search& search) const;
+  std::vector<Lobe> lobes(const Sources& sources, float strongest, Search& search) const;
+  void climbAll(const Sources& sources, float strongest, Search& search) const;
+  static void split(const Part& part, const Ratio& ratio, std::vector<Part>& parts);
+  Peak climb(const Sources& sources, const Lobe& from, Effort& effort) const;
+
+  ArrayLayout layout_;
+  Acoustics acoustics_;
+  Eigen::Vector3f low_, high_;
+  double floor_;
+  std::vector<std::uint32_t> order_;              // transducers, neighbours with neighbours
+  std::vector<std::vector<std::uint32_t>> ends_;  // of the groups in order_: the whole array first
+  std::vector<float> nearest_;                    // Pa, of each transducer at full drive, at most in the box
+  std::vector<Cell> cells_;
+  bool simple_ = false;  // in one plane, looking along z, and the air takes little
+};
+
+}  // namespace tactile_clay::ultrasound
