@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "device/options.h"
+#include "device/sonic_surface_corrections.h"
 #include "safety/silence_times.h"
 #include "ultrasound/focus_peak.h"
 #include "ultrasound/phase_solver.h"
@@ -54,6 +55,26 @@ ultrasound::PhaseSolverOptions solverOptions(Firmware firmware) {
   return options;
 }
 
+/// Turns that are added to the phases of each channel on the way to the wire: what its transducer needs, less
+/// what the firmware adds by itself.
+std::vector<double> addedPhases(const std::map<std::string, std::string>& options, std::size_t boards) {
+  std::vector<double> added;
+  const auto add = [&](const char* key, std::size_t board, double factor) {
+    const auto given = options.find(key);
+    if (given == options.end() || given->second.empty()) return;
+    if (board >= boards)
+      throw std::runtime_error(std::string(self) + ": " + key + " is '" + given->second +
+                               "', expected it with boards=2 only");
+    const std::vector<double> turns = sonic_surface::readCorrections(given->second);
+    added.resize(boards * sonic_surface::channels, 0.0);
+    for (std::size_t n = 0; n < turns.size(); ++n) added[board * turns.size() + n] += factor * turns[n];
+  };
+  add("corrections", 0, 1.0);
+  add("second_corrections", 1, 1.0);
+  for (std::size_t board = 0; board < boards; ++board) add("firmware_corrections", board, -1.0);
+  return added;
+}
+
 }  // namespace
 
 SonicSurface::~SonicSurface() {
@@ -72,17 +93,23 @@ void SonicSurface::open(const std::map<std::string, std::string>& options) {
   if (port == options.end() || port->second.empty())
     throw std::runtime_error("sonic_surface: no port, expected the device file of a serial port");
   path_ = port->second;
-  firmware_ = choice(options, self, "firmware", "stock", {"stock", "tactile"}) == "stock" ? Firmware::stock
-                                                                                          : Firmware::tactile;
-  boards_ = choice(options, self, "boards", "1", {"1", "2"}) == "2" ? 2 : 1;
-  if (boards_ == 2 && firmware_ == Firmware::tactile)
+  boards_ = {};
+  if (choice(options, self, "firmware", "stock", {"stock", "tactile"}) == "tactile")
+    boards_.firmware = Firmware::tactile;
+  boards_.count = choice(options, self, "boards", "1", {"1", "2"}) == "2" ? 2 : 1;
+  if (boards_.count == 2 && boards_.firmware == Firmware::tactile)
     throw std::runtime_error("sonic_surface: boards is '2', expected 1 with the tactile firmware");
+  boards_.first = choice(options, self, "board", "primary", {"primary", "secondary"}) == "primary" ? 0 : 1;
+  if (boards_.first == 1 && (boards_.count == 2 || boards_.firmware == Firmware::tactile))
+    throw std::runtime_error(
+        "sonic_surface: board is 'secondary', expected one board with the stock firmware");
+  added_ = addedPhases(options, boards_.count);
   guarded_ = choice(options, self, "guard", "true", {"true", "false"}) == "true";
   hold_ = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
       number(options, self, "hold", silence_times::seconds(silence_times::device_hold), 0.02, 10.0)));
   acoustics_.temperature = number(options, self, "temperature", acoustics_.temperature, -20.0, 60.0);
-  layout_ =
-      layoutOf(boards_, pose(numbers(options, self, "second_board", {0.168, 0, 0, 0, 0, 0}, -10.0, 10.0)));
+  layout_ = layoutOf(boards_.count,
+                     pose(numbers(options, self, "second_board", {0.168, 0, 0, 0, 0, 0}, -10.0, 10.0)));
 
   const auto start = Clock::now();
   const auto patience = std::chrono::duration_cast<Clock::duration>(
@@ -103,18 +130,18 @@ void SonicSurface::open(const std::map<std::string, std::string>& options) {
 }
 
 Capabilities SonicSurface::capabilities() const {
-  // Bytes of a frame; 2 boards are selected by one byte each.
-  const std::size_t bytes = boards_ == 1 ? 258 : 517;
+  // Bytes of a frame; boards of the stock firmware are selected by one byte each.
+  const std::size_t bytes = boards_.count == 2 ? 517 : boards_.firmware == Firmware::stock ? 259 : 258;
   // Steps of lateral modulation and STM would need 160 and more.
   return {Input::drives,
           layout_,
-          boards_ * most_points,
+          boards_.count * most_points,
           1.0 / sonic_surface::secondsOnWire(bytes),
           {ultrasound::Modulation::amplitude}};
 }
 
 ultrasound::Drive SonicSurface::solve(const std::vector<ultrasound::FocalPoint>& points) const {
-  const auto whole = ultrasound::solvePhases(layout_, acoustics_, points, solverOptions(firmware_));
+  const auto whole = ultrasound::solvePhases(layout_, acoustics_, points, solverOptions(boards_.firmware));
   std::vector<ultrasound::FocalPoint> sounding;
   std::vector<double> target;
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -125,7 +152,7 @@ ultrasound::Drive SonicSurface::solve(const std::vector<ultrasound::FocalPoint>&
   ultrasound::Drive best;
   std::size_t most = 0;
   for (unsigned pattern = 0; pattern < patterns; ++pattern) {
-    ultrasound::Drive drive = sonic_surface::emitted(whole.drive, firmware_, pattern);
+    ultrasound::Drive drive = sonic_surface::emitted(whole.drive, boards_.firmware, pattern, added_);
     const auto on = std::count(drive.amplitude.begin(), drive.amplitude.end(), 1.0f);
     if (on < fewest) {
       std::fill(drive.amplitude.begin(), drive.amplitude.end(), 0.0f);
@@ -161,13 +188,13 @@ void SonicSurface::solveAnew(std::vector<ultrasound::FocalPoint> points, const s
   }
   for (ultrasound::FocalPoint& point : points) point.intensity /= strongest;  // all that the channels give
   const ultrasound::Drive part =
-      ultrasound::solvePhases(on, acoustics_, points, solverOptions(firmware_)).drive;
+      ultrasound::solvePhases(on, acoustics_, points, solverOptions(boards_.firmware)).drive;
   for (std::size_t n = 0; n < channel.size(); ++n) drive.phase[channel[n]] = part.phase[n];
 }
 
 std::optional<ultrasound::Drive> SonicSurface::drive(
     const std::vector<ultrasound::FocalPoint>& points) const {
-  return sonic_surface::emitted(solve(points), firmware_);
+  return sonic_surface::emitted(solve(points), boards_.firmware, 0, added_);
 }
 
 void SonicSurface::submit(const Sound& sound) {
@@ -178,8 +205,8 @@ void SonicSurface::submit(const Sound& sound) {
   std::optional<Pattern> pattern;
   if (!sound.parts.empty()) {
     pattern.emplace();
-    pattern->bytes = sonic_surface::frame(sound.parts.front().drive, firmware_);
-    if (firmware_ == Firmware::tactile)
+    pattern->bytes = sonic_surface::frame(sound.parts.front().drive, boards_, added_);
+    if (boards_.firmware == Firmware::tactile)
       pattern->bytes.insert(pattern->bytes.begin(), sonic_surface::modulation(emission.modulation_frequency));
     else if (emission.modulation_frequency > 0.0)
       pattern->half_period = std::chrono::duration_cast<Clock::duration>(

@@ -27,13 +27,18 @@ namespace tactile_clay::device {
 /// one with the most. Emissions so weak that fewer than four channels were on are silent: they have no focus.
 ///
 /// Silent when told so, at the end, when no emission renews the last one for `hold`, and, by a guard process,
-/// when this process dies or hangs. Silence is two frames with all channels off. A port that goes away is
-/// opened again as soon as it is back.
+/// when this process dies or hangs. Silence is sonic_surface::silence: right whatever a program before has
+/// left behind, and it leaves the boards so that programs which know of one board find it. A port that goes
+/// away is opened again as soon as it is back.
 ///
 /// Options:
 /// - `port` (required), such as /dev/serial/by-id/...
 /// - `firmware`: `stock` (default) or `tactile`
 /// - `boards`: 1 (default) or 2 (stock firmware)
+/// - `board`: `primary` (default) or `secondary`, the stock firmware of a single board
+/// - `corrections`, `second_corrections`: file with the phase corrections of the first and the second board
+///   (readCorrections)
+/// - `firmware_corrections`: file with those that the firmware adds by itself, which are taken off again
 /// - `second_board`: pose "x y z roll pitch yaw" of the second board in the frame of the first (m, rad);
 ///   default beside it, at x = 0.168
 /// - `temperature` of the air, degrees C, default 20
@@ -76,8 +81,8 @@ class SonicSurface : public ArrayDevice {
 
   // Set by open().
   std::string path_;
-  sonic_surface::Firmware firmware_ = sonic_surface::Firmware::stock;
-  std::size_t boards_ = 1;
+  sonic_surface::Boards boards_;
+  std::vector<double> added_;  // turns, to the phases of each channel on the way to the wire; empty: none
   Clock::duration hold_{0};
   bool guarded_ = true;
   ultrasound::ArrayLayout layout_;

@@ -8,15 +8,14 @@
 
 namespace tactile_clay::device {
 
-SonicSurfaceBoards::SonicSurfaceBoards(std::size_t boards, bool tactile)
-    : boards_(boards), tactile_(tactile) {
+SonicSurfaceBoards::SonicSurfaceBoards(std::size_t boards, bool tactile, std::size_t first)
+    : boards_(boards), tactile_(tactile), first_(first) {
   if (boards < 1 || boards > (tactile ? 1u : 2u))
     throw std::invalid_argument("SonicSurface: " + std::to_string(boards) +
                                 " boards, expected 1, or 2 with the stock firmware");
   for (std::size_t b = 0; b < boards; ++b) {
     boards_[b].front.fill(off);
     boards_[b].back.fill(off);
-    boards_[b].selected = b == 0;
   }
 }
 
@@ -36,9 +35,9 @@ bool SonicSurfaceBoards::feed(std::uint8_t byte) {
   if (tactile_ && (byte & 0xE0) == 0xA0) {
     modulation_step_ = byte & 0x1F;
   } else if (!tactile_ && (byte == 0xC0 || byte == 0xC1)) {
-    for (std::size_t b = 0; b < boards_.size(); ++b) boards_[b].selected = b == byte - 0xC0u;
+    for (std::size_t b = 0; b < boards_.size(); ++b) boards_[b].selected = b + first_ == byte - 0xC0u;
   } else if (!tactile_ && (byte == 150 || byte == 151)) {
-    // Clocks of registers that nobody reads here.
+    clocks_ = byte == 151;
   } else {
     for (Board& board : boards_) {
       if (!board.selected) continue;
@@ -57,22 +56,25 @@ ultrasound::Drive SonicSurfaceBoards::drive() const {
     for (const std::uint8_t value : board.front) {
       const int level = tactile_ ? value & 0x1E : value;  // the lowest bit is left out
       drive.phase.push_back(value == off ? 0.0f : static_cast<float>(level * (2.0 * M_PI / 32.0)));
-      drive.amplitude.push_back(value == off ? 0.0f : 1.0f);
+      drive.amplitude.push_back(value == off || !clocks_ ? 0.0f : 1.0f);
     }
   }
   return drive;
 }
 
 bool SonicSurfaceBoards::sounds() const {
-  return std::any_of(boards_.begin(), boards_.end(), [](const Board& board) {
-    return std::any_of(board.front.begin(), board.front.end(), [](auto value) { return value != off; });
-  });
+  return clocks_ && std::any_of(boards_.begin(), boards_.end(), [](const Board& board) {
+           return std::any_of(board.front.begin(), board.front.end(),
+                              [](auto value) { return value != off; });
+         });
 }
 
 bool SonicSurfaceBoards::may_sound() const {
-  return sounds() || std::any_of(boards_.begin(), boards_.end(), [](const Board& board) {
-           return std::any_of(board.back.begin(), board.back.end(), [](auto value) { return value != off; });
-         });
+  const auto sounds = [](const auto& buffer) {
+    return std::any_of(buffer.begin(), buffer.end(), [](auto value) { return value != off; });
+  };
+  return std::any_of(boards_.begin(), boards_.end(),
+                     [&](const Board& board) { return sounds(board.front) || sounds(board.back); });
 }
 
 double SonicSurfaceBoards::modulation() const {

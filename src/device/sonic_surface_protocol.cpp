@@ -11,8 +11,9 @@ namespace {
 
 constexpr int side = 16;
 
-int level(float phase, int levels) {
-  const auto nearest = std::lround(phase * static_cast<float>(levels / (2.0 * M_PI)));
+/// The level nearest to a phase (rad) and some turns.
+int level(float phase, double turns, int levels) {
+  const auto nearest = std::lround((phase / (2.0 * M_PI) + turns) * levels);
   return static_cast<int>(((nearest % levels) + levels) % levels);
 }
 
@@ -50,21 +51,24 @@ std::array<std::pair<int, int>, channels> channelOrder() {
   return order;
 }
 
-ultrasound::Drive emitted(const ultrasound::Drive& drive, Firmware firmware, unsigned pattern) {
+ultrasound::Drive emitted(const ultrasound::Drive& drive, Firmware firmware, unsigned pattern,
+                          const std::vector<double>& added) {
   const std::array<float, channels> threshold = thresholds(pattern);
   const int levels = firmware == Firmware::stock ? 32 : 16;
   ultrasound::Drive result = drive;
   for (std::size_t n = 0; n < drive.phase.size(); ++n) {
-    result.phase[n] = static_cast<float>(level(drive.phase[n], levels) * 2.0 * M_PI / levels);
+    const double more = added.empty() ? 0.0 : added[n];  // turns
+    const double heard = static_cast<double>(level(drive.phase[n], more, levels)) / levels - more;
+    result.phase[n] = static_cast<float>((heard - std::floor(heard)) * 2.0 * M_PI);
     result.amplitude[n] = drive.amplitude[n] > threshold[n % channels] ? 1.0f : 0.0f;
   }
   return result;
 }
 
-std::vector<std::uint8_t> frame(const ultrasound::Drive& drive, Firmware firmware) {
-  const std::size_t boards = drive.phase.size() / channels;
-  const std::size_t most = firmware == Firmware::stock ? 2 : 1;
-  if (boards < 1 || boards > most || drive.phase.size() != boards * channels ||
+std::vector<std::uint8_t> frame(const ultrasound::Drive& drive, const Boards& boards,
+                                const std::vector<double>& added) {
+  const std::size_t most = boards.firmware == Firmware::stock ? 2 : 1;
+  if (boards.count < 1 || boards.count > most || drive.phase.size() != boards.count * channels ||
       drive.amplitude.size() != drive.phase.size())
     throw std::invalid_argument("sonic_surface: drive of " + std::to_string(drive.phase.size()) +
                                 " channels, expected 256 for each of 1 to " + std::to_string(most) +
@@ -73,27 +77,41 @@ std::vector<std::uint8_t> frame(const ultrasound::Drive& drive, Firmware firmwar
   std::vector<std::uint8_t> bytes;
   for (std::size_t n = 0; n < drive.phase.size(); ++n) {
     if (n % channels == 0) {
-      if (boards > 1) bytes.push_back(static_cast<std::uint8_t>(first_board_byte + n / channels));
+      if (boards.firmware == Firmware::stock)
+        bytes.push_back(static_cast<std::uint8_t>(first_board_byte + boards.first + n / channels));
       bytes.push_back(start_byte);
     }
+    const double more = added.empty() ? 0.0 : added[n];
     // The tactile firmware leaves out the lowest bit.
     bytes.push_back(drive.amplitude[n] > threshold[n % channels]
-                        ? static_cast<std::uint8_t>(firmware == Firmware::stock
-                                                        ? level(drive.phase[n], 32)
-                                                        : 2 * level(drive.phase[n], 16))
+                        ? static_cast<std::uint8_t>(boards.firmware == Firmware::stock
+                                                        ? level(drive.phase[n], more, 32)
+                                                        : 2 * level(drive.phase[n], more, 16))
                         : off);
   }
   bytes.push_back(swap_byte);
   return bytes;
 }
 
-std::vector<std::uint8_t> silence(std::size_t boards) {
-  ultrasound::Drive drive;
-  drive.phase.assign(boards * channels, 0.0f);
-  drive.amplitude.assign(boards * channels, 0.0f);
-  std::vector<std::uint8_t> once = frame(drive, Firmware::stock), twice = once;
-  twice.insert(twice.end(), once.begin(), once.end());
-  return twice;
+std::vector<std::uint8_t> silence(const Boards& boards) {
+  const auto twice = [](const Boards& some) {
+    const std::vector<float> none(some.count * channels, 0.0f);
+    std::vector<std::uint8_t> bytes = frame({none, none}, some);
+    const std::vector<std::uint8_t> once = bytes;
+    bytes.insert(bytes.end(), once.begin(), once.end());
+    return bytes;
+  };
+  std::vector<std::uint8_t> bytes = twice(boards);
+  if (boards.firmware == Firmware::tactile)
+    return bytes;  // has neither clocks to switch nor boards to select
+  bytes.insert(bytes.begin(), clocks_off_byte);
+  if (boards.count == 1) {
+    const std::vector<std::uint8_t> other = twice({boards.firmware, 1, 1 - boards.first});
+    bytes.insert(bytes.end(), other.begin(), other.end());
+  }
+  bytes.push_back(clocks_on_byte);
+  bytes.push_back(static_cast<std::uint8_t>(first_board_byte + boards.first));
+  return bytes;
 }
 
 std::uint8_t modulation(double frequency) {

@@ -13,7 +13,9 @@ namespace tactile_clay::device::sonic_surface {
 /// only.
 ///
 /// A frame is 0xFE, a byte for each of 256 channels, and 0xFD. Channels go to the back buffer of the board;
-/// 0xFD swaps the buffers of all boards. With two boards 0xC0 and 0xC1 select whose channels follow.
+/// 0xFD swaps the buffers of all boards. With the stock firmware 0xC0 and 0xC1 select the board of the
+/// primary and of the secondary firmware, for good: the other one ignores frames until it is selected again.
+/// So each frame selects its board, and finds it whatever was sent before.
 
 enum class Firmware {
   stock,   // 32 phases; modulated by swapping with a silent buffer
@@ -22,7 +24,8 @@ enum class Firmware {
 
 constexpr unsigned baud = 230400;
 constexpr std::size_t channels = 256;  // of a board
-constexpr std::uint8_t start_byte = 0xFE, swap_byte = 0xFD, first_board_byte = 0xC0, modulation_byte = 0xA0;
+constexpr std::uint8_t start_byte = 0xFE, swap_byte = 0xFD, first_board_byte = 0xC0, modulation_byte = 0xA0,
+                       clocks_off_byte = 150, clocks_on_byte = 151;
 constexpr std::uint8_t off = 32;  // a channel that is silent
 
 /// Seconds that bytes take on the wire: a start bit, eight data bits, a stop bit.
@@ -38,14 +41,28 @@ std::array<std::pair<int, int>, channels> channelOrder();
 /// over the board, so that its foci become weaker by that much.
 /// \param drive of one or more boards, in channel order
 /// \param pattern of the channels that are on, any number: always the same ones for one, others for another
-ultrasound::Drive emitted(const ultrasound::Drive& drive, Firmware firmware, unsigned pattern = 0);
+/// \param added turns that are added to the phases on the way to the wire, of each channel; empty: none
+ultrasound::Drive emitted(const ultrasound::Drive& drive, Firmware firmware, unsigned pattern = 0,
+                          const std::vector<double>& added = {});
 
-/// Frame of such a drive; its length says how many boards it is for. \throws std::invalid_argument if it is
-/// not 256 channels a board, 1 or 2 boards (tactile: 1)
-std::vector<std::uint8_t> frame(const ultrasound::Drive& drive, Firmware firmware);
+/// The boards that a driver plays.
+struct Boards {
+  Firmware firmware = Firmware::stock;
+  std::size_t count = 1;  // 2: one of the primary, one of the secondary firmware (stock only)
+  std::size_t first = 0;  // of a single one with the stock firmware: 0 the primary, 1 the secondary
+};
 
-/// Both buffers off: two frames of silence. Right in whatever state the boards are, in mid-frame too.
-std::vector<std::uint8_t> silence(std::size_t boards);
+/// Frame of such a drive. \param added as of emitted() \throws std::invalid_argument if the drive has not 256
+/// channels a board, or there are others than 1 or 2 boards (tactile: 1)
+std::vector<std::uint8_t> frame(const ultrasound::Drive& drive, const Boards& boards,
+                                const std::vector<double>& added = {});
+
+/// Silence, and boards that take frames, from whatever state they are in: selected or not, in mid-frame,
+/// clocks off, patterns in either buffer. A buffer is silenced by a frame, and the swap behind it brings the
+/// other one forward: so two frames each. Of the stock firmware it silences a second board too, even if none
+/// is wanted. Its clocks are off meanwhile, for then boards are silent with the first byte. In the end the
+/// first board is selected, as programs expect it that know of one board only.
+std::vector<std::uint8_t> silence(const Boards& boards);
 
 /// Byte that sets the tactile firmware's modulation to 1250 / (s + 1) Hz, s = 0 to 31, closest to
 /// `frequency`.

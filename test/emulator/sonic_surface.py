@@ -42,11 +42,12 @@ class Board:
 
     def __init__(self, index=0, firmware=STOCK):
         self.index, self.firmware = index, firmware
-        self.selected = index == 0
+        self.selected = True
         self.counter = 0
         self.front, self.back = [OFF] * CHANNELS, [OFF] * CHANNELS
         self.clocks = True
         self.modulation_step = 10
+        self.flipped = set()  # channels whose transducers are soldered the other way round
         self.corrupted = 0  # bytes that are no phase, and were taken as one
         self.overrun = 0    # bytes for channels that the board does not have
 
@@ -72,14 +73,28 @@ class Board:
             self.counter += 1
         return False
 
+    def power_on(self):
+        """Every channel of the stock firmware plays phase 0 then, in both buffers; of the tactile one in the back buffer."""
+        self.selected, self.clocks, self.counter = True, True, 0
+        self.front = [0 if self.firmware == STOCK else OFF] * CHANNELS
+        self.back = [0] * CHANNELS
+
+    def scramble(self, random):
+        """Whatever programs may have left behind."""
+        pattern = lambda: [random.choice((OFF, random.randrange(32))) for _ in range(CHANNELS)]
+        self.front, self.back = pattern(), pattern()
+        self.counter = random.choice((0, 1, random.randrange(512), CHANNELS))
+        if self.firmware == STOCK:
+            self.selected, self.clocks = random.random() < 0.5, random.random() < 0.5
+
     def sounds(self):
-        return any(value != OFF for value in self.front)
+        return self.clocks and any(value != OFF for value in self.front)
 
     def drive(self):
         """(phase in rad, or None where the channel is off) of each channel that plays."""
-        if self.firmware == TACTILE:
-            return [None if v == OFF else 2 * math.pi * (v >> 1) / 16 for v in self.front]
-        return [None if v == OFF else 2 * math.pi * v / 32 for v in self.front]
+        levels, step = (16, 2) if self.firmware == TACTILE else (32, 1)
+        return [None if v == OFF or not self.clocks else
+                2 * math.pi * (v // step) / levels + (math.pi if n in self.flipped else 0.0) for n, v in enumerate(self.front)]
 
     def modulation(self):
         """Hz, of the tactile firmware."""
@@ -137,7 +152,8 @@ class Emulator:
 
     def power_cycle(self):
         with self.lock:
-            self.boards = [Board(index, self.firmware) for index in range(self.count)]
+            for board in self.boards:
+                board.power_on()
 
     def run(self):
         while self.running:

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "device/sonic_surface.h"
+#include "device/sonic_surface_boards.h"
 #include "device/sonic_surface_protocol.h"
 #include "support/shared_data.h"
 #include "support/sounds.h"
@@ -19,7 +20,12 @@
 namespace tactile_clay::device {
 namespace {
 
+using sonic_surface::Boards;
 using sonic_surface::Firmware;
+
+constexpr Boards one_board{};
+constexpr Boards two_boards{Firmware::stock, 2, 0};
+constexpr Boards tactile_board{Firmware::tactile, 1, 0};
 
 ultrasound::Drive uniform(std::size_t size, float phase, float amplitude) {
   return {std::vector<float>(size, phase), std::vector<float>(size, amplitude)};
@@ -42,17 +48,21 @@ TEST(SonicSurfaceProtocol, FrameOfOneBoard) {
   ultrasound::Drive drive = uniform(256, 0.0f, 1.0f);
   for (std::size_t n = 0; n < 256; ++n) drive.phase[n] = static_cast<float>(n % 32 * 2.0 * M_PI / 32);
   drive.amplitude[5] = 0.0f;
-  const auto bytes = sonic_surface::frame(drive, Firmware::stock);
-  ASSERT_EQ(bytes.size(), 258u);
-  EXPECT_EQ(bytes.front(), 0xFE);
+  const auto bytes = sonic_surface::frame(drive, one_board);
+  ASSERT_EQ(bytes.size(), 259u);
+  EXPECT_EQ(bytes[0], 0xC0);
+  EXPECT_EQ(bytes[1], 0xFE);
   EXPECT_EQ(bytes.back(), 0xFD);
-  for (std::size_t n = 0; n < 256; ++n) EXPECT_EQ(bytes[n + 1], n == 5 ? 32 : n % 32) << n;
+  for (std::size_t n = 0; n < 256; ++n) EXPECT_EQ(bytes[n + 2], n == 5 ? 32 : n % 32) << n;
+  EXPECT_EQ(sonic_surface::frame(drive, {Firmware::stock, 1, 1}).front(), 0xC1)
+      << "the secondary firmware alone";
+  EXPECT_EQ(sonic_surface::frame(drive, tactile_board).size(), 258u) << "which knows no selection";
 }
 
 TEST(SonicSurfaceProtocol, FrameOfTwoBoards) {
   ultrasound::Drive drive = uniform(512, 0.0f, 1.0f);
   for (std::size_t n = 256; n < 512; ++n) drive.phase[n] = static_cast<float>(M_PI);
-  const auto bytes = sonic_surface::frame(drive, Firmware::stock);
+  const auto bytes = sonic_surface::frame(drive, two_boards);
   ASSERT_EQ(bytes.size(), 517u);
   EXPECT_EQ((std::vector<int>{bytes[0], bytes[1], bytes[258], bytes[259], bytes[516]}),
             (std::vector<int>{0xC0, 0xFE, 0xC1, 0xFE, 0xFD}));
@@ -60,8 +70,8 @@ TEST(SonicSurfaceProtocol, FrameOfTwoBoards) {
     EXPECT_EQ(bytes[n + 2], 0);
     EXPECT_EQ(bytes[n + 260], 16);
   }
-  EXPECT_THROW(sonic_surface::frame(drive, Firmware::tactile), std::invalid_argument);
-  EXPECT_THROW(sonic_surface::frame(uniform(200, 0, 1), Firmware::stock), std::invalid_argument);
+  EXPECT_THROW(sonic_surface::frame(drive, tactile_board), std::invalid_argument);
+  EXPECT_THROW(sonic_surface::frame(uniform(200, 0, 1), one_board), std::invalid_argument);
 }
 
 TEST(SonicSurfaceProtocol, RoundsPhasesToTheNearestLevel) {
@@ -69,7 +79,7 @@ TEST(SonicSurfaceProtocol, RoundsPhasesToTheNearestLevel) {
     const int levels = firmware == Firmware::stock ? 32 : 16;
     for (const double turns : {-3.26, -1e-6, 0.0, 0.24, 0.499, 0.99, 0.9999, 7.1}) {
       ultrasound::Drive drive = uniform(256, static_cast<float>(turns * 2.0 * M_PI), 1.0f);
-      const int value = sonic_surface::frame(drive, firmware)[1];
+      const int value = *(sonic_surface::frame(drive, {firmware, 1, 0}).end() - 2);
       const double error = std::remainder(value / 32.0 - turns, 1.0);
       EXPECT_LE(std::abs(error), 0.5 / levels + 1e-5) << turns;
       EXPECT_LT(value, 32);
@@ -85,25 +95,117 @@ TEST(SonicSurfaceProtocol, SwitchesOffChannelsEvenlyForLessAmplitude) {
   const auto order = sonic_surface::channelOrder();
   for (const float amplitude : {0.0f, 0.1f, 0.25f, 0.5f, 0.8f, 1.0f}) {
     const ultrasound::Drive drive = uniform(256, 0.0f, amplitude);
-    const auto bytes = sonic_surface::frame(drive, Firmware::stock);
+    const auto bytes = sonic_surface::frame(drive, one_board);
     EXPECT_NEAR(static_cast<double>(256 - countOff(bytes)), 256.0 * amplitude, 1.0);
     // Each quarter of the board has its share of them.
     double on[4] = {};
     const auto emitted = sonic_surface::emitted(drive, Firmware::stock);
     for (std::size_t n = 0; n < 256; ++n) {
-      EXPECT_EQ(emitted.amplitude[n], bytes[n + 1] == 32 ? 0.0f : 1.0f);
+      EXPECT_EQ(emitted.amplitude[n], bytes[n + 2] == 32 ? 0.0f : 1.0f);
       on[2 * (order[n].first / 8) + order[n].second / 8] += emitted.amplitude[n];
     }
     for (const double quarter : on) EXPECT_NEAR(quarter, 64.0 * amplitude, 3.0) << amplitude;
   }
 }
 
-TEST(SonicSurfaceProtocol, SilenceIsTwoFramesOfNothing) {
-  const auto bytes = sonic_surface::silence(1);
-  ASSERT_EQ(bytes.size(), 516u);
-  EXPECT_EQ(countOff(bytes), 512u);
-  EXPECT_EQ(bytes[258], 0xFE);
-  EXPECT_EQ(countOff(sonic_surface::silence(2)), 1024u);
+/// From every state of the boards: both buffers silent, clocks on, the first board selected, and the silence
+/// is heard with the first byte where there are clocks to switch off. \param prefix sent before
+void expectSilence(const Boards& boards, SonicSurfaceBoards there, std::size_t count) {
+  const std::size_t faults = there.faults();
+  const auto bytes = sonic_surface::silence(boards);
+  std::size_t loud = 0;
+  for (const std::uint8_t byte : bytes) {
+    there.feed(byte);
+    loud += there.sounds() ? 1 : 0;
+  }
+  EXPECT_FALSE(there.may_sound());
+  EXPECT_TRUE(there.clocks());
+  EXPECT_EQ(there.faults(), faults) << "no byte that the boards do not know";
+  if (boards.firmware == Firmware::stock) EXPECT_EQ(loud, 0u);
+  // And it plays what comes next, on each of its boards.
+  const std::size_t board = boards.count == 1 && count == 2 ? boards.first : 0;
+  ultrasound::Drive drive = uniform(256 * boards.count, static_cast<float>(M_PI), 1.0f);
+  for (const std::uint8_t byte : sonic_surface::frame(drive, boards)) there.feed(byte);
+  const auto playing = there.drive();
+  for (std::size_t n = 0; n < 256 * count; ++n) {
+    const bool wanted = n >= 256 * board && n < 256 * (board + boards.count);
+    ASSERT_EQ(playing.amplitude[n], wanted ? 1.0f : 0.0f) << n;
+    if (wanted) ASSERT_FLOAT_EQ(playing.phase[n], static_cast<float>(M_PI)) << n;
+  }
+  there.feed(sonic_surface::swap_byte);
+  EXPECT_FALSE(there.sounds()) << "behind it is silence";
+  // A program that knows of one board only finds the first one selected.
+  EXPECT_TRUE(there.selected(board));
+}
+
+/// Any program may have run before: random bytes, with those that do something more often than others,
+/// stopped anywhere. Then the states that they may miss.
+TEST(SonicSurfaceProtocol, SilenceIsRightFromAnyState) {
+  std::mt19937 random(5);
+  const auto choose = [&](int below) { return std::uniform_int_distribution<int>(0, below - 1)(random); };
+  constexpr int telling[] = {0xFE, 0xFD, 0xC0, 0xC1, 150, 151, 0xA5, 32};
+  struct Bench {
+    Boards boards;
+    std::size_t there, first;
+  };
+  const Bench benches[] = {{one_board, 1, 0},
+                           {{Firmware::stock, 1, 1}, 1, 1},
+                           {two_boards, 2, 0},
+                           {one_board, 2, 0},                // a second one that nobody asked for
+                           {{Firmware::stock, 1, 1}, 2, 0},  // the primary one is not asked for
+                           {tactile_board, 1, 0}};
+  std::size_t deselected = 0, without_clocks = 0, loud = 0;
+  for (const Bench& bench : benches) {
+    const bool tactile = bench.boards.firmware == Firmware::tactile;
+    for (int k = 0; k < 300; ++k) {
+      SonicSurfaceBoards there(bench.there, tactile, bench.first);
+      for (int n = choose(1500); n > 0; --n)
+        there.feed(
+            static_cast<std::uint8_t>(choose(8) == 0 ? telling[choose(8)] : choose(k % 2 == 0 ? 33 : 256)));
+      deselected += there.selected(0) ? 0 : 1;
+      without_clocks += there.clocks() ? 0 : 1;
+      loud += there.sounds() ? 1 : 0;
+      expectSilence(bench.boards, there, bench.there);
+      if (HasFatalFailure()) return;
+    }
+    for (const bool clocks_off : {false, true}) {
+      for (const int select : {0xC0, 0xC1, 0}) {
+        for (const int sent :
+             {0, 1, 255, 256, 257, 300, 511, 512}) {  // channels of a frame that does not end
+          SonicSurfaceBoards there(bench.there, tactile, bench.first);
+          std::vector<int> bytes;
+          for (const int board : {0xC0, 0xC1}) {
+            if (!tactile) bytes.push_back(board);
+            bytes.push_back(0xFE);
+            bytes.insert(bytes.end(), 256, 7);
+          }
+          bytes.push_back(0xFD);
+          bytes.push_back(0xFE);
+          bytes.insert(bytes.end(), static_cast<std::size_t>(sent), 9);
+          if (!tactile && select != 0) bytes.push_back(select);
+          if (!tactile && clocks_off) bytes.push_back(150);
+          for (const int byte : bytes) there.feed(static_cast<std::uint8_t>(byte));
+          expectSilence(bench.boards, there, bench.there);
+          if (HasFatalFailure()) return;
+        }
+      }
+    }
+  }
+  EXPECT_GT(deselected, 300u) << "the states are of every kind";
+  EXPECT_GT(without_clocks, 300u);
+  EXPECT_GT(loud, 300u);
+}
+
+TEST(SonicSurfaceProtocol, SilenceSilencesItsOwnBoardsFirst) {
+  const auto bytes = sonic_surface::silence(one_board);
+  EXPECT_EQ(bytes[0], 150) << "no clocks, no sound";
+  EXPECT_EQ(bytes[1], 0xC0);
+  EXPECT_EQ(bytes[259], 0xFD);
+  EXPECT_EQ(bytes[260], 0xC0);
+  EXPECT_EQ(bytes.back(), 0xC0);
+  EXPECT_LT(sonic_surface::secondsOnWire(bytes.size()), 0.046);
+  EXPECT_EQ(sonic_surface::silence(two_boards).size(), 2 * 517u + 3u);
+  EXPECT_EQ(sonic_surface::silence(tactile_board).size(), 2 * 258u);
 }
 
 TEST(SonicSurfaceProtocol, ModulationByte) {
@@ -176,23 +278,24 @@ class SonicSurfaceOnATerminal : public ::testing::Test {
 };
 
 TEST_F(SonicSurfaceOnATerminal, SendsWhatItSaysThatItSends) {
-  const auto silence = sonic_surface::silence(1);
+  const auto silence = sonic_surface::silence(one_board);
   {
     SonicSurface device;
     device.open(options);
-    EXPECT_EQ(read(516), silence) << "first of all it silences both buffers";
+    EXPECT_EQ(read(silence.size()), silence) << "first of all it silences both buffers";
     ASSERT_EQ(device.capabilities().layout.size(), 256u);
-    EXPECT_NEAR(device.capabilities().max_rate, 89.3, 0.1);
+    EXPECT_NEAR(device.capabilities().max_rate, 89.0, 0.1);
     device.submit(soundOf(focus(), &device));
-    const auto bytes = read(258);
-    EXPECT_EQ(bytes, sonic_surface::frame(*device.drive(focus().points), Firmware::stock));
+    const auto bytes = read(259);
+    EXPECT_EQ(bytes, sonic_surface::frame(*device.drive(focus().points), one_board));
     EXPECT_EQ(read(3), (std::vector<std::uint8_t>{0xFD, 0xFD, 0xFD})) << "modulation";
     EXPECT_EQ(device.fault(), "");
   }
   // The driver's silence, or the guard's own where the guard dropped what was left; the last bytes tell.
   std::vector<std::uint8_t> rest = read(4096);
-  ASSERT_GE(rest.size(), 516u);
-  EXPECT_EQ(std::vector<std::uint8_t>(rest.end() - 516, rest.end()), silence);
+  const auto size = static_cast<std::ptrdiff_t>(silence.size());
+  ASSERT_GE(rest.size(), silence.size());
+  EXPECT_EQ(std::vector<std::uint8_t>(rest.end() - size, rest.end()), silence);
 }
 
 /// Contacts of recorded hands, weak enough to leave 40 to 160 of the 256 channels on. With the first pattern
@@ -284,33 +387,33 @@ TEST_F(SonicSurfaceOnATerminal, GoesSilentWhenNotRenewed) {
   options["guard"] = "false";
   SonicSurface device;
   device.open(options);
-  read(516);
+  read(sonic_surface::silence(one_board).size());
   Emission steady = focus();
   steady.modulation_frequency = 0.0;
   device.submit(soundOf(steady, &device));
-  EXPECT_NE(countOff(read(258)), 256u);
-  EXPECT_EQ(read(516), sonic_surface::silence(1));
+  EXPECT_NE(countOff(read(259)), 256u);
+  EXPECT_EQ(read(sonic_surface::silence(one_board).size()), sonic_surface::silence(one_board));
 }
 
 TEST_F(SonicSurfaceOnATerminal, ChangeFromSteadyToModulatedPutsSilenceBehindThePattern) {
   options["guard"] = "false";
   SonicSurface device;
   device.open(options);
-  read(516);
+  read(sonic_surface::silence(one_board).size());
   Emission emission = focus();
   emission.modulation_frequency = 0.0;
   device.submit(soundOf(emission, &device));
-  read(258);
+  read(259);
   emission.modulation_frequency = 200.0;
   device.submit(soundOf(emission, &device));
-  EXPECT_EQ(read(516), sonic_surface::silence(1));
-  EXPECT_EQ(countOff(read(258)), 0u);
+  EXPECT_EQ(read(sonic_surface::silence(one_board).size()), sonic_surface::silence(one_board));
+  EXPECT_EQ(countOff(read(259)), 0u);
 }
 
 TEST_F(SonicSurfaceOnATerminal, TellsWhenThePortIsGone) {
   SonicSurface device;
   device.open(options);
-  read(516);
+  read(sonic_surface::silence(one_board).size());
   ::close(master);
   for (int wait = 0; wait < 200 && device.fault().empty(); ++wait) ::usleep(10000);
   EXPECT_NE(device.fault().find("is gone"), std::string::npos) << device.fault();
