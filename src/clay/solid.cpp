@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "clay/mesh.h"
+
 namespace tactile_clay::clay {
 namespace {
 
@@ -42,6 +44,8 @@ SurfacePoint surface(const Solid& solid, const Eigen::Vector3d& point) {
       return boxSurface(solid.size, point);
     case Solid::Shape::cylinder:
       return cylinderSurface(solid.size.x(), solid.size.y(), point);
+    case Solid::Shape::mesh:
+      return solid.mesh->surface(point);
     case Solid::Shape::sphere:
       break;
   }
@@ -49,6 +53,7 @@ SurfacePoint surface(const Solid& solid, const Eigen::Vector3d& point) {
 }
 
 Eigen::AlignedBox3d boundsOf(const Solid& solid) {
+  if (solid.shape == Solid::Shape::mesh) return solid.mesh->bounds();
   Eigen::Vector3d half = solid.size;
   if (solid.shape == Solid::Shape::cylinder) half = {solid.size.x(), solid.size.x(), solid.size.y()};
   if (solid.shape == Solid::Shape::sphere) half.setConstant(solid.size.x());

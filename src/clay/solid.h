@@ -2,19 +2,23 @@
 
 #include <Eigen/Geometry>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 namespace tactile_clay::clay {
 
+class Mesh;
+
 /// A rigid obstacle with an exact signed distance. The clay collides with it without ghost particles.
 struct Solid {
-  enum class Shape { box, cylinder, sphere };
+  enum class Shape { box, cylinder, sphere, mesh };
 
   std::string name;
   Shape shape = Shape::box;
   Eigen::Vector3d size =
       Eigen::Vector3d::Zero();  // m; box: half extents; cylinder: radius, half length (z); sphere: radius
+  std::shared_ptr<const Mesh> mesh;                        // of a mesh, which has its size in itself
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  // of the shape in world
   // For what moves steadily from there, see `poseAfter`.
   Eigen::Vector3d linear_velocity = Eigen::Vector3d::Zero();   // m/s, of the shape's origin

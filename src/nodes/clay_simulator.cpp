@@ -15,6 +15,7 @@
 #include "nodes/params.h"
 #include "nodes/share.h"
 #include "nodes/topics.h"
+#include "scene/robot_model.h"
 
 namespace tactile_clay::nodes {
 namespace {
@@ -49,9 +50,9 @@ ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
 
   // The clay collides with what the rest of the graph knows as the robot.
   std::string urdf, source = "parameter " + nh.resolveName("robot_description");
-  if (!nh.getParam("robot_description", urdf)) urdf = scene::readText(source = scene_.urdf);
+  if (!nh.getParam("robot_description", urdf)) urdf = scene::loadRobotModel(source = scene_.urdf);
   try {
-    solids_ = std::make_unique<scene::Solids>(urdf, scene_.motions);
+    solids_ = std::make_unique<scene::Solids>(urdf, scene_.motions, folderOfPackage);
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(source + ": " + error.what());
   }

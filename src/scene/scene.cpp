@@ -7,6 +7,7 @@
 #include <map>
 
 #include "scene/files.h"
+#include "scene/mesh_file.h"
 #include "scene/shape.h"
 #include "scene/yaml_reader.h"
 
@@ -46,21 +47,53 @@ clay::Material readMaterial(YamlMap map, const std::string& name) {
   return m;
 }
 
-Shape readShape(YamlMap& map) {
-  const std::string kind = map.get<std::string>("shape", "box or cylinder");
+/// `size` of a shape: what its numbers are, as doc/scenes.md tells.
+struct SizeOf {
+  Shape::Kind kind;
+  std::size_t numbers;
+  const char* meaning;
+};
+const std::map<std::string, SizeOf> shapes = {
+    {"box", {Shape::Kind::box, 3, "three edges in m"}},
+    {"cylinder", {Shape::Kind::cylinder, 3, "radius below, radius above and height in m"}},
+    {"sphere", {Shape::Kind::sphere, 1, "one radius in m"}}};
+
+Eigen::Vector3d readScale(YamlMap& map) {
+  if (!map.has("scale")) return Eigen::Vector3d::Ones();
+  return map.isList("scale") ? map.vector("scale", Eigen::Vector3d::Ones(), "a number, or x y z")
+                             : Eigen::Vector3d::Constant(map.get("scale", 1.0, "a number, or x y z"));
+}
+
+Shape readMesh(YamlMap& map, const Places& places) {
   Shape shape;
-  if (kind == "box") {
-    const auto size = map.numbers("size", 3, "three edges in m");
-    shape.size = {size[0], size[1], size[2]};
-  } else if (kind == "cylinder") {
-    shape.kind = Shape::Kind::cylinder;
-    const auto size = map.numbers("size", 3, "radius below, radius above and height in m");
-    shape.size = {size[0], size[1], size[2]};
-  } else {
-    map.fail("shape '" + kind + "', expected box or cylinder");
+  shape.kind = Shape::Kind::mesh;
+  const std::string name = map.get<std::string>("mesh", "an STL, DAE or OBJ file");
+  if (map.has("size")) map.failAt("size", "'size' of a mesh, expected 'scale': a number, or x y z");
+  try {
+    shape.mesh = loadMesh(pathOf(name, places.beside, places.find_package).string(), readScale(map));
+  } catch (const std::runtime_error& e) {
+    map.failAt("mesh", e.what());
   }
-  if (!(shape.size.minCoeff() > 0.0) || !shape.size.allFinite())
-    map.fail("'size' expected numbers above zero, in m");
+  return shape;
+}
+
+Shape readShape(YamlMap& map, const Places& places) {
+  const std::string kind = map.get<std::string>("shape", "box, cylinder, sphere or mesh");
+  if (kind == "mesh") return readMesh(map, places);
+  const auto found = shapes.find(kind);
+  if (found == shapes.end())
+    map.failAt("shape", "shape '" + kind + "', expected box, cylinder, sphere or mesh");
+  const SizeOf& of = found->second;
+  Shape shape;
+  shape.kind = of.kind;
+  const std::vector<double> size = of.numbers == 1 && !map.isList("size")
+                                       ? std::vector<double>{map.get<double>("size", of.meaning)}
+                                       : map.numbers("size", of.numbers, of.meaning);
+  for (std::size_t k = 0; k < size.size(); ++k) {
+    if (!(size[k] > 0.0))
+      map.failAt("size", "'size' expected numbers above zero: " + std::string(of.meaning));
+    shape.size[static_cast<Eigen::Index>(k)] = size[k];
+  }
   return shape;
 }
 
@@ -107,7 +140,7 @@ void readBody(YamlMap map, const Places& places, Scene& scene, std::map<std::str
   body.color = map.vector("color", body.color.cast<double>(), "red, green and blue, 0-1").cast<float>();
   if (body.color.minCoeff() < 0.0f || body.color.maxCoeff() > 1.0f)
     map.fail("'color' expected numbers from 0 to 1");
-  const Shape shape = readShape(map);
+  const Shape shape = readShape(map, places);
   const Eigen::Isometry3d pose = readPose(map);
   const Eigen::Vector3d velocity = map.vector("velocity", Eigen::Vector3d::Zero(), "x y z in m/s");
   map.finish();

@@ -15,8 +15,8 @@ struct Body {
   Eigen::Vector3f color = Eigen::Vector3f::Constant(0.6f);  // RGB, 0-1
 };
 
-/// A piece of the motion of a joint of the URDF. Those of one joint follow one another: none begins before the
-/// one before it has ended.
+/// A piece of the motion of a joint of the URDF. Those of one joint follow one another: none begins before
+/// the one before it has ended.
 struct Motion {
   std::string joint;
   double start = 0.0;     // s

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace tactile_clay::scene {
 namespace {
@@ -39,17 +40,106 @@ std::vector<Eigen::Vector3d> latticeInCylinder(double below, double above, doubl
   return points;
 }
 
+using Distance = std::function<double(const Eigen::Vector3d&)>;  // m, negative inside
+
+struct Point {
+  Eigen::Vector3d place;
+  double distance;
+};
+
+/// Points of a lattice about the middle of a box that are inside a shape, or not farther out than `around`,
+/// m. \param phase of each axis: whether the middle is a point, or lies between two
+std::vector<Point> latticeNear(const Eigen::AlignedBox3d& box, const Distance& distance, double spacing,
+                               const Eigen::Array3i& phase, double around) {
+  const Eigen::Array3d first = 0.5 * phase.cast<double>();
+  const Eigen::Array3i reach = (0.5 * box.sizes().array() / spacing).ceil().cast<int>();
+  std::vector<Point> points;
+  for (int z = -reach.z() - 1; z <= reach.z(); ++z)
+    for (int y = -reach.y() - 1; y <= reach.y(); ++y)
+      for (int x = -reach.x() - 1; x <= reach.x(); ++x) {
+        const Eigen::Vector3d place = box.center() + spacing * (Eigen::Array3d(x, y, z) + first).matrix();
+        if (box.exteriorDistance(place) > around) continue;
+        const double d = distance(place);
+        if (d < around) points.push_back({place, d});
+      }
+  return points;
+}
+
+/// How far around the shape points count, m, so that they are as many as wanted, or nearly. Points that are
+/// equally far out stay together, as symmetry has them. \return negative: within it
+double bestSurface(const std::vector<Point>& points, double wanted, double around) {
+  std::vector<double> distances;
+  for (const Point& p : points)
+    if (p.distance > -around) distances.push_back(p.distance);
+  const std::size_t deep = points.size() - distances.size();
+  std::sort(distances.begin(), distances.end());
+  const double rounding = 1e-6 * around;
+  double best = -around, least = std::abs(static_cast<double>(deep) - wanted);
+  for (std::size_t k = 0; k < distances.size(); ++k) {
+    if (k + 1 < distances.size() && distances[k + 1] - distances[k] < rounding) continue;
+    const double surface = distances[k] + rounding,
+                 off = std::abs(static_cast<double>(deep + k + 1) - wanted);
+    if (off < least || (off == least && std::abs(surface) < std::abs(best))) least = off, best = surface;
+  }
+  return best;
+}
+
+std::vector<Eigen::Vector3d> latticeOfVolume(const Eigen::AlignedBox3d& box, double volume,
+                                             const Distance& distance, double spacing) {
+  constexpr double most_moved = 0.15;     // spacings, that the surface counts as larger or smaller
+  constexpr double enough_for_one = 2e5;  // particles; the volume of so many is right in any lattice
+  const double wanted = volume / (spacing * spacing * spacing), around = most_moved * spacing;
+  std::vector<Point> best;
+  double least = INFINITY;
+  for (int k = 0; k < (wanted > enough_for_one ? 1 : 8); ++k) {
+    // Between points first: then a shape of whole layers has all of them, as a box has.
+    const Eigen::Array3i phase(1 - k % 2, 1 - k / 2 % 2, 1 - k / 4);
+    std::vector<Point> points = latticeNear(box, distance, spacing, phase, around);
+    const double surface = bestSurface(points, wanted, around);
+    points.erase(
+        std::remove_if(points.begin(), points.end(), [&](const Point& p) { return p.distance > surface; }),
+        points.end());
+    const double off = std::abs(static_cast<double>(points.size()) - wanted);
+    if (off < least) least = off, best = std::move(points);
+  }
+  std::vector<Eigen::Vector3d> places;
+  for (const Point& p : best) places.push_back(p.place);
+  return places;
+}
+
+Eigen::AlignedBox3d boxOf(const Shape& shape) {
+  if (shape.kind == Shape::Kind::mesh) return shape.mesh->bounds();
+  const double r = shape.size.x();
+  return {Eigen::Vector3d(-r, -r, 0.0), Eigen::Vector3d(r, r, 2.0 * r)};
+}
+
 }  // namespace
 
 double boundingVolume(const Shape& shape) {
   if (shape.kind == Shape::Kind::box) return shape.size.prod();
+  if (shape.kind != Shape::Kind::cylinder) return boxOf(shape).volume();
   const double diameter = 2.0 * std::max(shape.size.x(), shape.size.y());
   return diameter * diameter * shape.size.z();
 }
 
 std::vector<Eigen::Vector3d> latticeIn(const Shape& shape, double spacing) {
-  if (shape.kind == Shape::Kind::box) return latticeInBox(shape.size, spacing);
-  return latticeInCylinder(shape.size.x(), shape.size.y(), shape.size.z(), spacing);
+  const double radius = shape.size.x();
+  switch (shape.kind) {
+    case Shape::Kind::box:
+      return latticeInBox(shape.size, spacing);
+    case Shape::Kind::cylinder:
+      return latticeInCylinder(shape.size.x(), shape.size.y(), shape.size.z(), spacing);
+    case Shape::Kind::sphere:
+      return latticeOfVolume(
+          boxOf(shape), 4.0 / 3.0 * M_PI * radius * radius * radius,
+          [&](const Eigen::Vector3d& p) { return (p - Eigen::Vector3d(0.0, 0.0, radius)).norm() - radius; },
+          spacing);
+    case Shape::Kind::mesh:
+      break;
+  }
+  return latticeOfVolume(
+      boxOf(shape), shape.mesh->volume(),
+      [&](const Eigen::Vector3d& p) { return shape.mesh->surface(p).distance; }, spacing);
 }
 
 }  // namespace tactile_clay::scene

@@ -7,6 +7,8 @@
 #include <stdexcept>
 
 #include "scene/joint_motions.h"
+#include "scene/mesh_file.h"
+#include "scene/robot_model.h"
 
 namespace tactile_clay::scene {
 namespace {
@@ -40,14 +42,28 @@ class FirstError : public console_bridge::OutputHandler {
 
 urdf::ModelInterfaceSharedPtr parse(const std::string& urdf_xml) {
   const FirstError error;
-  urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(urdf_xml);
+  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(readyModel(urdf_xml, ""));
   if (!model || !error.text().empty())
     throw std::runtime_error("urdf: the robot model cannot be read, expected URDF XML" +
                              (error.text().empty() ? "" : ": " + error.text()));
   return model;
 }
 
-clay::Solid toSolid(const std::string& link, const urdf::Collision& collision) {
+clay::Solid meshSolid(const std::string& link, const urdf::Mesh& mesh, const FindPackage& find_package) {
+  clay::Solid solid;
+  solid.name = link;
+  solid.shape = clay::Solid::Shape::mesh;
+  try {
+    solid.mesh = loadMesh(pathOf(mesh.filename, "", find_package).string(),
+                          {mesh.scale.x, mesh.scale.y, mesh.scale.z});
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error("urdf: link '" + link + "' has a mesh as collision: " + error.what());
+  }
+  return solid;
+}
+
+clay::Solid toSolid(const std::string& link, const urdf::Collision& collision,
+                    const FindPackage& find_package) {
   clay::Solid solid;
   solid.name = link;
   if (!collision.geometry)
@@ -71,14 +87,17 @@ clay::Solid toSolid(const std::string& link, const urdf::Collision& collision) {
       solid.size = {sphere.radius, 0.0, 0.0};
       break;
     }
+    case urdf::Geometry::MESH:
+      return meshSolid(link, dynamic_cast<const urdf::Mesh&>(*collision.geometry), find_package);
     default:
-      throw std::runtime_error("urdf: link '" + link +
-                               "' has a mesh as collision, expected box, cylinder or sphere");
+      throw std::runtime_error(
+          "urdf: link '" + link +
+          "' has a collision of another kind, expected box, cylinder, sphere, capsule or mesh");
   }
   const int sizes = solid.shape == clay::Solid::Shape::box        ? 3
                     : solid.shape == clay::Solid::Shape::cylinder ? 2
                                                                   : 1;
-  if (!(solid.size.head(sizes).minCoeff() > 0.0))
+  if (!(solid.size.head(sizes).minCoeff() > 0.0) || !solid.size.allFinite())
     throw std::runtime_error("urdf: link '" + link + "' has a collision without size, expected above zero");
   return solid;
 }
@@ -114,12 +133,13 @@ struct Solids::Model {
   }
 };
 
-Solids::Solids(const std::string& urdf_xml, const std::vector<Motion>& motions) {
+Solids::Solids(const std::string& urdf_xml, const std::vector<Motion>& motions,
+               const FindPackage& find_package) {
   const urdf::ModelInterfaceSharedPtr urdf = parse(urdf_xml);
   model_ = std::make_unique<Model>(Model{urdf, JointMotions(*urdf, motions), {}});
   model_->forCollisions(
       0.0, [&](const urdf::Link& link, const urdf::Collision& collision, const Eigen::Isometry3d& pose) {
-        model_->solids.push_back(toSolid(link.name, collision));
+        model_->solids.push_back(toSolid(link.name, collision, find_package));
         model_->solids.back().pose = pose;
       });
 }

@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <boost/locale/utf.hpp>
 #include <cctype>
-#include <filesystem>
-#include <fstream>
 #include <stdexcept>
+
+#include "files/input_file.h"
 
 namespace tactile_clay::scene {
 namespace {
 
-namespace fs = std::filesystem;
 using Utf8 = boost::locale::utf::utf_traits<char>;
 
 bool startsWith(const std::string& text, const std::string& start) {
@@ -24,26 +23,6 @@ bool isText(boost::locale::utf::code_point c) {
 }
 
 }  // namespace
-
-std::string readBytes(const std::string& path, std::size_t most) {
-  std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status)) throw std::runtime_error(path + ": not found, expected a readable file");
-  if (!fs::is_regular_file(status)) throw std::runtime_error(path + ": is no regular file, expected one");
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw std::runtime_error(path + ": cannot be opened, expected a readable file");
-  std::string bytes;
-  // Read in pieces: the size that a file system tells need not be true.
-  std::string piece(std::size_t{1} << 16, '\0');
-  while (bytes.size() <= most &&
-         (file.read(&piece[0], static_cast<std::streamsize>(piece.size())), file.gcount() > 0))
-    bytes.append(piece, 0, static_cast<std::size_t>(file.gcount()));
-  if (file.bad()) throw std::runtime_error(path + ": cannot be read, expected a readable file");
-  if (bytes.size() > most)
-    throw std::runtime_error(path + ": is too large, expected at most " + std::to_string(most >> 20) +
-                             " MiB");
-  return bytes;
-}
 
 void expectUtf8(std::string& text, const std::string& path) {
   if (startsWith(text, "\xff\xfe") || startsWith(text, "\xfe\xff"))
@@ -63,7 +42,7 @@ void expectUtf8(std::string& text, const std::string& path) {
 }
 
 std::string readText(const std::string& path) {
-  std::string text = readBytes(path);
+  std::string text = files::readWhole(path, files::most::text);
   expectUtf8(text, path);
   return text;
 }

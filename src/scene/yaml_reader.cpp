@@ -269,10 +269,17 @@ std::string YamlMap::known() const {
 double YamlMap::number(const std::string& key, const YAML::Node& value, const std::string& expected,
                        bool angle) const {
   double number = 0.0;
-  const bool turned = value.Tag() == degrees;
-  const bool known = isPlain(value.Tag()) || (angle && (turned || value.Tag() == radians));
-  if (!value.IsScalar() || !known || !readNumber(value.Scalar(), number)) failIn(key, value, expected);
-  return turned ? number * degree : number;
+  if (!value.IsScalar()) failIn(key, value, expected);
+  std::string text = value.Scalar(), tag = isPlain(value.Tag()) ? "" : value.Tag();
+  if (angle && tag.empty() && text.size() > 5 && text.back() == ')') {
+    // rosparam takes deg(90) and rad(1.5), too.
+    if (text.compare(0, 4, "deg(") == 0) tag = degrees;
+    if (text.compare(0, 4, "rad(") == 0) tag = radians;
+    if (!tag.empty()) text = text.substr(4, text.size() - 5);
+  }
+  const bool known = tag.empty() || (angle && (tag == degrees || tag == radians));
+  if (!known || !readNumber(text, number)) failIn(key, value, expected);
+  return tag == degrees ? number * degree : number;
 }
 
 std::string YamlMap::text(const std::string& key, const YAML::Node& value,

@@ -23,6 +23,7 @@ class YamlMap {
   YamlMap(const YAML::Node& node, std::string file);
 
   bool has(const std::string& key) const { return find(key) != nullptr; }
+  bool isList(const std::string& key) const { return has(key) && find(key)->value.IsSequence(); }
   std::vector<std::string> keys() const;
   const std::string& file() const { return file_; }
 

@@ -26,6 +26,7 @@
 #include "hand/leap_websocket.h"
 #include "nodes/plugin.h"
 #include "nodes/share.h"
+#include "scene/robot_model.h"
 #include "scene/scene.h"
 #include "scene/solids.h"
 #include "scene/yaml_reader.h"
@@ -151,17 +152,18 @@ void checkSwitch(const Arguments& arguments, const std::string& key) {
 /// The nodes read it from the parameter server, where nobody tells its lines.
 void checkRig(const std::string& file) {
   clay::scene::YamlMap rig = clay::scene::loadYaml(file);
-  rig.pose("tracker_pose"), rig.pose("array_pose");
-  rig.numbers("head_point", 3, "x y z in m");
+  for (const char* key : {"tracker_pose", "array_pose"})
+    if (rig.isList(key)) rig.pose(key);
+  if (rig.isList("head_point")) rig.numbers("head_point", 3, "x y z in m");
 }
 
 std::string checkAll(const Arguments& arguments) {
   const std::string package = clay::nodes::packageFolder();
   const clay::scene::Scene scene =
       clay::scene::loadScene(arguments.at("scene"), package, 0.0, clay::nodes::folderOfPackage);
-  std::string urdf = clay::scene::readText(scene.urdf);
+  const std::string urdf = clay::scene::loadRobotModel(scene.urdf);
   try {
-    clay::scene::Solids(urdf, scene.motions);
+    clay::scene::Solids(urdf, scene.motions, clay::nodes::folderOfPackage);
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(scene.urdf + ": " + error.what());
   }

@@ -15,6 +15,7 @@
 
 #include "clay/clay.h"
 #include "scene/scene.h"
+#include "scene/robot_model.h"
 #include "scene/solids.h"
 #include "tools/accuracy_report.h"
 #include "tools/hand_samples.h"
@@ -174,7 +175,7 @@ scene::Scene aside(scene::Scene scene, int axis) {
 /// Plays every setting with particles of one spacing, m; 0: the scene's.
 void runAt(double wanted_spacing, const Options& options, std::ofstream& csv) {
   const scene::Scene scene = scene::loadScene(options.scene, options.share, wanted_spacing);
-  const scene::Solids solids(scene::readText(scene.urdf), scene.motions);
+  const scene::Solids solids(scene::loadRobotModel(scene.urdf), scene.motions);
   const double spacing = scene.config.spacing;
   const std::vector<HandSample> samples =
       handSamples(options.hands, options.duration, spacing, options.share);

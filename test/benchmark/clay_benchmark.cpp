@@ -18,6 +18,7 @@
 #include "hand/choreography.h"
 #include "hand/kinematic_hand.h"
 #include "scene/scene.h"
+#include "scene/robot_model.h"
 #include "scene/solids.h"
 #include "support/reference_step.h"
 #include "support/setups.h"
@@ -39,7 +40,7 @@ class Rig {
     scene_.config.budget = scene::loadQuality(quality, TACTILE_CLAY_SHARE);
     scene_.config.threads = 2;
     if (change) change(scene_);
-    solids_ = std::make_unique<scene::Solids>(scene::readText(scene_.urdf), scene_.motions);
+    solids_ = std::make_unique<scene::Solids>(scene::loadRobotModel(scene_.urdf), scene_.motions);
     restart();
   }
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "scene/scene.h"
+#include "scene/robot_model.h"
 #include "scene/solids.h"
 #include "support/setups.h"
 
@@ -30,7 +31,7 @@ Outcome simulate(const std::string& name, Budget budget) {
   scene::Scene scene = scene::loadScene(name, TACTILE_CLAY_SHARE);
   scene.config.budget = budget;
   scene.config.threads = 2;
-  const scene::Solids solids(scene::readText(scene.urdf), scene.motions);
+  const scene::Solids solids(scene::loadRobotModel(scene.urdf), scene.motions);
   Clay clay(scene.config, scene.materials, scene.particles);
   const Eigen::Vector3d up(std::sin(slope), 0.0, std::cos(slope)),
       down(std::cos(slope), 0.0, -std::sin(slope));

@@ -87,7 +87,7 @@ TEST(Scene, ComplaintsNameFileLineAndExpectation) {
             std::string::npos);
   EXPECT_NE(
       complaint("urdf: table.urdf\nbodies:\n  - {name: a, material: dough, shape: star, size: [1, 1, 1]}\n")
-          .find("expected box or cylinder"),
+          .find("expected box, cylinder, sphere or mesh"),
       std::string::npos);
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "scene/robot_model.h"
+
 namespace tactile_clay::scene {
 namespace {
 
@@ -9,7 +11,7 @@ const std::string share = TACTILE_CLAY_SHARE;
 
 Solids solidsOf(const std::string& name) {
   const Scene scene = loadScene(name, share);
-  return Solids(readText(scene.urdf), scene.motions);
+  return Solids(loadRobotModel(scene.urdf), scene.motions);
 }
 
 TEST(Solids, TheTableTopIsTheGroundOfTheWorld) {

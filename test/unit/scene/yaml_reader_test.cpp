@@ -76,7 +76,7 @@ TEST_F(YamlAsPeopleWriteIt, AFileHasOneDocument) {
   EXPECT_EQ(complaint("%YAML 1.2\n---\n" + scene + "...\n"), "");
   expectComplaint(scene + "---\n" + scene, ":5: a second document");
   expectComplaint(scene + "---\n", ":5: a second document");
-  expectComplaint("", ": is empty, expected a map");
+  expectComplaint("", ": is empty, expected a file");
   expectComplaint("# nothing yet\n", ": is empty, expected a map");
 }
 

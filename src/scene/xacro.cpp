@@ -1,0 +1,102 @@
+#include "scene/xacro.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+#include "files/input_file.h"
+#include "scene/text_file.h"
+
+extern char** environ;
+
+namespace tactile_clay::scene {
+namespace {
+
+constexpr char patience[] = "20";  // s
+constexpr int timed_out = 124;     // exit code of the program `timeout`, which kills what takes longer
+
+using Stream = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+
+Stream temporary() {
+  Stream file(std::tmpfile(), &std::fclose);
+  if (!file) throw std::runtime_error("no temporary file for what xacro says");
+  return file;
+}
+
+std::string textOf(std::FILE* file) {
+  std::string text, piece(std::size_t{1} << 16, '\0');
+  std::rewind(file);
+  for (std::size_t n = 0;
+       (n = std::fread(&piece[0], 1, piece.size(), file)) > 0 && text.size() <= files::most::text;)
+    text.append(piece, 0, n);
+  if (text.size() > files::most::text)
+    throw std::runtime_error("what xacro makes of it is too large, expected at most 16 MiB");
+  return text;
+}
+
+bool isThere(const std::string& program) {
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path == nullptr ? "" : path);
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (access((folder + "/" + program).c_str(), X_OK) == 0) return true;
+  return false;
+}
+
+/// Runs a program without a shell. \return its exit code
+int run(const std::vector<std::string>& words, std::FILE* out, std::FILE* err) {
+  std::vector<char*> arguments;
+  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+  arguments.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_adddup2(&actions, fileno(out), STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, fileno(err), STDERR_FILENO);
+  pid_t child = 0;
+  const int error = posix_spawnp(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (error != 0) throw std::runtime_error("xacro cannot be started: " + std::string(std::strerror(error)));
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
+}
+
+bool endsWith(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+}  // namespace
+
+bool hasMacros(const std::string& xml, const std::string& file) {
+  const auto has = [&](const char* words) { return xml.find(words) != std::string::npos; };
+  return endsWith(file, ".xacro") || has("<xacro:") || (has("xmlns:xacro") && (has("${") || has("$(")));
+}
+
+std::string expandMacros(const std::string& file) {
+  if (!isThere("xacro"))
+    throw std::runtime_error(
+        "is written with macros, and the program xacro that expands them is not there: install xacro, or "
+        "name a plain URDF");
+  const Stream out = temporary(), err = temporary();
+  const int code = run({"timeout", "-k", "1", patience, "xacro", file}, out.get(), err.get());
+  if (code == timed_out) throw std::runtime_error("xacro takes longer than " + std::string(patience) + " s");
+  if (code != 0) {
+    std::string said = oneLine(textOf(err.get()));
+    constexpr std::size_t enough = 300;
+    if (said.size() > enough) said = "..." + said.substr(said.size() - enough);  // the cause stands last
+    throw std::runtime_error("xacro ends with code " + std::to_string(code) + ": " + said);
+  }
+  return textOf(out.get());
+}
+
+}  // namespace tactile_clay::scene
