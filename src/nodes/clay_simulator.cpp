@@ -152,6 +152,7 @@ void ClaySimulator::receive(const Cloud::ConstPtr& skin) {
       skins_.clear();
       ++dropped_skins_;
     }
+    requireRoom(skins_.size());
     skins_.push_back(skin);
   }
   skin_came_.notify_all();

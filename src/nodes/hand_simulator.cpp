@@ -51,6 +51,7 @@ HandSimulator::HandSimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
 }
 
 void HandSimulator::receive(const TrackedHands::ConstPtr& message) {
+  requireRoom(waiting_.size());
   waiting_.push_back(message);
   simulateWaiting();
 }

@@ -1,5 +1,7 @@
 #include "nodes/message_check.h"
 
+#include <stdexcept>
+
 #include "nodes/cloud.h"
 
 namespace tactile_clay::nodes {
@@ -31,6 +33,17 @@ std::string faultOf(const sensor_msgs::PointCloud2& message) {
   if (message.fields.size() > most_cloud_fields)
     return "cloud with " + tooMany(message.fields.size(), "fields", most_cloud_fields);
   return faultOfHeader(&message.header.stamp, &message.header.frame_id);
+}
+
+std::string faultOf(const FocalPointArray& message) {
+  if (message.points.size() > most_focal_points)
+    return tooMany(message.points.size(), "focal points", most_focal_points);
+  return faultOfHeader(&message.header.stamp, &message.header.frame_id);
+}
+
+void requireRoom(std::size_t waiting) {
+  if (waiting >= most_waiting)
+    throw std::runtime_error(tooMany(waiting + 1, "messages that wait in lockstep", most_waiting));
 }
 
 }  // namespace tactile_clay::nodes

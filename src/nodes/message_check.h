@@ -20,6 +20,9 @@ constexpr std::size_t most_hands = 64;              // of a frame
 constexpr std::size_t most_cloud_points = 100'000;  // a soft hand has 4 000 samples of skin
 constexpr std::size_t most_cloud_bytes = 16U << 20U;
 constexpr std::size_t most_cloud_fields = 64;
+constexpr std::size_t most_focal_points = 1024;  // an array takes 256
+constexpr std::size_t most_waiting =
+    1000;  // messages of a lockstep run, in which one is on its way at a time
 
 /// Empty, or what is wrong with a header, and what was expected.
 std::string faultOfHeader(const ros::Time* stamp, const std::string* frame_id);
@@ -32,5 +35,9 @@ std::string faultOf(const M& message) {
 }
 std::string faultOf(const TrackedHands& message);
 std::string faultOf(const sensor_msgs::PointCloud2& message);
+std::string faultOf(const FocalPointArray& message);
+
+/// \throws std::runtime_error where a queue has no room for another message
+void requireRoom(std::size_t waiting);
 
 }  // namespace tactile_clay::nodes

@@ -14,13 +14,15 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
-#include <fstream>
+#include <filesystem>
 #include <iterator>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "files/input_file.h"
+#include "files/output_file.h"
 #include "hand/calibration.h"
 #include "hand/hand_check.h"
 #include "hand/hand_source.h"
@@ -30,6 +32,7 @@
 
 namespace {
 
+namespace files = tactile_clay::files;
 namespace hand = tactile_clay::hand;
 using Eigen::Vector3d;
 
@@ -124,12 +127,11 @@ void run(const tactile_clay::tools::Arguments& arguments) {
   }
   const std::string& out = arguments["out"];
   if (out.empty()) return;
-  std::ifstream old(out);
-  const std::string text((std::istreambuf_iterator<char>(old)), std::istreambuf_iterator<char>());
-  old.close();
-  std::ofstream file(out);
-  file << hand::withTrackerPose(text, fit.pose);
-  if (!file.flush()) throw std::runtime_error("file '" + out + "' cannot be written");
+  // The rest of an old file stays.
+  namespace fs = std::filesystem;
+  const bool is_new = !fs::exists(out) || (fs::is_regular_file(out) && fs::file_size(out) == 0);
+  const std::string text = is_new ? "" : files::readWhole(out, files::most::text);
+  files::writeWhole(out, hand::withTrackerPose(text, fit.pose), files::Existing::replace);
 }
 
 }  // namespace

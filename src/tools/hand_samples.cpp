@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <fstream>
+#include <filesystem>
 #include <optional>
 #include <stdexcept>
 
@@ -97,7 +97,7 @@ std::vector<HandSample> handSamples(const std::string& hands, double duration, d
   if (hands == "knead") return played(hand::knead(), duration, spacing);
   if (hands == "potter") return played(hand::potter(), duration, spacing);
   if (hands == "press") return played(hand::pressFinger(), duration, spacing);
-  if (!std::ifstream(hands))
+  if (!std::filesystem::is_regular_file(hands))
     throw std::runtime_error("--hands '" + hands +
                              "': expected none, knead, potter, press, or a readable Leap recording");
   return recorded(hands, duration, spacing, trackerPose(share));

@@ -14,7 +14,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <map>
 #include <sstream>
@@ -22,6 +21,7 @@
 #include <string>
 
 #include "device/array_device.h"
+#include "files/input_file.h"
 #include "hand/hand_source.h"
 #include "hand/leap_websocket.h"
 #include "nodes/plugin.h"
@@ -112,8 +112,7 @@ void checkHands(const Arguments& arguments) {
   const bool needs_file =
       arguments.at("hands") == "bag" || arguments.at("hands") == "leap_recording" || scripted;
   if (!needs_file) return;
-  if (!scripted && !std::ifstream(file))
-    throw std::runtime_error("file '" + file + "' of hands cannot be read");
+  if (!scripted) clay::files::requireInput(file, clay::files::most::recording);
   clay::hand::SourceOptions options;
   options.file = file;
   options.topic = valueOf(arguments, "topic", "");

@@ -8,6 +8,7 @@
 
 #include "files/input_file.h"
 #include "nodes/conversions.h"
+#include "nodes/message_check.h"
 #include "nodes/topics.h"
 
 namespace tactile_clay::nodes {
@@ -85,6 +86,9 @@ void BagSource::open(const hand::SourceOptions& options) {
   } catch (const rosbag::BagException& error) {
     throw std::runtime_error(file_ + ": not a readable bag: " + error.what() +
                              "; if it was cut off, `rosbag reindex` may save it");
+  } catch (const std::exception& error) {
+    // Sizes that are wrong ask rosbag for more memory than there is.
+    throw std::runtime_error(file_ + ": not a readable bag: " + error.what());
   }
   try {
     const std::string topic = topicOfHands(bag_, file_, options.topic);
@@ -94,6 +98,11 @@ void BagSource::open(const hand::SourceOptions& options) {
     next_ = view_->begin();
   } catch (const rosbag::BagException& error) {
     throw std::runtime_error(file_ + ": damaged bag: " + error.what());
+  } catch (const std::runtime_error&) {
+    throw;  // one of the lines above
+  } catch (const std::exception& error) {
+    // Sizes that are wrong ask rosbag for more memory than there is.
+    throw std::runtime_error(file_ + ": not a readable bag: " + error.what());
   }
 }
 
@@ -106,12 +115,19 @@ hand::HandSource::Read BagSource::read(hand::TrackedFrame& frame, std::chrono::m
     }
     const auto message = next_->instantiate<TrackedHands>();
     if (!message) throw std::runtime_error(file_ + ": a message that is no tactile_clay/TrackedHands");
+    if (message->hands.size() > most_hands)
+      throw std::runtime_error(file_ + ": a message of " + std::to_string(message->hands.size()) +
+                               " hands, expected at most " + std::to_string(most_hands));
     frame = toCore(*message);
     if (message->header.stamp.isZero()) frame.stamp = toCore(next_->getTime());
     ++next_;
     frame.stamp = stamps_(frame.stamp);
     return Read::frame;
   } catch (const ros::Exception& error) {
+    throw std::runtime_error(file_ + ": damaged bag: " + error.what());
+  } catch (const std::runtime_error&) {
+    throw;  // one of the lines above
+  } catch (const std::exception& error) {
     throw std::runtime_error(file_ + ": damaged bag: " + error.what());
   }
 }

@@ -16,7 +16,15 @@ T next(IStream& stream) {
   return value;
 }
 
-// Past a field that is not used.
+// Past a list that is not used. Not by reading it: a wrong length would ask for all memory.
+template <typename T>
+void skipList(IStream& stream) {
+  const auto count = next<std::uint32_t>(stream);
+  if (count > stream.getLength() / sizeof(T)) throwStreamOverrun();
+  stream.advance(count * static_cast<std::uint32_t>(sizeof(T)));
+}
+
+// Past fields that are not used.
 template <typename... T>
 void skip(IStream& stream) {
   (static_cast<void>(next<T>(stream)), ...);
@@ -37,7 +45,7 @@ Human::Bone readBone(IStream& stream) {
   skip<float, float, std::string>(stream);  // length, width, to_string
   bone.start = next<geometry_msgs::Pose>(stream).position;
   bone.end = next<geometry_msgs::Pose>(stream).position;
-  skip<std::vector<float>>(stream);  // centre
+  skipList<float>(stream);  // centre
   return bone;
 }
 
@@ -51,8 +59,8 @@ Human::Finger readFinger(IStream& stream) {
 }
 
 bool skipGesture(IStream& stream) {
-  skip<std::int32_t, std::uint8_t, std::int64_t, float, std::int32_t, std::int32_t, std::string,
-       std::vector<std::int32_t>>(stream);
+  skip<std::int32_t, std::uint8_t, std::int64_t, float, std::int32_t, std::int32_t, std::string>(stream);
+  skipList<std::int32_t>(stream);
   return true;
 }
 
@@ -66,14 +74,18 @@ Human::Hand readHand(IStream& stream) {
   skip<float, float, float>(stream);  // roll, pitch, yaw
   hand.direction = next<geometry_msgs::Vector3>(stream);
   hand.normal = next<geometry_msgs::Vector3>(stream);
-  skip<float, float, std::vector<float>>(stream);  // grab and pinch strength, palm velocity
+  skip<float, float>(stream);  // grab and pinch strength
+  skipList<float>(stream);     // palm velocity
   hand.palm = next<geometry_msgs::Point>(stream);
-  skip<float, float, std::vector<float>, std::string>(stream);  // palm width, sphere, to_string
+  skip<float, float>(stream);  // palm width, sphere
+  skipList<float>(stream);     // and its centre
+  skip<std::string>(stream);   // to_string
   hand.fingers = list<Human::Finger>(stream, readFinger);
   list<bool>(stream, skipGesture);
   skip<std_msgs::Header, geometry_msgs::Pose>(stream);  // arm: elbow
   hand.wrist = next<geometry_msgs::Pose>(stream).position;
-  skip<std::vector<float>, geometry_msgs::Vector3>(stream);  // centre, direction
+  skipList<float>(stream);               // centre
+  skip<geometry_msgs::Vector3>(stream);  // direction
   return hand;
 }
 
