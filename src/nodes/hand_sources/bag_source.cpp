@@ -34,7 +34,7 @@ std::string listed(const std::set<std::string>& names) {
 std::string topicOfHands(rosbag::Bag& bag, const std::string& file, const std::string& wanted) {
   const std::string topic = wanted.empty() ? topic::hands_tracked : wanted;
   const std::string absolute = topic[0] == '/' ? topic : "/" + topic;
-  const rosbag::View all(bag);
+  rosbag::View all(bag);
   std::set<std::string> topics, hands, in_namespaces;
   for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
     // A bag holds the name as it was resolved, with a slash in front.
