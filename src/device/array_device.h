@@ -52,6 +52,8 @@ struct Capabilities {
   double max_rate = 0.0;           // updates a second that reach the transducers; 0: any number
   std::vector<ultrasound::Modulation> modulations = {
       ultrasound::Modulation::amplitude};  // that submit() can play
+  std::vector<std::string>
+      remarks;  // lines that the user should read, such as of an option that may be missing
 };
 
 /// An ultrasound array behind its own protocol, loaded by pluginlib under this base class. The safety gate

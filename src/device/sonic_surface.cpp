@@ -61,7 +61,7 @@ std::vector<double> addedPhases(const std::map<std::string, std::string>& option
   std::vector<double> added;
   const auto add = [&](const char* key, std::size_t board, double factor) {
     const auto given = options.find(key);
-    if (given == options.end() || given->second.empty()) return;
+    if (given == options.end() || given->second.empty() || given->second == "none") return;
     if (board >= boards)
       throw std::runtime_error(std::string(self) + ": " + key + " is '" + given->second +
                                "', expected it with boards=2 only");
@@ -104,6 +104,14 @@ void SonicSurface::open(const std::map<std::string, std::string>& options) {
     throw std::runtime_error(
         "sonic_surface: board is 'secondary', expected one board with the stock firmware");
   added_ = addedPhases(options, boards_.count);
+  const auto told = [&](const char* key) { return options.count(key) > 0 && !options.at(key).empty(); };
+  remarks_.clear();
+  if (boards_.firmware == Firmware::tactile && !told("corrections") && !told("firmware_corrections"))
+    remarks_.push_back(
+        "sonic_surface: the tactile firmware as published adds phase corrections of its authors' board to "
+        "what it is sent, which leave a tenth of the pressure on another board; expected "
+        "firmware_corrections, "
+        "the file with what yours adds, or none, or corrections of a calibration");
   guarded_ = choice(options, self, "guard", "true", {"true", "false"}) == "true";
   hold_ = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
       number(options, self, "hold", silence_times::seconds(silence_times::device_hold), 0.02, 10.0)));
@@ -133,11 +141,14 @@ Capabilities SonicSurface::capabilities() const {
   // Bytes of a frame; boards of the stock firmware are selected by one byte each.
   const std::size_t bytes = boards_.count == 2 ? 517 : boards_.firmware == Firmware::stock ? 259 : 258;
   // Steps of lateral modulation and STM would need 160 and more.
-  return {Input::drives,
-          layout_,
-          boards_.count * most_points,
-          1.0 / sonic_surface::secondsOnWire(bytes),
-          {ultrasound::Modulation::amplitude}};
+  Capabilities capabilities;
+  capabilities.input = Input::drives;
+  capabilities.layout = layout_;
+  capabilities.max_points = boards_.count * most_points;
+  capabilities.max_rate = 1.0 / sonic_surface::secondsOnWire(bytes);
+  capabilities.modulations = {ultrasound::Modulation::amplitude};
+  capabilities.remarks = remarks_;
+  return capabilities;
 }
 
 ultrasound::Drive SonicSurface::solve(const std::vector<ultrasound::FocalPoint>& points) const {

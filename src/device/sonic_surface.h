@@ -38,7 +38,8 @@ namespace tactile_clay::device {
 /// - `board`: `primary` (default) or `secondary`, the stock firmware of a single board
 /// - `corrections`, `second_corrections`: file with the phase corrections of the first and the second board
 ///   (readCorrections)
-/// - `firmware_corrections`: file with those that the firmware adds by itself, which are taken off again
+/// - `firmware_corrections`: file with those that the firmware adds by itself, which are taken off again;
+/// `none`: it adds none
 /// - `second_board`: pose "x y z roll pitch yaw" of the second board in the frame of the first (m, rad);
 ///   default beside it, at x = 0.168
 /// - `temperature` of the air, degrees C, default 20
@@ -82,6 +83,7 @@ class SonicSurface : public ArrayDevice {
   // Set by open().
   std::string path_;
   sonic_surface::Boards boards_;
+  std::vector<std::string> remarks_;
   std::vector<double> added_;  // turns, to the phases of each channel on the way to the wire; empty: none
   Clock::duration hold_{0};
   bool guarded_ = true;

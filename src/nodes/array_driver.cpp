@@ -56,6 +56,7 @@ ArrayDriver::ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh)
     throw std::runtime_error("array '" + name_ +
                              "' takes drives but tells no layout, expected its transducers");
   if (capabilities.layout.size() > 0) model_.layout = capabilities.layout;
+  for (const std::string& remark : capabilities.remarks) ROS_WARN("%s", remark.c_str());
 
   GatedArray::Output output;
   output.harmless = device_->harmless();

@@ -2,6 +2,7 @@
 """The SonicSurface device on a pseudo-terminal: see sonic_surface.test."""
 import math
 import os
+import random
 import signal
 import statistics
 import subprocess
@@ -17,11 +18,15 @@ from array_stream import PROGRAM, Driver, States, Stream, focus
 from rig_run import wait_until
 
 sys.path.insert(0, os.path.join(rig_run.PACKAGE, 'test', 'emulator'))
+import acoustic_field  # noqa: E402  pylint: disable=wrong-import-position
 import sonic_surface  # noqa: E402  pylint: disable=wrong-import-position
 from sonic_surface import OFF, STOCK, TACTILE, Emulator
 
 FRAME = 258 * 10 / 230400.0  # s, of a frame on the wire
+# Clocks off, two silent frames for the board, two for one that was deselected, clocks on, the board selected.
+SILENCE = (b'\x96' + b''.join(2 * (board + b'\xfe' + bytes([32] * 256) + b'\xfd') for board in (b'\xc0', b'\xc1')) + b'\x97\xc0')
 LOUD = dict(pressure_cap=1e6, head_spl_cap=200.0)  # caps that nothing reaches: every channel plays
+CALIBRATE = os.path.join(rig_run.PACKAGE, 'scripts', 'calibrate_board')
 SLACK = 0.25  # s, that a busy machine may take longer
 
 
@@ -82,16 +87,15 @@ class SonicSurface(unittest.TestCase):
     # What is played.
 
     def test_stock_bytes(self):
-        """A frame is FE, 256 phases of the wiring, FD; before it both buffers are silenced, and nothing else is sent but swaps."""
+        """A frame is C0, FE, 256 phases of the wiring, FD; before it all is silenced, and nothing else is sent but swaps."""
         self.stream.points = [focus(0.02, -0.01, 0.16, intensity=1.0)]
         emulator, _ = self.rig()
         wait_until(lambda: len(emulator.since(0)) > 200, 20, '200 swaps')
         received = bytes(emulator.received)
-        silence = b'\xfe' + bytes([32] * 256) + b'\xfd'
-        self.assertEqual(received[:516], silence + silence)
+        self.assertEqual(received[:len(SILENCE)], SILENCE)
         full = [s for s in emulator.since(0) if s.sounds and OFF not in s.fronts[0]]
         self.expect_phases(full[-1].fronts, 0, phases(0.02, -0.01, 0.16))
-        frame = b'\xfe' + bytes(full[-1].fronts[0]) + b'\xfd'
+        frame = b'\xc0\xfe' + bytes(full[-1].fronts[0]) + b'\xfd'
         self.assertIn(frame, received)
         self.assertEqual(set(received.split(frame)[-1]) - {0xFD}, set())
         self.assertEqual(emulator.faults(), 0)
@@ -130,8 +134,9 @@ class SonicSurface(unittest.TestCase):
     def test_tactile_firmware(self):
         """16 phases, modulation by the board at 1250/6 Hz, no byte that this firmware does not know."""
         self.stream.points = [focus(0.0, 0.03, 0.18, intensity=1.0)]
-        emulator, _ = self.rig(firmware=TACTILE)
+        emulator, driver = self.rig(firmware=TACTILE)
         time.sleep(0.5)
+        self.assertIn('expected firmware_corrections', driver.words())
         self.assertAlmostEqual(emulator.boards[0].modulation(), 1250.0 / 6)
         full = [s for s in emulator.since(0) if s.sounds and OFF not in s.fronts[0]]
         self.expect_phases(full[-1].fronts, 0, phases(0.0, 0.03, 0.18, 16), 16, 2)
@@ -190,6 +195,98 @@ class SonicSurface(unittest.TestCase):
         wait_until(lambda: channels(emulator.since(since)), 10, 'a sound')
         self.assertLess(channels(emulator.since(since))[0], 64)
 
+    # Whatever was sent before.
+
+    def test_boards_are_put_right(self):
+        """From any state: silent after opening, a sound from each board of the driver, silent in the end."""
+        dice = random.Random(11)
+        for boards, firmware, there in ((1, STOCK, 1), (1, STOCK, 2), (2, STOCK, 2), (1, TACTILE, 1)):
+            for state in ('power on', 'left deselected', 'scrambled', 'scrambled'):
+                with self.subTest(boards=boards, firmware=firmware, there=there, state=state):
+                    self.stream.points = []
+                    emulator = self.enterContext(Emulator(os.path.join(self.folder, 'boards'), there, firmware))
+                    for board in emulator.boards:
+                        board.power_on()
+                        if state == 'scrambled':
+                            board.scramble(dice)
+                    if state == 'left deselected' and firmware == STOCK:
+                        for byte in [0xC0, 0xFE] + [5] * 256 + [0xC1, 0xFE] + [9] * 256 + [0xFD]:
+                            for board in emulator.boards:
+                                board.feed(byte)
+                        self.assertFalse(emulator.boards[0].selected)
+                    driver = self.drive(emulator, 'boards=%d firmware=%s' % (boards, firmware))
+                    self.states.wait(lambda state: state.silent_reason == 'no focal points')
+                    wait_until(emulator.silent_for_good, 10, 'silence after opening\n' + driver.words())
+                    self.stream.points = [focus(0.02, 0.0, 0.17, 1.0)]
+                    wait_until(lambda: all(board.sounds() for board in emulator.boards[:boards]), 10, 'a sound of each board')
+                    self.assertFalse(any(board.sounds() for board in emulator.boards[boards:]))
+                    driver.__exit__()
+                    wait_until(emulator.silent_for_good, 10, 'silence in the end')
+                    self.assertTrue(all(board.clocks for board in emulator.boards) and emulator.boards[0].selected)
+                    self.assertEqual(emulator.faults(), 0)
+                    emulator.__exit__()
+
+    def field(self, emulator, point):
+        """Pa at a point, of the last pattern that sounds."""
+        board = emulator.boards[0]
+        with emulator.lock:
+            before, board.front = board.front, next(list(s.fronts[0]) for s in reversed(emulator.swaps) if s.sounds)
+            phases, board.front = board.drive(), before
+        return acoustic_field.pressure([(x, y, p) for (x, y), p in zip(sonic_surface.places(), phases) if p is not None], point)
+
+    def test_transducers_the_other_way_round(self):
+        """A third of them flipped: a calibration by a microphone finds them, and its file gives the whole field."""
+        point, microphone, dice = (0.02, -0.01, 0.17), (0.01, 0.02, 0.25), random.Random(3)
+        flipped = set(dice.sample(range(256), 85))
+        readings, corrections = (os.path.join(self.folder, name) for name in ('readings.csv', 'corrections.csv'))
+        reference = 36
+        with open(readings, 'w') as file:
+            file.write('channel,reference,level,amplitude\n')
+            for channel in set(range(256)) - {reference}:
+                for level in (0, 8, 16, 24):
+                    pair = [places + (phase + math.pi * (n in flipped),) for n, phase in ((reference, 0.0), (channel, level * math.pi / 16))
+                            for places in [sonic_surface.places()[n]]]
+                    file.write('%d,%d,%d,%.5f\n' % (channel, reference, level,
+                                                   acoustic_field.pressure(pair, microphone) * dice.uniform(0.97, 1.03)))
+        words = subprocess.run([CALIBRATE, 'compute', readings, corrections, '--microphone', *map(str, microphone)], check=True,
+                               stdout=subprocess.PIPE, universal_newlines=True).stdout
+        self.assertIn('%d are the other way round' % (85 if reference not in flipped else 256 - 85), words)
+        self.stream.points = [focus(*point, intensity=1.0)]
+        found = {}
+        for name, of, options in (('right', set(), ''), ('flipped', flipped, ''), ('corrected', flipped, 'corrections=' + corrections)):
+            emulator = self.enterContext(Emulator(os.path.join(self.folder, name)))
+            emulator.boards[0].flipped = of
+            driver = self.drive(emulator, options)
+            wait_until(lambda: sum(OFF not in swap.fronts[0] for swap in emulator.since(0)) > 20, 20, 'the whole board\n' + driver.words())
+            found[name] = self.field(emulator, point)
+            driver.__exit__()
+            emulator.__exit__()
+        print('right %(right).0f Pa, a third flipped %(flipped).0f, corrected %(corrected).0f' % found)
+        self.assertLess(found['flipped'], 0.5 * found['right'])
+        self.assertGreater(found['corrected'], 0.98 * found['right'])
+
+    def test_calibration_plays_pairs(self):
+        """Two channels at a time, in four phases, and silence in the end."""
+        with Emulator(os.path.join(self.folder, 'calibrated')) as emulator:
+            table = os.path.join(self.folder, 'played.csv')
+            tool = subprocess.Popen([CALIBRATE, 'play', table, '--port', emulator.link, '--channels', '7', '200'], stdin=subprocess.PIPE,
+                                    stdout=subprocess.PIPE, universal_newlines=True)
+            heard = []
+            for _ in range(8):
+                words = ''
+                while not words.endswith('? '):
+                    words += tool.stdout.read(1)
+                heard.append({n: v for n, v in enumerate(emulator.boards[0].front) if v != OFF})
+                tool.stdin.write('%d\n' % len(heard))
+                tool.stdin.flush()
+            self.assertEqual(tool.wait(10), 0)
+            tool.stdin.close()
+            tool.stdout.close()
+            self.assertEqual(heard, [{36: 0, channel: level} for channel in (7, 200) for level in (0, 8, 16, 24)])
+            wait_until(emulator.silent_for_good, 10, 'silence')
+        with open(table) as file:
+            self.assertEqual(file.read().split()[1], '7,36,0,1.0')
+
     # How it becomes silent.
 
     def test_points_that_end(self):
@@ -199,9 +296,9 @@ class SonicSurface(unittest.TestCase):
 
     def test_stream_that_ends(self):
         """Stale after 100 ms; the gate's rule, and the device's own hold behind it."""
-        for options, without, limit in (('', [], 0.1), ('', ['stale', 'hand_lost'], 0.2), ('hold=10', [], 0.1)):
-            with self.subTest(options=options, without=without):
-                emulator, driver = self.rig(options=options, gate_without=without)
+        for options, timeout, limit in (('', 0.1, 0.1), ('', 10.0, 0.2), ('hold=10', 0.1, 0.1)):
+            with self.subTest(options=options, stale_timeout=timeout):
+                emulator, driver = self.rig(options=options, stale_timeout=timeout)
                 self.stream.stop()
                 self.expect_silence(emulator, self.stream.last_sent, limit + SLACK)
                 driver.__exit__()
@@ -211,8 +308,8 @@ class SonicSurface(unittest.TestCase):
     def renew_stream(self):
         type(self).stream = self.stream = Stream()
 
-    def test_stream_that_ends_without_rules_sounds_on(self):
-        emulator, _ = self.rig(options='hold=10', gate_without=['stale', 'hand_lost'])
+    def test_stream_that_ends_without_limits_sounds_on(self):
+        emulator, _ = self.rig(options='hold=10', stale_timeout=10.0)
         self.stream.stop()
         self.addCleanup(self.renew_stream)
         time.sleep(1.0)
@@ -309,8 +406,7 @@ class SonicSurface(unittest.TestCase):
         emulator.plug()
         self.states.wait(lambda state: state.emitting, again)
         wait_until(emulator.sounds, 10, 'a sound after plugging in')
-        silence = b'\xfe' + bytes([32] * 256) + b'\xfd'
-        self.assertEqual(bytes(emulator.received[:516]), silence + silence)
+        self.assertEqual(bytes(emulator.received[:len(SILENCE)]), SILENCE)
         self.assertEqual(emulator.faults(), 0)
         told = [line for line in driver.lines if emulator.link in line]
         self.assertEqual(len(told), 1, ''.join(driver.lines))
@@ -333,6 +429,13 @@ class SonicSurface(unittest.TestCase):
         self.refused(['boards', "'3'", '1, 2'], port='/nowhere', device_options='boards=3')
         self.refused(['tactile', 'boards'], port='/nowhere', device_options='boards=2 firmware=tactile')
         self.refused(['hold', "'-1'"], port='/nowhere', device_options='hold=-1')
+        self.refused(['board', 'secondary', 'one board'], port='/nowhere', device_options='boards=2 board=secondary')
+        self.refused(['corrections', '/nowhere.csv', '256 channels'], port='/nowhere', device_options='corrections=/nowhere.csv')
+        self.refused(['second_corrections', 'boards=2'], port='/nowhere', device_options='second_corrections=/nowhere.csv')
+        # One temperature, for the device and its gate.
+        self.refused(['device_options', 'temperature', '/array_driver/temperature'], port='/nowhere', device_options='temperature=45')
+        # The gate of a real array has no exceptions, and it is refused before its port is opened.
+        self.refused(['gate_without', "'pressure'", "'sonic_surface' is real"], port='/nowhere', gate_without=['pressure'])
 
     def test_port_in_use(self):
         emulator, _ = self.rig()

@@ -57,7 +57,7 @@ TEST(SonicSurfaceBoards, PlayTheBackBufferAfterASwap) {
 
 TEST(SonicSurfaceBoards, AreSelectedByTheirBytes) {
   SonicSurfaceBoards boards(2);
-  feed(boards, {0xC0, 0xFE, 4, 0xC1, 0xFE, 8, 12, 151, 150, 0xFD});
+  feed(boards, {0xC0, 0xFE, 4, 0xC1, 0xFE, 8, 12, 150, 151, 0xFD});
   const auto drive = boards.drive();
   ASSERT_EQ(drive.phase.size(), 512u);
   EXPECT_EQ(playing(drive), 3u);
@@ -66,6 +66,24 @@ TEST(SonicSurfaceBoards, AreSelectedByTheirBytes) {
   EXPECT_EQ(boards.faults(), 0u);
   EXPECT_THROW(SonicSurfaceBoards(3), std::invalid_argument);
   EXPECT_THROW(SonicSurfaceBoards(2, true), std::invalid_argument);
+}
+
+TEST(SonicSurfaceBoards, StayDeselectedAndAreSilentWithoutClocks) {
+  SonicSurfaceBoards boards(1);
+  feed(boards, {0xFE, 4, 0xFD, 0xC1, 0xFE, 32, 32, 0xFD, 0xFD});
+  EXPECT_FALSE(boards.selected(0));
+  EXPECT_TRUE(boards.sounds()) << "swaps are obeyed, frames are not";
+  boards.feed(150);
+  EXPECT_FALSE(boards.sounds());
+  EXPECT_TRUE(boards.may_sound());
+  EXPECT_EQ(playing(boards.drive()), 0u);
+  boards.feed(151);
+  EXPECT_TRUE(boards.sounds());
+  SonicSurfaceBoards secondary(1, false, 1);
+  feed(secondary, {0xC0, 0xFE, 4, 0xFD});
+  EXPECT_FALSE(secondary.sounds());
+  feed(secondary, {0xC1, 0xFE, 4, 0xFD});
+  EXPECT_TRUE(secondary.sounds());
 }
 
 TEST(SonicSurfaceBoards, CountWhatCorruptsAChannel) {

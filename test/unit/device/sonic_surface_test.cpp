@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <random>
 #include <set>
@@ -12,7 +13,9 @@
 
 #include "device/sonic_surface.h"
 #include "device/sonic_surface_boards.h"
+#include "device/sonic_surface_corrections.h"
 #include "device/sonic_surface_protocol.h"
+#include "support/scratch_folder.h"
 #include "support/shared_data.h"
 #include "support/sounds.h"
 #include "ultrasound/focus_peak.h"
@@ -121,7 +124,9 @@ void expectSilence(const Boards& boards, SonicSurfaceBoards there, std::size_t c
   EXPECT_FALSE(there.may_sound());
   EXPECT_TRUE(there.clocks());
   EXPECT_EQ(there.faults(), faults) << "no byte that the boards do not know";
-  if (boards.firmware == Firmware::stock) EXPECT_EQ(loud, 0u);
+  if (boards.firmware == Firmware::stock) {
+    EXPECT_EQ(loud, 0u);
+  }
   // And it plays what comes next, on each of its boards.
   const std::size_t board = boards.count == 1 && count == 2 ? boards.first : 0;
   ultrasound::Drive drive = uniform(256 * boards.count, static_cast<float>(M_PI), 1.0f);
@@ -130,7 +135,9 @@ void expectSilence(const Boards& boards, SonicSurfaceBoards there, std::size_t c
   for (std::size_t n = 0; n < 256 * count; ++n) {
     const bool wanted = n >= 256 * board && n < 256 * (board + boards.count);
     ASSERT_EQ(playing.amplitude[n], wanted ? 1.0f : 0.0f) << n;
-    if (wanted) ASSERT_FLOAT_EQ(playing.phase[n], static_cast<float>(M_PI)) << n;
+    if (wanted) {
+      ASSERT_FLOAT_EQ(playing.phase[n], static_cast<float>(M_PI)) << n;
+    }
   }
   there.feed(sonic_surface::swap_byte);
   EXPECT_FALSE(there.sounds()) << "behind it is silence";
@@ -238,6 +245,89 @@ TEST(SonicSurfaceProtocol, ChannelsAreThoseOfTheTable) {
     EXPECT_EQ(order.at(channel), cell) << "channel " << channel;
   }
   EXPECT_EQ(lines, 256u);
+}
+
+class SonicSurfaceCorrections : public ScratchFolder {
+ protected:
+  /// A table of 256 lines. \param other the line of channel 9
+  static std::string table(const std::string& other) {
+    std::string text = "# a board\nchannel,turns\n";
+    for (int n = 0; n < 256; ++n)
+      text += n == 9 ? other + "\n" : std::to_string(n) + "," + (n % 3 == 0 ? "flipped" : "0.03125") + "\n";
+    return text;
+  }
+
+  std::string refusal(const std::string& path) {
+    try {
+      sonic_surface::readCorrections(path);
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "read";
+  }
+};
+
+TEST_F(SonicSurfaceCorrections, ComeFromATableOrAFirmware) {
+  const auto turns = sonic_surface::readCorrections(write("board.csv", table("9,-0.25\r")));
+  ASSERT_EQ(turns.size(), 256u);
+  EXPECT_EQ(turns[0], 0.5);
+  EXPECT_EQ(turns[1], 0.03125);
+  EXPECT_EQ(turns[9], -0.25);
+  std::string numbers = "16";
+  for (int n = 1; n < 256; ++n) numbers += ", " + std::to_string(n % 33);
+  const std::string vhdl =
+      "type T is array (0 to 255) of integer range 0 to 32;\n\tconstant PHASE_CORRECTION : T := ";
+  const auto of_firmware =
+      sonic_surface::readCorrections(write("Distribute.vhd", vhdl + "(" + numbers + ");\n"));
+  ASSERT_EQ(of_firmware.size(), 256u);
+  EXPECT_EQ(of_firmware[0], 0.5);
+  EXPECT_EQ(of_firmware[8], 0.25);
+  EXPECT_NE(refusal(write("short.vhd", vhdl + "(1,2,3);")).find("has 3 numbers, expected"),
+            std::string::npos);
+  EXPECT_NE(refusal(write("none.vhd", "entity")).find("has no PHASE_CORRECTION"), std::string::npos);
+  EXPECT_NE(refusal(write("word.vhd", vhdl + "(1,x);")).find("has 'x'"), std::string::npos);
+}
+
+TEST_F(SonicSurfaceCorrections, SayWhatIsWrong) {
+  EXPECT_NE(refusal("/nowhere.csv").find("'/nowhere.csv': is no file"), std::string::npos);
+  EXPECT_NE(refusal(folder.string()).find("is no file"), std::string::npos);
+  EXPECT_NE(refusal(write("a", "channel;turns\n")).find("line 1 is 'channel;turns', expected the header"),
+            std::string::npos);
+  EXPECT_NE(refusal(write("a", table("9,much"))).find("line 12 is '9,much', expected turns from -1 to 1"),
+            std::string::npos);
+  EXPECT_NE(refusal(write("a", table("9,nan"))).find("expected turns"), std::string::npos);
+  EXPECT_NE(refusal(write("a", table("9,1.5"))).find("expected turns"), std::string::npos);
+  EXPECT_NE(refusal(write("a", table("256,0"))).find("expected a channel from 0 to 255"), std::string::npos);
+  EXPECT_NE(refusal(write("a", table("8,0"))).find("expected each channel once"), std::string::npos);
+  EXPECT_NE(refusal(write("a", table(""))).find("has no channel 9"), std::string::npos);
+  EXPECT_NE(refusal(write("a", std::string(2 << 20, 'x'))).find("too large"), std::string::npos);
+}
+
+/// What is judged is what is heard: the phases on the wire, with what the board does to them taken in.
+TEST_F(SonicSurfaceCorrections, AreInWhatIsSentAndNotInWhatIsHeard) {
+  std::mt19937 random(4);
+  const auto turn = [&] { return std::uniform_real_distribution<double>(-0.5, 0.5)(random); };
+  ultrasound::Drive drive = uniform(256, 0.0f, 1.0f);
+  std::vector<double> added(256);
+  for (std::size_t n = 0; n < 256; ++n) {
+    drive.phase[n] = static_cast<float>(2.0 * M_PI * turn());
+    added[n] = turn();
+  }
+  for (const Firmware firmware : {Firmware::stock, Firmware::tactile}) {
+    const Boards boards{firmware, 1, 0};
+    const int levels = firmware == Firmware::stock ? 32 : 16;
+    const ultrasound::Drive heard = sonic_surface::emitted(drive, firmware, 0, added);
+    SonicSurfaceBoards board(1, firmware == Firmware::tactile);
+    for (const std::uint8_t byte : sonic_surface::frame(heard, boards, added)) board.feed(byte);
+    const ultrasound::Drive sent = board.drive();
+    for (std::size_t n = 0; n < 256; ++n) {
+      EXPECT_NEAR(
+          std::remainder(sent.phase[n] / (2.0 * M_PI) - added[n] - heard.phase[n] / (2.0 * M_PI), 1.0), 0.0,
+          1e-5);
+      EXPECT_LE(std::abs(std::remainder((heard.phase[n] - drive.phase[n]) / (2.0 * M_PI), 1.0)),
+                0.5 / levels + 1e-5);
+    }
+  }
 }
 
 /// A pseudo-terminal whose other end is read by the test.
@@ -370,6 +460,49 @@ TEST_F(SonicSurfaceOnATerminal, WhatIsTooWeakForAFocusIsSilent) {
         << on << " channels, focus at " << points[0].position.transpose();
   }
   EXPECT_GT(sounding, tries / 2);
+}
+
+/// A board whose firmware adds a table of its own to what it is sent: whole again with the option, nearly
+/// nothing without it.
+TEST_F(SonicSurfaceOnATerminal, TakesOffWhatTheFirmwareAdds) {
+  std::mt19937 random(8);
+  std::string text = "channel,turns\n";
+  std::vector<double> table;
+  for (int n = 0; n < 256; ++n) {
+    table.push_back(std::uniform_int_distribution<int>(0, 31)(random) / 32.0);
+    text += std::to_string(n) + "," + std::to_string(table.back()) + "\n";
+  }
+  const std::string path =
+      (std::filesystem::temp_directory_path() / ("firmware_" + std::to_string(::getpid()) + ".csv")).string();
+  std::ofstream(path) << text;
+  const auto pressure = [&](bool told) {
+    options["firmware_corrections"] = told ? path : "";
+    options["guard"] = "false";
+    SonicSurface device;
+    device.open(options);
+    read(sonic_surface::silence(one_board).size());
+    const Sound sound = soundOf(focus(), &device);
+    device.submit(sound);
+    SonicSurfaceBoards board;
+    for (const std::uint8_t byte : read(259)) board.feed(byte);
+    ultrasound::Drive drive = board.drive();
+    for (std::size_t n = 0; n < 256; ++n) drive.phase[n] += static_cast<float>(2.0 * M_PI * table[n]);
+    const auto at = focus().points[0].position;
+    const auto layout = SonicSurfaceBoards::layout();
+    const double heard = std::abs(ultrasound::pressureAt(layout, {}, drive, at));
+    if (told) {
+      EXPECT_NEAR(heard, std::abs(ultrasound::pressureAt(layout, {}, sound.parts.at(0).drive, at)),
+                  1e-3 * heard)
+          << "what was judged is what is heard";
+    }
+    return heard;
+  };
+  const double told = pressure(true);
+  ::close(master);
+  SetUp();
+  EXPECT_GT(told, 3500.0);
+  EXPECT_LT(pressure(false), 0.3 * told);
+  std::filesystem::remove(path);
 }
 
 TEST_F(SonicSurfaceOnATerminal, DoesNotPlayWhatTheWireIsTooSlowFor) {
