@@ -80,8 +80,9 @@ void SonicSurfaceTerminal::run() {
     for (ssize_t i = 0; i < got; ++i) {
       wire_ += std::chrono::duration_cast<Clock::duration>(byte_time);
       const bool sounded = boards_.sounds();
-      if (!boards_.feed(bytes[i])) continue;
-      if (sounded) sounded_until_ = wire_;
+      const bool swapped = boards_.feed(bytes[i]);
+      if (sounded && (swapped || !boards_.sounds())) sounded_until_ = wire_;  // clocks that are off end it too
+      if (!swapped) continue;
       ++swaps_;
       last_.push_back({wire_, boards_.sounds(), boards_.drive()});
       if (last_.size() > remembered) last_.pop_front();
