@@ -9,6 +9,7 @@
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -16,6 +17,7 @@
 #include "files/output_file.h"
 #include "nodes/health.h"
 #include "nodes/inbox.h"
+#include "nodes/joint_relay.h"
 #include "scene/scene.h"
 #include "scene/solids.h"
 
@@ -74,6 +76,7 @@ class ClaySimulator {
   bool stopping_ = false;
 
   Inbox inbox_;
+  std::optional<JointRelay> joint_relay_;
   ros::Subscriber skin_subscriber_;
   ros::Publisher particles_, contacts_, status_, joints_;
   ros::ServiceServer reset_server_, save_server_, overwrite_server_, load_server_;

@@ -36,6 +36,8 @@ HandSkeleton::HandSkeleton(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : nh_(nh),
       world_(frameName(param<std::string>(private_nh, "world_frame", frame::world))),
       inbox_(private_nh),
+      left_joints_(nh, inbox_, topic::joint_states_left),
+      right_joints_(nh, inbox_, topic::joint_states_right),
       health_(nh, private_nh, "hand skeleton", [this](auto& status) { diagnose(status); }) {
   const unsigned queue = param(private_nh, "lockstep", false) ? 0 : 1;
   forgetModels();  // those of an earlier run

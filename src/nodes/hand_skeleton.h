@@ -10,6 +10,7 @@
 #include "hand/skeleton.h"
 #include "nodes/health.h"
 #include "nodes/inbox.h"
+#include "nodes/joint_relay.h"
 #include "nodes/transforms.h"
 
 namespace tactile_clay::nodes {
@@ -51,6 +52,7 @@ class HandSkeleton {
   Transforms transforms_;
   MovingTransforms broadcaster_;
   Inbox inbox_;
+  JointRelay left_joints_, right_joints_;
   ros::Subscriber subscriber_;
   Health health_;
 };

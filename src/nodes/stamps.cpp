@@ -34,4 +34,8 @@ double secondsBetween(const ros::Time& from, const ros::Time& to) {
   return std::chrono::duration<double>(toCore(to) - toCore(from)).count();
 }
 
+bool isOfTheFuture(const ros::Time& stamp, const ros::Time& now) {
+  return !now.isZero() && secondsBetween(now, stamp) > 1.0;
+}
+
 }  // namespace tactile_clay::nodes

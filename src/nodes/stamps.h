@@ -24,4 +24,8 @@ ros::Time toRos(std::chrono::nanoseconds stamp);
 /// s from one stamp to another, negative where it is the earlier one.
 double secondsBetween(const ros::Time& from, const ros::Time& to);
 
+/// Whether a stamp is more than a second later than `now`, as none is on one host or on two whose clocks
+/// agree. Where simulated time has not begun, nothing is.
+bool isOfTheFuture(const ros::Time& stamp, const ros::Time& now);
+
 }  // namespace tactile_clay::nodes

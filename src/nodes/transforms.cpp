@@ -115,7 +115,9 @@ std::optional<Eigen::Isometry3d> Transforms::lookup(const std::string& into, con
 }
 
 void MovingTransforms::send(const geometry_msgs::TransformStamped& transform) {
-  if (!nodes::faultOf(transform).empty() || !nodes::faultOf(transform.header.stamp).empty()) return;
+  if (!nodes::faultOf(transform).empty() || !nodes::faultOf(transform.header.stamp).empty() ||
+      isOfTheFuture(transform.header.stamp, ros::Time::now()))
+    return;
   ros::Time& newest = sent_[transform.child_frame_id];
   if (!(newest < transform.header.stamp)) return;
   newest = transform.header.stamp;

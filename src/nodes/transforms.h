@@ -60,7 +60,8 @@ class Transforms {
 };
 
 /// Moving transforms of a node. One whose stamp is not later than the one before of its frame is not sent: tf
-/// would not take it, and every listener would print a line.
+/// would not take it, and every listener would print a line. Nor is one of the future, after which tf would
+/// take no other.
 class MovingTransforms {
  public:
   void send(const geometry_msgs::TransformStamped& transform);

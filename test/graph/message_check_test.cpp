@@ -54,6 +54,14 @@ TEST(Stamps, ThoseBeyondTheEndAreRefused) {
   EXPECT_NE(faultOf(raw(5, 1'000'000'000)).find("expected fewer than 10^9"), std::string::npos);
 }
 
+TEST(Stamps, OfTheFuture) {
+  EXPECT_FALSE(isOfTheFuture(raw(100, 0), raw(100, 0)));
+  EXPECT_FALSE(isOfTheFuture(raw(0, 0), raw(100, 0)));
+  EXPECT_FALSE(isOfTheFuture(raw(highest, 0), raw(0, 0)));
+  EXPECT_TRUE(isOfTheFuture(raw(102, 0), raw(100, 0)));
+  EXPECT_TRUE(isOfTheFuture(raw(highest, highest), raw(100, 0)));
+}
+
 TEST(MessageCheck, SaysWhatIsTooMuch) {
   TrackedHands hands;
   hands.header.frame_id = "world";
