@@ -93,11 +93,12 @@ double personScale(const std::array<std::optional<Eigen::Vector3d>, joint_count>
 
 double personScale(const TrackedHand& hand) {
   std::array<std::optional<Eigen::Vector3d>, joint_count> positions;
-  for (int joint = 0; joint < joint_count; ++joint) positions[joint] = hand.joints[joint].position;
+  for (int joint = 0; joint < joint_count; ++joint)
+    if (!hand.missing[joint]) positions[joint] = hand.joints[joint].position;
   return personScale(positions);
 }
 double handScale(const TrackedHand& hand) {
-  return std::clamp(personScale(hand), 0.4, 2.0);
+  return std::clamp(personScale(hand), smallest_hand, largest_hand);
 }
 
 }  // namespace tactile_clay::hand

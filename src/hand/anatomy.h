@@ -56,8 +56,10 @@ extern const std::array<FingerLimits, finger_count> finger_limits;
 /// measured to reference length. The median, because some trackers use other proportions in single bones. 0
 /// if no bone is known.
 double personScale(const std::array<std::optional<Eigen::Vector3d>, joint_count>& positions);
-double personScale(const TrackedHand& hand);
-/// The same within 0.4 and 2, between which hands are simulated.
+double personScale(const TrackedHand& hand);  // without missing joints
+/// Sizes between which hands are taken for hands, and simulated.
+inline constexpr double smallest_hand = 0.4, largest_hand = 2.0;
+/// The same within them.
 double handScale(const TrackedHand& hand);
 
 }  // namespace tactile_clay::hand

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hand/anatomy.h"
 #include "hand/skin_template.h"
 
 namespace tactile_clay::hand {
@@ -44,6 +45,17 @@ Matrix3d cross(const Vector3d& v) {
   Matrix3d m;
   m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
   return m;
+}
+
+// The turn about their centres that brings `from` nearest to `to`.
+template <typename Points>
+Quaterniond turnOf(const Points& from, const Vector3d& from_centre, const Points& to,
+                   const Vector3d& to_centre) {
+  const Matrix3d covariance = (to.colwise() - to_centre) * (from.colwise() - from_centre).transpose();
+  const Eigen::JacobiSVD<Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Matrix3d u = svd.matrixU();
+  if (u.determinant() * svd.matrixV().determinant() < 0.0) u.col(2) *= -1.0;
+  return Quaterniond(Matrix3d(u * svd.matrixV().transpose()));
 }
 
 Matrix3d rotationOf(const BodyAnatomy& body, const TrackedHand& hand, const TrackedHand& rest) {
@@ -93,17 +105,22 @@ std::array<Vector3d, body_count> bodyCentres(const TrackedHand& hand) {
 
 BodyPose palmPose(const TrackedHand& hand, const TrackedHand& rest) {
   Eigen::Matrix<double, 3, palm_joints.size()> from, to;
-  for (std::size_t i = 0; i < palm_joints.size(); ++i) {
-    from.col(static_cast<Eigen::Index>(i)) = rest.joints[palm_joints[i]].position;
-    to.col(static_cast<Eigen::Index>(i)) = hand.joints[palm_joints[i]].position;
+  Eigen::Index seen = 0;
+  for (const Joint joint : palm_joints) {
+    if (hand.missing[joint]) continue;
+    from.col(seen) = rest.joints[joint].position;
+    to.col(seen++) = hand.joints[joint].position;
   }
-  const Vector3d centre = to.rowwise().mean();
-  const Matrix3d covariance =
-      (to.colwise() - centre) * (from.colwise() - Vector3d(from.rowwise().mean())).transpose();
-  const Eigen::JacobiSVD<Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Matrix3d u = svd.matrixU();
-  if (u.determinant() * svd.matrixV().determinant() < 0.0) u.col(2) *= -1.0;
-  return {centre, Quaterniond(Matrix3d(u * svd.matrixV().transpose()))};
+  if (hand.missing.none()) {
+    const Vector3d centre = to.rowwise().mean();
+    return {centre, turnOf(from, Vector3d(from.rowwise().mean()), to, centre)};
+  }
+  const Eigen::Matrix3Xd some_from = from.leftCols(seen), some_to = to.leftCols(seen);
+  const Vector3d from_centre = some_from.rowwise().mean(), to_centre = some_to.rowwise().mean();
+  const Quaterniond turn = turnOf(some_from, from_centre, some_to, to_centre);
+  // The centre is that of all joints.
+  const double scale = handScale(hand) / handScale(rest);
+  return {to_centre + scale * (turn * (bodyCentres(rest)[palm_body] - from_centre)), turn};
 }
 
 bool palmLeaps(const BodyPose& last, const BodyPose& now) {
@@ -118,7 +135,9 @@ BodyPoses bodyPoses(const TrackedHand& hand, const TrackedHand& rest) {
   BodyPoses poses;
   poses[palm_body] = palmPose(hand, rest);
   for (int b = 1; b < body_count; ++b)
-    poses[b] = {centres[b], Quaterniond(rotationOf(body_anatomy[b], hand, rest))};
+    poses[b] = {centres[b], hand.missing[body_anatomy[b].to]
+                                ? poses[palm_body].rotation
+                                : Quaterniond(rotationOf(body_anatomy[b], hand, rest))};
   return poses;
 }
 

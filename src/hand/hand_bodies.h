@@ -45,7 +45,8 @@ using BodyPoses = std::array<BodyPose, body_count>;
 std::array<Eigen::Vector3d, body_count> bodyCentres(const TrackedHand& hand);
 
 /// Poses of a tracked hand's bodies relative to those of `rest` (of any size). The palm's is the best fit
-/// (Umeyama 1991) of its joints, so it does not depend on how a tracker turns the palm's frame.
+/// (Umeyama 1991) of its joints, so it does not depend on how a tracker turns the palm's frame. A part
+/// between joints that are missing is turned as the palm, and has no place.
 BodyPoses bodyPoses(const TrackedHand& hand, const TrackedHand& rest);
 BodyPose palmPose(const TrackedHand& hand, const TrackedHand& rest);  // of them the palm's
 /// Whether a palm is farther from its last pose than one moves from a sample to the next: 0.5 m, 2 rad.

@@ -3,51 +3,333 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 #include "hand/anatomy.h"
 
 namespace tactile_clay::hand {
 namespace {
 
-constexpr double farthest = 10.0;       // m
-constexpr double thickest = 0.1;        // m
-constexpr double longest_bone = 0.2;    // m
+using Eigen::Vector3d;
+
+constexpr double farthest = 10.0;       // m from the origin
 constexpr double squarest_norm = 1e-6;  // of a quaternion
+// Trackers have proportions of their own: bones of six recordings are 0.82 to 1.14 times those of the table,
+// places in the palm 11 mm off. Hands of other trackers differ more, a joint that was not located far more.
+constexpr double shortest_bone = 0.4, longest_bone = 2.0;  // of the table's at the hand's size
+constexpr double off_in_palm = 0.035;                      // m, at scale 1
+// A hand that fades out has half its radii (hand_cleaner.cpp).
+constexpr double thinnest = 0.2, thickest = 4.0;  // of the table's radius at the hand's size
+constexpr int least_fingers = 3;                  // of a hand
+// Sines of angles: of the palm's +Y against the plane of wrist and knuckles, and how far fingers bend back in
+// the mean.
+constexpr double contrary_palm = -0.2, bent_back = 0.6;
+constexpr double fastest_palm = 20.0;   // m/s: no hand is as fast
+constexpr double shortest_jump = 0.05;  // m, in which the stamps of two samples may be off
+
+// What does not move in the palm.
+constexpr std::array<Joint, 11> palm_joints = {palm,
+                                               wrist,
+                                               thumb_metacarpal,
+                                               index_metacarpal,
+                                               index_proximal,
+                                               middle_metacarpal,
+                                               middle_proximal,
+                                               ring_metacarpal,
+                                               ring_proximal,
+                                               little_metacarpal,
+                                               little_proximal};
+constexpr std::array<const char*, finger_count> finger_names = {"thumb", "index finger", "middle finger",
+                                                                "ring finger", "little finger"};
+
+int fingerOf(int joint) {  // -1: of palm and wrist
+  for (int f = 0; f < finger_count; ++f)
+    if (joint >= fingers[f].first && joint <= fingers[f].tip()) return f;
+  return -1;
+}
+
+// Where the palm of a right hand of scale 1 has a joint, m.
+Vector3d placeInPalm(Joint joint) {
+  if (joint == palm) return Vector3d::Zero();
+  if (joint == wrist) return wrist_in_palm;
+  const int f = fingerOf(joint);
+  return joint == fingers[f].first ? palm_anatomy[f].base : palm_anatomy[f].knuckle;
+}
+
+std::string nameOf(const TrackedHand& hand) {
+  return (hand.side == Side::left ? "left hand " : "right hand ") + std::to_string(hand.id);
+}
 
 template <typename Value>
-std::string fault(const TrackedHand& hand, int joint, const char* what, const Value& value,
-                  const char* expected) {
+std::string wrong(int joint, const char* what, const Value& value, const std::string& expected) {
   std::ostringstream line;
-  line << (hand.side == Side::left ? "left" : "right") << " hand " << hand.id << ", joint "
-       << joint_anatomy[joint].name << ": " << what << " " << value << ", expected " << expected;
+  line.precision(3);
+  line << "joint " << joint_anatomy[joint].name << ": " << what << " " << value << ", expected " << expected;
   return line.str();
 }
 
+std::string range(double low, double high, const char* unit) {
+  std::ostringstream text;
+  text.precision(2);
+  text << low << " to " << high << unit;
+  return text.str();
+}
+
+/// One hand under judgement: what is wrong with each joint.
+class Judgement {
+ public:
+  explicit Judgement(TrackedHand& hand) : hand_(hand) {}
+
+  HandFaults verdict() {
+    if (hand_.side != Side::left && hand_.side != Side::right)
+      return noHand(
+          "hand " + std::to_string(hand_.id),
+          "side " + std::to_string(static_cast<int>(hand_.side)) + ", expected 0 (left) or 1 (right)");
+    if (!(hand_.confidence >= 0.0 && hand_.confidence <= 1.0))
+      return noHand(nameOf(hand_), "confidence " + std::to_string(hand_.confidence) + ", expected 0 to 1");
+    judgeNumbers();
+    for (const Joint joint : {palm, wrist})
+      if (!faults_[joint].empty()) return noHand(nameOf(hand_), faults_[joint]);
+    takeOutFingers();
+    scale_ = personScale(hand_);
+    if (!(scale_ >= smallest_hand && scale_ <= largest_hand)) {
+      std::ostringstream line;
+      line.precision(3);
+      line << "its bones are " << scale_
+           << " times an adult's, expected 0.4 to 2 times (joints of a hand, in metres)";
+      return noHand(nameOf(hand_), line.str());
+    }
+    judgePlaces();
+    for (const Joint joint : {palm, wrist})
+      if (!faults_[joint].empty()) return noHand(nameOf(hand_), faults_[joint]);
+    judgeBones();
+    takeOutFingers();
+    if (fingersLeft() < least_fingers) return noHand(nameOf(hand_), firstFault());
+    const std::string other_side = handedness();
+    if (!other_side.empty()) return noHand(nameOf(hand_), other_side);
+    HandFaults faults;
+    tellFingers(faults);
+    replaceRadii(faults);
+    return faults;
+  }
+
+ private:
+  const Vector3d& at(int joint) const { return hand_.joints[joint].position; }
+  bool there(int joint) const { return !hand_.missing[joint]; }
+
+  static HandFaults noHand(const std::string& who, const std::string& why) {
+    return {false, 0, {who + " left out: " + why}};
+  }
+
+  void judgeNumbers() {
+    const Eigen::IOFormat row(4, 0, " ", " ", "", "", "(", ")");
+    for (int joint = 0; joint < joint_count; ++joint) {
+      const JointPose& j = hand_.joints[joint];
+      if (joint > wrist && j.radius == 0.0 && j.position == at(wrist)) hand_.missing.set(joint);
+      if (!there(joint)) continue;
+      if (!j.position.allFinite() || j.position.norm() >= farthest)
+        faults_[joint] =
+            wrong(joint, "position", j.position.transpose().format(row), "finite and within 10 m");
+      else if (!j.orientation.coeffs().allFinite() || !(j.orientation.norm() > squarest_norm))
+        faults_[joint] = wrong(joint, "orientation", j.orientation.coeffs().transpose().format(row),
+                               "a finite quaternion that is not zero");
+    }
+  }
+
+  // A joint is somewhere else where most other joints of the palm say so.
+  void judgePlaces() {
+    for (const Joint joint : palm_joints) {
+      if (!there(joint)) continue;
+      int others = 0, off = 0;
+      for (const Joint other : palm_joints) {
+        if (other == joint || !there(other)) continue;
+        const double usual = scale_ * (placeInPalm(joint) - placeInPalm(other)).norm();
+        ++others;
+        if (std::abs((at(joint) - at(other)).norm() - usual) > scale_ * off_in_palm) ++off;
+      }
+      if (2 * off <= others) continue;
+      const Joint base = joint == wrist ? palm : wrist;
+      const double usual = scale_ * (placeInPalm(joint) - placeInPalm(base)).norm();
+      faults_[joint] = wrong(joint, joint == wrist ? "distance to the palm" : "distance to the wrist",
+                             (at(joint) - at(base)).norm(),
+                             "that of a palm, " + range(std::max(0.0, usual - scale_ * off_in_palm),
+                                                        usual + scale_ * off_in_palm, " m"));
+    }
+  }
+
+  void judgeBones() {
+    for (int joint = 0; joint < joint_count; ++joint) {
+      const JointAnatomy& anatomy = joint_anatomy[joint];
+      if (anatomy.bone_length == 0.0 || !there(joint) || !there(anatomy.parent) || !faults_[joint].empty())
+        continue;
+      const double bone = (at(joint) - at(anatomy.parent)).norm(), usual = scale_ * anatomy.bone_length;
+      if (bone < shortest_bone * usual || bone > longest_bone * usual)
+        faults_[joint] =
+            wrong(joint, "distance to its parent", bone,
+                  range(shortest_bone * usual, longest_bone * usual, " m in a hand of this size"));
+    }
+  }
+
+  // Makes joints missing that are wrong or hang on wrong ones.
+  void takeOutFingers() {
+    for (int f = 0; f < finger_count; ++f) {
+      const int palm_part = f == 0 ? 0 : 2;  // joints of a finger that belong to the palm
+      int first = fingers[f].count;
+      for (int i = fingers[f].count - 1; i >= 0; --i)
+        if (!there(fingers[f][i]) || !faults_[fingers[f][i]].empty()) first = i < palm_part ? 0 : palm_part;
+      for (int i = first; i < fingers[f].count; ++i) {
+        const Joint joint = fingers[f][i];
+        hand_.missing.set(joint);
+        hand_.joints[joint] = {at(wrist), hand_.joints[wrist].orientation, 0.0};
+      }
+    }
+  }
+
+  int fingersLeft() const {
+    int left = 0;
+    for (const FingerJoints& finger : fingers)
+      if (there(finger.tip())) ++left;
+    return left;
+  }
+
+  // That of the finger that lacks most, or of one that was missing before.
+  std::string firstFault() const {
+    for (const std::string& fault : faults_)
+      if (!fault.empty()) return fault + "; less than three fingers are left";
+    return "less than three fingers, expected palm, wrist and three fingers";
+  }
+
+  std::string handedness() const {
+    std::vector<int> knuckles;
+    for (int f = 1; f < finger_count; ++f)
+      if (there(fingers[f][1])) knuckles.push_back(f);
+    // With three fingers in all there are at least two knuckles.
+    const Vector3d across = at(fingers[knuckles.back()][1]) - at(fingers[knuckles.front()][1]);
+    Vector3d middle = Vector3d::Zero();
+    for (const int f : knuckles) middle += at(fingers[f][1]) / static_cast<double>(knuckles.size());
+    for (std::size_t i = 1; i < knuckles.size(); ++i) {
+      const Joint joint = fingers[knuckles[i]][1];
+      if ((at(joint) - at(fingers[knuckles[i - 1]][1])).dot(across) <= 0.0)
+        return wrong(joint, "beside the knuckle", finger_names[knuckles[i - 1]],
+                     "the knuckles in the order index, middle, ring, little");
+    }
+    const Vector3d ahead = middle - at(wrist);
+    if (ahead.dot(at(palm) - at(wrist)) <= 0.0)
+      return "joint palm: it lies behind the wrist, expected between wrist and knuckles";
+    const double sign = hand_.side == Side::right ? 1.0 : -1.0;
+    const char* expected = hand_.side == Side::right ? "those of a right hand (a left one, or mirrored?)"
+                                                     : "those of a left hand (a right one, or mirrored?)";
+    const Vector3d back = sign * across.cross(ahead).normalized();
+    const double dorsal = (hand_.joints[palm].orientation.normalized() * Vector3d::UnitY()).dot(back);
+    if (dorsal < contrary_palm)
+      return wrong(palm, "sine of its +Y to the back of the hand", dorsal,
+                   std::string("knuckles and +Y ") + expected);
+    double bent = 0.0;
+    int count = 0;
+    for (int f = 1; f < finger_count; ++f) {
+      if (!there(fingers[f].tip())) continue;
+      double length = 0.0;
+      for (int i = 2; i < fingers[f].count; ++i) length += scale_ * joint_anatomy[fingers[f][i]].bone_length;
+      bent += (at(fingers[f].tip()) - at(fingers[f][1])).dot(back) / length;
+      ++count;
+    }
+    if (count > 0 && bent > bent_back * count)
+      return wrong(middle_tip, "fingers bent back by a sine of", bent / count,
+                   std::string("fingers ") + expected);
+    return {};
+  }
+
+  void tellFingers(HandFaults& faults) const {
+    for (int f = 0; f < finger_count; ++f)
+      for (int i = 0; i < fingers[f].count; ++i) {
+        const std::string& fault = faults_[fingers[f][i]];
+        if (fault.empty()) continue;
+        ++faults.fingers;
+        faults.lines.push_back(nameOf(hand_) + ", " + finger_names[f] + " left out: " + fault);
+        break;
+      }
+  }
+
+  void replaceRadii(HandFaults& faults) {
+    int count = 0, first = -1;
+    for (int joint = 0; joint < joint_count; ++joint) {
+      if (!there(joint)) continue;
+      double& radius = hand_.joints[joint].radius;
+      const double usual = scale_ * joint_anatomy[joint].radius;
+      if (radius >= thinnest * usual && radius <= thickest * usual) continue;
+      if (count++ == 0) {
+        first = joint;
+        told_radius_ = radius;
+      }
+      radius = usual;
+    }
+    if (count == 0) return;
+    const double usual = scale_ * joint_anatomy[first].radius;
+    faults.lines.push_back(
+        nameOf(hand_) + ": " + std::to_string(count) +
+        " radii are not a hand's and replaced by those of an adult at its size; " +
+        wrong(first, "radius", told_radius_, range(thinnest * usual, thickest * usual, " m")));
+  }
+
+  TrackedHand& hand_;
+  std::array<std::string, joint_count> faults_;
+  double scale_ = 0.0, told_radius_ = 0.0;
+};
+
 }  // namespace
 
+HandFaults judge(TrackedHand& hand) {
+  return Judgement(hand).verdict();
+}
+
 std::string faultOf(const TrackedHand& hand) {
-  if (hand.side != Side::left && hand.side != Side::right)
-    return "hand " + std::to_string(hand.id) + ": side " + std::to_string(static_cast<int>(hand.side)) +
-           ", expected 0 (left) or 1 (right)";
-  const Eigen::IOFormat row(4, 0, " ", " ", "", "", "(", ")");
-  for (int joint = 0; joint < joint_count; ++joint) {
-    const JointPose& j = hand.joints[joint];
-    if (!j.position.allFinite() || j.position.norm() >= farthest)
-      return fault(hand, joint, "position", j.position.transpose().format(row), "finite and within 10 m");
-    if (!j.orientation.coeffs().allFinite() || !(j.orientation.norm() > squarest_norm))
-      return fault(hand, joint, "orientation", j.orientation.coeffs().transpose().format(row),
-                   "a finite quaternion that is not zero");
-    if (!(j.radius >= 0.0 && j.radius <= thickest))
-      return fault(hand, joint, "radius", j.radius, "0 to 0.1 m");
+  TrackedHand copy = hand;
+  const HandFaults faults = judge(copy);
+  return faults.lines.empty() ? std::string() : faults.lines.front();
+}
+
+LeftOut leaveOutBadHands(std::vector<TrackedHand>& hands) {
+  LeftOut out;
+  std::vector<TrackedHand> good;
+  for (TrackedHand& hand : hands) {
+    HandFaults faults = judge(hand);
+    for (std::string& line : faults.lines) out.lines.push_back(std::move(line));
+    out.fingers += static_cast<std::size_t>(faults.fingers);
+    if (faults.usable)
+      good.push_back(hand);
+    else
+      ++out.hands;
   }
-  for (int joint = 0; joint < joint_count; ++joint) {
-    const Joint parent = joint_anatomy[joint].parent;
-    const double bone = (hand.joints[joint].position - hand.joints[parent].position).norm();
-    if (bone > longest_bone) return fault(hand, joint, "distance to its parent", bone, "at most 0.2 m");
-  }
-  if (!(hand.confidence >= 0.0 && hand.confidence <= 1.0))
-    return fault(hand, palm, "confidence of the hand", hand.confidence, "0 to 1");
-  return {};
+  hands = std::move(good);
+  return out;
+}
+
+bool palmJumps(const TrackedHand& from, const TrackedHand& to, double dt) {
+  const double step = (to.joints[palm].position - from.joints[palm].position).norm();
+  return step > shortest_jump && step > fastest_palm * dt;
+}
+
+LeftOut JumpCheck::leaveOutJumps(std::vector<TrackedHand>& hands, std::chrono::nanoseconds stamp) {
+  const double dt = std::chrono::duration<double>(stamp - stamp_).count();
+  const std::vector<TrackedHand> last = std::exchange(last_, hands);
+  stamp_ = stamp;
+  LeftOut out;
+  const auto jumps = [&](const TrackedHand& hand) {
+    bool known = false, near = false;
+    for (const TrackedHand& before : last) {
+      if (before.side != hand.side) continue;
+      known = true;
+      near = near || !palmJumps(before, hand, dt);
+    }
+    if (!known || near) return false;
+    out.lines.push_back(nameOf(hand) +
+                        " left out: joint palm: it jumped, expected at most 20 m/s; a hand that stays " +
+                        "there is taken for another one");
+    ++out.hands;
+    return true;
+  };
+  hands.erase(std::remove_if(hands.begin(), hands.end(), jumps), hands.end());
+  return out;
 }
 
 std::size_t keepOneHandASide(std::vector<TrackedHand>& hands) {

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <chrono>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -7,10 +10,61 @@
 
 namespace tactile_clay::hand {
 
-/// What is wrong with a hand, in one line, or empty: it must be a left or a right one, positions must be
-/// finite and within 10 m, orientations normalisable, radii 0 to 0.1 m, bones and the distance of palm and
-/// wrist at most 0.2 m, confidence 0 to 1.
+/// What is wrong with a hand.
+struct HandFaults {
+  bool usable = true;              // false: it is no hand
+  int fingers = 0;                 // that are wrong, of a usable hand
+  std::vector<std::string> lines;  // one a fault: which hand, which joint, what was expected
+};
+
+/// Judges a hand by anatomy, joint by joint, and takes out of it what cannot be a hand's:
+///
+/// - numbers: positions in metres, finite and within 10 m; orientations finite and not zero; confidence 0 to
+/// 1;
+/// - size: the median of its bones against `joint_anatomy` is 0.4 to 2; each bone is 0.4 to 2 times what it
+/// is in a
+///   hand of that size, so that no two joints are one;
+/// - place: a joint of the palm is as far from most others of the palm as in a hand of that size, within 35
+/// mm times it;
+/// - handedness: palm and knuckles lie before the wrist, the knuckles in their order, and the palm's +Y, and
+/// the side to which fingers bend, are those of a
+///   hand of its side;
+/// - radii: 0.2 to 4 times those of a hand of that size.
+///
+/// A wrong joint of a finger makes what lies beyond its knuckle missing, or all of the finger where knuckle
+/// or metacarpal are wrong, and all of a thumb. A hand needs palm, wrist and three fingers. A wrong radius of
+/// a joint whose place is right (as 0, where a tracker knows none) is replaced by that of `joint_anatomy` at
+/// the hand's size. What is missing already, or lies at the wrist with radius 0 as missing joints do in
+/// messages, is missing without a word.
+HandFaults judge(TrackedHand& hand);
+
+/// The first line of `judge`, or empty.
 std::string faultOf(const TrackedHand& hand);
+
+/// What was taken out of a frame.
+struct LeftOut {
+  std::size_t hands = 0, fingers = 0;
+  std::vector<std::string> lines;
+};
+
+/// Judges all hands, and removes those that are none.
+LeftOut leaveOutBadHands(std::vector<TrackedHand>& hands);
+
+/// Whether a palm that is at `to` was not at `from` `dt` s before: no hand goes farther than 0.05 m at more
+/// than 20 m/s.
+bool palmJumps(const TrackedHand& from, const TrackedHand& to, double dt);
+
+/// Leaves out hands that jump: a hand that is suddenly elsewhere is there from its second sample on, as
+/// another hand, and one that jumps to and fro is nowhere.
+class JumpCheck {
+ public:
+  /// Of hands at a time that does not go back.
+  LeftOut leaveOutJumps(std::vector<TrackedHand>& hands, std::chrono::nanoseconds stamp);
+
+ private:
+  std::vector<TrackedHand> last_;  // as they came
+  std::chrono::nanoseconds stamp_{0};
+};
 
 /// Leaves the more confident of two hands of one side (the first of equals); keeps the order.
 /// \return how many were removed

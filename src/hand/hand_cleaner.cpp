@@ -4,6 +4,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "hand/hand_check.h"
+
 namespace tactile_clay::hand {
 namespace {
 
@@ -19,6 +21,9 @@ constexpr double velocity_cutoff = 10.0;  // Hz, of the motion that predicts
 constexpr double late = 1.15;
 constexpr double longest_hold = 0.07, shortest_fade = 0.03;  // s
 constexpr double newest_period = 0.2;                        // share in the mean
+// m/s^2, by which a hand speeds up or slows down at most: a stroke of half a metre in a sixth of a second.
+constexpr double quickest_start = 100.0;
+constexpr double catching_up = 1.15;  // of the tracked palm's fastest: what was held is not to leap after it
 
 double seconds(std::chrono::nanoseconds time) {
   return std::chrono::duration<double>(time).count();
@@ -94,7 +99,8 @@ void HandCleaner::update(TrackedFrame& frame) {
       see(track, *seen[side], frame.stamp);
     else
       miss(track, frame.stamp);
-    if (track && track->presence > 0.0) hands.push_back(faded(track->released, track->presence));
+    if (track && track->shown && track->presence > 0.0)
+      hands.push_back(faded(track->released, track->presence));
   }
   frame.hands = std::move(hands);
 }
@@ -117,16 +123,19 @@ const TrackedHand* HandCleaner::choose(const TrackedFrame& frame, Side side) {
 
 void HandCleaner::see(std::optional<Track>& track, const TrackedHand& hand, std::chrono::nanoseconds stamp) {
   forget(track, stamp);
+  bool jumped = false;
   if (track) {
-    const double step = palmDistance(hand, track->seen);
-    const double speed = step / seconds(stamp - track->stamp);
-    if (speed > config_.artefact_speed && hand.confidence < config_.artefact_confidence) {
+    if (isArtefact(*track, hand, stamp)) {
       ++counts_.artefacts;
-      return miss(track, stamp);
+      miss(track, stamp);
+      track->left_out = {hand.joints[palm].position, stamp};
+      return;
     }
     const bool renamed = hand.id != track->seen.id;
-    if (step > config_.same_hand_distance && (renamed || speed > config_.jump_speed)) {
+    if (palmJumps(track->seen, hand, seconds(stamp - track->stamp)) ||
+        (renamed && palmDistance(hand, track->seen) > config_.same_hand_distance)) {
       ++counts_.jumps;
+      jumped = true;
       track.reset();
     } else {
       if (renamed) {
@@ -139,10 +148,31 @@ void HandCleaner::see(std::optional<Track>& track, const TrackedHand& hand, std:
   track.emplace();
   track->seen = track->blended = track->clean = track->released = hand;
   track->stamp = track->updated = stamp;
+  track->shown = !jumped;
   for (int joint = 0; joint < joint_count; ++joint) {
     track->position[joint].reset(hand.joints[joint].position);
     track->orientation[joint].reset(hand.joints[joint].orientation);
   }
+}
+
+// Of a hand that the tracker is sure of, nothing is. A stroke is as fast as it was before, or its mean speed
+// since it was seen is that with which it goes on; a leap is neither: it comes from rest and rests where it
+// went.
+bool HandCleaner::isArtefact(const Track& track, const TrackedHand& hand,
+                             std::chrono::nanoseconds stamp) const {
+  if (hand.confidence >= config_.artefact_confidence) return false;
+  const double te = seconds(stamp - track.stamp);
+  const Vector3d& at = hand.joints[palm].position;
+  const Vector3d mean = (at - track.seen.joints[palm].position) / te;
+  if (mean.norm() <= config_.artefact_speed) return false;
+  const auto near = [&](const Vector3d& speed, double acceleration) {
+    return (mean - speed).norm() <= std::max(config_.artefact_speed, acceleration * te);
+  };
+  if (!track.left_out) return !near(track.velocity, quickest_start);
+  // A mean speed is off by half of what it changes.
+  const double half = 0.5 * quickest_start;
+  const Vector3d now = (at - track.left_out->palm) / seconds(stamp - track.left_out->stamp);
+  return !near(track.velocity, half) && !near(now, half);
 }
 
 // A moving hand is expected where its motion takes it, so that a change of id alone makes no step.
@@ -152,6 +182,8 @@ void HandCleaner::startBlend(Track& track, const TrackedHand& hand, std::chrono:
   track.blend_start = stamp;
   for (int joint = 0; joint < joint_count; ++joint) {
     const JointPose& to = hand.joints[joint];
+    (*track.steps)[joint] = {Vector3d::Zero(), Vector3d::Zero()};
+    if (hand.missing[joint] || track.seen.missing[joint]) continue;
     const Motion& motion = track.motion[joint];
     const Vector3d expected = track.blended.joints[joint].position + te * motion.velocity;
     const Quaterniond turned = track.blended.joints[joint].orientation * rotation(te * motion.turning);
@@ -161,6 +193,33 @@ void HandCleaner::startBlend(Track& track, const TrackedHand& hand, std::chrono:
 }
 
 void HandCleaner::goOn(Track& track, const TrackedHand& hand, std::chrono::nanoseconds stamp) {
+  const Vector3d raw_step = hand.joints[palm].position - track.seen.joints[palm].position;
+  const Vector3d released = track.clean.joints[palm].position;
+  filter(track, hand, stamp);
+  track.velocity = raw_step / seconds(stamp - track.stamp);
+  track.fastest = std::max(track.fastest, track.velocity.norm());
+  const Vector3d step = track.clean.joints[palm].position - released;
+  const double farthest = catching_up * track.fastest * seconds(stamp - track.updated);
+  if (step.norm() > farthest)
+    for (JointPose& joint : track.clean.joints) joint.position += (farthest / step.norm() - 1.0) * step;
+  track.stamp = stamp;
+  // What had begun to fade comes back as fast as it went.
+  track.presence =
+      std::min(1.0, track.presence + seconds(stamp - track.updated) / (config_.gone - config_.hold));
+  track.updated = stamp;
+  track.shown = true;
+  track.left_out.reset();
+  track.released = track.clean;
+  if (config_.prediction > 0.0)
+    for (int joint = 0; joint < joint_count; ++joint) {
+      JointPose& pose = track.released.joints[joint];
+      pose.position += config_.prediction * track.motion[joint].velocity;
+      pose.orientation = pose.orientation * rotation(config_.prediction * track.motion[joint].turning);
+    }
+}
+
+// From what is seen to what is blended and filtered.
+void HandCleaner::filter(Track& track, const TrackedHand& hand, std::chrono::nanoseconds stamp) {
   const double te = seconds(stamp - track.stamp);
   double step_left = 0.0;
   if (track.steps) {
@@ -169,8 +228,15 @@ void HandCleaner::goOn(Track& track, const TrackedHand& hand, std::chrono::nanos
   }
   const double gain = lowPassGain(velocity_cutoff, te);
   const TrackedHand before = track.clean;
+  const std::bitset<joint_count> was_missing = track.seen.missing;
   track.seen = track.blended = track.clean = hand;
   for (int joint = 0; joint < joint_count; ++joint) {
+    if (hand.missing[joint] || was_missing[joint]) {
+      track.position[joint].reset(hand.joints[joint].position);
+      track.orientation[joint].reset(hand.joints[joint].orientation);
+      track.motion[joint] = {};
+      continue;
+    }
     JointPose& pose = track.blended.joints[joint];
     pose.orientation.normalize();
     if (track.steps) {
@@ -186,18 +252,6 @@ void HandCleaner::goOn(Track& track, const TrackedHand& hand, std::chrono::nanos
     motion.turning +=
         gain * (rotationVector(last.orientation.conjugate() * clean.orientation) / te - motion.turning);
   }
-  track.stamp = stamp;
-  // What had begun to fade comes back as fast as it went.
-  track.presence =
-      std::min(1.0, track.presence + seconds(stamp - track.updated) / (config_.gone - config_.hold));
-  track.updated = stamp;
-  track.released = track.clean;
-  if (config_.prediction > 0.0)
-    for (int joint = 0; joint < joint_count; ++joint) {
-      JointPose& pose = track.released.joints[joint];
-      pose.position += config_.prediction * track.motion[joint].velocity;
-      pose.orientation = pose.orientation * rotation(config_.prediction * track.motion[joint].turning);
-    }
 }
 
 void HandCleaner::miss(std::optional<Track>& track, std::chrono::nanoseconds stamp) {

@@ -18,10 +18,9 @@ struct CleanConfig {
   double same_hand_time = 0.1;                // s after it was last seen, it is still the same hand
   double same_hand_distance = 0.05;           // m, of the palm, within which another id is the same hand
   double blend = 0.1;                         // s, over which the step of a changed id is taken
-  double artefact_speed = 1.5;                // m/s, of the palm, with a confidence below
+  double artefact_speed = 1.5;                // m/s that the palm is off its motion, with a confidence below
   double artefact_confidence = 0.5;
-  double jump_speed = 20.0;  // m/s, of the palm, that no hand has: it is another one
-  double prediction = 0.0;   // s ahead, 0 to 0.02
+  double prediction = 0.0;  // s ahead, 0 to 0.02
 };
 
 /// How often, since the start.
@@ -31,7 +30,7 @@ struct CleanCounts {
   std::uint64_t id_changes = 0;    // of the same hand
   std::uint64_t side_changes = 0;  // hands that the tracker took for the other one
   std::uint64_t artefacts = 0;     // samples left out
-  std::uint64_t jumps = 0;         // steps that no hand makes
+  std::uint64_t jumps = 0;         // steps that no hand makes (palmJumps), or makes under a new id
   std::uint64_t doubles = 0;       // hands left out beside another one of their side
 };
 
@@ -41,13 +40,20 @@ struct CleanCounts {
 /// - a hand that is not seen is held for `hold`, and fades out until `gone`: it grows thin about its bones,
 /// to half
 ///   its radii, so that skin and touch withdraw from the clay, and its confidence falls to zero;
+/// - what was held or left out while the tracker's hand went on catches up with it: the cleaned palm is
+/// nowhere faster than
+///   1.15 times the fastest that the tracker has shown, and so never leaps where the hand did not;
 /// - another id, of a hand seen less than `same_hand_time` ago and closer than `same_hand_distance` to where
 /// it was, is
-///   the same hand, and a step that this makes is blended over `blend`; farther away, it is another hand;
+///   the same hand, and a step that this makes is blended over `blend`; farther away, or in a jump that no
+///   hand makes, it is another hand, which is there from its second sample on;
 /// - an id that changes sides in its place takes its hand along;
 /// - of several hands of one side, as where a tracker takes the other hand for it, the one that was there
 /// before counts: that of its id, or else the nearest; of a side that had none, the most confident;
-/// - a fast step of an unsure hand is an artefact, and left out as if the hand was not seen.
+/// - a step of an unsure hand that its motion does not explain is an artefact, and left out as if the hand
+/// was not seen. A
+///   stroke is none, however fast: it goes on as it went before, or as it goes from there on;
+/// - a joint that is missing is so at once, and starts anew when it is back.
 class HandCleaner {
  public:
   /// \throws std::invalid_argument with one line where a number is out of its range
@@ -75,6 +81,10 @@ class HandCleaner {
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // m/s
     Eigen::Vector3d turning = Eigen::Vector3d::Zero();   // rad/s, in the joint's frame
   };
+  struct LeftOut {
+    Eigen::Vector3d palm;  // m
+    std::chrono::nanoseconds stamp;
+  };
   struct Track {
     TrackedHand seen;                  // as it came
     TrackedHand blended;               // and without what is left of the step of a changed id
@@ -83,6 +93,11 @@ class HandCleaner {
     std::chrono::nanoseconds stamp;    // when it was seen
     std::chrono::nanoseconds updated;  // when it was seen or missed
     double presence = 1.0;             // 0-1
+    bool shown = true;                 // false: it jumped there, and was seen there once only
+    Eigen::Vector3d velocity =
+        Eigen::Vector3d::Zero();      // m/s, of the palm between the last two that were seen
+    double fastest = 0.0;             // m/s, of it since the track began
+    std::optional<LeftOut> left_out;  // the last artefact since `stamp`
     std::array<OneEuro<3>, joint_count> position;
     std::array<OneEuroRotation, joint_count> orientation;
     std::array<Motion, joint_count> motion;
@@ -93,7 +108,9 @@ class HandCleaner {
   void update(TrackedFrame& frame);
   const TrackedHand* choose(const TrackedFrame& frame, Side side);
   void see(std::optional<Track>& track, const TrackedHand& hand, std::chrono::nanoseconds stamp);
+  bool isArtefact(const Track& track, const TrackedHand& hand, std::chrono::nanoseconds stamp) const;
   void goOn(Track& track, const TrackedHand& hand, std::chrono::nanoseconds stamp);
+  void filter(Track& track, const TrackedHand& hand, std::chrono::nanoseconds stamp);
   void miss(std::optional<Track>& track, std::chrono::nanoseconds stamp);
   void forget(std::optional<Track>& track, std::chrono::nanoseconds stamp);
   void startBlend(Track& track, const TrackedHand& hand, std::chrono::nanoseconds stamp);

@@ -29,9 +29,12 @@ BonePose bonePose(const Bone& bone, const Eigen::Vector3d& rest_direction, const
           boneRotation(bone, rest_direction, hand).cast<float>()};
 }
 
-Eigen::Vector3f sampleNormal(const BoundSample& sample, const std::array<BonePose, bones.size()>& poses) {
+using Bones = std::bitset<bones.size()>;
+
+Eigen::Vector3f sampleNormal(const BoundSample& sample, const std::array<BonePose, bones.size()>& poses,
+                             const Bones& bare) {
   Eigen::Vector3f normal = poses[sample.bone].rotation * sample.normal_in_bone;
-  if (sample.neighbour_weight == 0.0F) return normal;
+  if (sample.neighbour_weight == 0.0F || bare[sample.neighbour]) return normal;
   const Eigen::Vector3f blended =
       (1.0F - sample.neighbour_weight) * normal +
       sample.neighbour_weight * (poses[sample.neighbour].rotation * sample.normal_in_neighbour);
@@ -44,12 +47,12 @@ Eigen::Vector3f sampleNormal(const BoundSample& sample, const std::array<BonePos
 // How far a sample of `bone` withdraws to its axis, 0 to 1: wholly where it is deeper in other flesh than
 // `withdrawn_below` of its radius.
 float withdrawal(int bone, const Eigen::Vector3f& surface, float radius,
-                 const std::array<Capsule, bones.size()>& capsules) {
+                 const std::array<Capsule, bones.size()>& capsules, const Bones& bare) {
   constexpr double withdrawn_below = 0.1;
   const Eigen::Vector3d point = surface.cast<double>();
   double distance = 0.0;
   for (int other = 0; other < static_cast<int>(capsules.size()); ++other)
-    if (other != bone && capsules[other].mayBeWithin(0.0, point))
+    if (other != bone && !bare[other] && capsules[other].mayBeWithin(0.0, point))
       distance = std::min(distance, capsules[other].distance(point));
   return static_cast<float>(std::min(1.0, -distance / (withdrawn_below * radius)));
 }
@@ -102,7 +105,9 @@ void KinematicHands::append(const TrackedHand& hand, std::chrono::nanoseconds st
 
   std::array<BonePose, bones.size()> poses;
   std::array<Capsule, bones.size()> capsules;
+  Bones bare;
   for (std::size_t i = 0; i < bones.size(); ++i) {
+    bare[i] = hand.missing[bones[i].from] || hand.missing[bones[i].to];
     poses[i] = bonePose(bones[i], skin.rest_direction[i], hand);
     capsules[i] = boneCapsule(bones[i], hand);
   }
@@ -110,38 +115,35 @@ void KinematicHands::append(const TrackedHand& hand, std::chrono::nanoseconds st
   const float per_second = dt > 0.0 ? static_cast<float>(1.0 / dt) : 0.0F;
 
   const std::size_t count = skin.samples.size();
-  const std::size_t start = skin_.size();
   // Areas are the template's, resized with the person as the tracker sees it now.
   const double growth = std::pow(personScale(hand) / skin.scale, 2);
   tracked->surface.resize(count, Eigen::Vector3f::Zero());
   tracked->axis.resize(count, Eigen::Vector3f::Zero());
-  skin_.position.resize(start + count);
-  skin_.normal.resize(start + count);
-  skin_.velocity.resize(start + count);
-  skin_.area.resize(start + count);
-  skin_.pad_distance.resize(start + count);
-  skin_.side.resize(start + count, static_cast<std::uint8_t>(hand.side));
-  skin_.region.resize(start + count);
   for (std::size_t i = 0; i < count; ++i) {
     const BoundSample& sample = skin.samples[i];
+    if (bare[sample.bone]) continue;
     const BonePose& bone = poses[sample.bone];
-    const Eigen::Vector3f normal = sampleNormal(sample, poses);
+    const Eigen::Vector3f normal = sampleNormal(sample, poses, bare);
     const Eigen::Vector3f axis = bone.from + sample.u * bone.along;
     const float radius = bone.radius_from + sample.u * bone.radius_growth;
     const Eigen::Vector3f surface = axis + radius * normal;
-    const float deep = i < skin.bare_at_rest ? 0.0F : withdrawal(sample.bone, surface, radius, capsules);
+    const float deep =
+        i < skin.bare_at_rest ? 0.0F : withdrawal(sample.bone, surface, radius, capsules, bare);
     // As fast as the bone, not as it withdraws: clay is met by skin that was there before.
     const Eigen::Vector3f step =
         (1.0F - deep) * (surface - tracked->surface[i]) + deep * (axis - tracked->axis[i]);
-    skin_.position[start + i] = (1.0F - deep) * surface + deep * axis;
-    skin_.normal[start + i] = normal;
-    skin_.velocity[start + i] = step * per_second;
+    skin_.position.push_back((1.0F - deep) * surface + deep * axis);
+    skin_.normal.push_back(normal);
+    const bool anew = tracked->bare[sample.bone] || tracked->bare[sample.neighbour] != bare[sample.neighbour];
+    skin_.velocity.push_back(anew ? Eigen::Vector3f::Zero() : Eigen::Vector3f(step * per_second));
     tracked->surface[i] = surface;
     tracked->axis[i] = axis;
-    skin_.area[start + i] = sample.area * static_cast<float>(growth);
-    skin_.pad_distance[start + i] = sample.pad_distance * static_cast<float>(std::sqrt(growth));
-    skin_.region[start + i] = static_cast<std::uint8_t>(bones[sample.bone].region);
+    skin_.area.push_back(sample.area * static_cast<float>(growth));
+    skin_.pad_distance.push_back(sample.pad_distance * static_cast<float>(std::sqrt(growth)));
+    skin_.side.push_back(static_cast<std::uint8_t>(hand.side));
+    skin_.region.push_back(static_cast<std::uint8_t>(bones[sample.bone].region));
   }
+  tracked->bare = bare;
   tracked->palm = palm;
   tracked->stamp = stamp;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -17,7 +18,7 @@ namespace tactile_clay::hand {
 /// stays tracked its samples keep their number and order, even where the tracker rescales the person; the
 /// samples of a hand that comes back are made anew if its person's size is more than a tenth off. A sample
 /// that another bone covers withdraws to the axis of its own, where no clay is, or it would push clay off the
-/// skin that covers it.
+/// skin that covers it. Bones between joints that are missing have no skin.
 class KinematicHands {
  public:
   /// \param spacing of the samples, m \param kind of the skin \throws std::invalid_argument outside 1 to 20
@@ -35,6 +36,7 @@ class KinematicHands {
   struct Tracked {
     std::shared_ptr<const SkinTemplate> skin;
     std::vector<Eigen::Vector3f> surface, axis;  // m, of the samples
+    std::bitset<bones.size()> bare;              // bones without skin
     BodyPose palm;
     std::chrono::nanoseconds stamp;
   };

@@ -192,8 +192,10 @@ TrackedHand readHand(const Json& hand, const std::string& id, const Pointables& 
   fillMissing(frame, found, hand, positions);
   tracked.joints = jointPoses(frame, positions);
   tracked.confidence = std::clamp(leap::number(hand, "confidence").value_or(1.0), 0.0, 1.0);
-  const std::string fault = faultOf(tracked);
-  if (!fault.empty()) throw std::runtime_error(fault);
+  TrackedHand judged =
+      tracked;  // what is wrong with single fingers is told where hands of all sources are judged
+  const HandFaults faults = judge(judged);
+  if (!faults.usable) throw std::runtime_error(faults.lines.front());
   return tracked;
 }
 

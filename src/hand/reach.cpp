@@ -179,12 +179,15 @@ TrackedHand withinReach(const TrackedHand& tracked, const std::array<double, fin
   std::sort(sorted.begin(), sorted.end());
   const double palm_strangeness = sorted[finger_count / 2];
   for (int f = 0; f < finger_count; ++f) {
-    const double room = share[f] * std::min(1.0, 2.0 - std::max(strangeness[f], palm_strangeness));
+    const bool missing = hand.missing[fingers[f].tip()];
+    const double room =
+        missing ? 0.0 : share[f] * std::min(1.0, 2.0 - std::max(strangeness[f], palm_strangeness));
     if (room > 0.0)
       led[f].lead(room);
     else
       led[f].rest();
   }
+  hand.missing.reset();
   return hand;
 }
 

@@ -94,14 +94,19 @@ Isometry3d mirrored(const Isometry3d& pose) {
          hand::mirrored(Quaterniond(pose.rotation()));
 }
 
-// The rigid motion that brings the palm's joints of `from` nearest to those of `to`.
-Isometry3d palmMotion(const Positions& from, const Positions& to) {
+// The rigid motion that brings the palm's joints of `from`, as far as they are seen, nearest to those of
+// `to`.
+Isometry3d palmMotion(const Positions& from, const Positions& to, const std::bitset<joint_count>& missing) {
   Eigen::Matrix<double, 3, palm_joints.size()> a, b;
-  for (std::size_t i = 0; i < palm_joints.size(); ++i) {
-    a.col(static_cast<Eigen::Index>(i)) = from[palm_joints[i]];
-    b.col(static_cast<Eigen::Index>(i)) = to[palm_joints[i]];
+  Eigen::Index seen = 0;
+  for (const Joint joint : palm_joints) {
+    if (missing[joint]) continue;
+    a.col(seen) = from[joint];
+    b.col(seen++) = to[joint];
   }
-  return Isometry3d(Eigen::umeyama(a, b, false));
+  if (missing.none()) return Isometry3d(Eigen::umeyama(a, b, false));
+  return Isometry3d(
+      Eigen::umeyama(Eigen::Matrix3Xd(a.leftCols(seen)), Eigen::Matrix3Xd(b.leftCols(seen)), false));
 }
 
 // A finger in the wrist's frame of a right hand, with the axis of every angle.
@@ -256,8 +261,11 @@ Skeleton measureSkeleton(const std::vector<TrackedHand>& samples) {
   std::vector<double> scales;
   std::array<std::vector<double>, finger_count * bone_count> lengths;
   for (const TrackedHand& hand : samples) {
+    if (hand.missing.any())
+      throw std::invalid_argument(
+          "a skeleton is to be measured of a hand with missing joints, expected whole hands");
     const Positions positions = rightHanded(hand);
-    const Isometry3d to_reference = palmMotion(positions, reference);
+    const Isometry3d to_reference = palmMotion(positions, reference, {});
     for (const Joint joint : palm_joints)
       mean[joint] += to_reference * positions[joint] / static_cast<double>(samples.size());
     for (int finger = 0; finger < finger_count; ++finger)
@@ -317,16 +325,18 @@ SkeletonFit fitSkeleton(const Skeleton& skeleton, const TrackedHand& hand, const
   SkeletonPose zero;
   Skeleton right = skeleton;
   right.side = Side::right;
-  const Isometry3d wrist_pose = palmMotion(jointPositions(right, zero), tracked);
+  const Isometry3d wrist_pose = palmMotion(jointPositions(right, zero), tracked, hand.missing);
   fit.pose.wrist = skeleton.side == Side::left ? mirrored(wrist_pose) : wrist_pose;
   const Isometry3d to_wrist = wrist_pose.inverse();
   for (int f = 0; f < finger_count; ++f) {
+    if (hand.missing[fingers[f].tip()]) continue;
     Targets targets;
     for (int i = 0; i < bone_count; ++i) targets[i] = to_wrist * tracked[movingJoint(f, i + 1)];
     fitFinger(skeleton.fingers[f], f, targets, fit.pose.angles.data() + firstAngle(f));
   }
   const Positions found = jointPositions(skeleton, fit.pose);
-  for (int j = 0; j < joint_count; ++j) fit.error[j] = (found[j] - hand.joints[j].position).norm();
+  for (int j = 0; j < joint_count; ++j)
+    if (!hand.missing[j]) fit.error[j] = (found[j] - hand.joints[j].position).norm();
   return fit;
 }
 

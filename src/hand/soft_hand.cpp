@@ -74,6 +74,16 @@ std::array<double, body_count> masses(const TrackedHand& rest, double density) {
   return m;
 }
 
+// A finger that is missing rests beside the palm, and has no skin.
+std::vector<std::uint32_t> samplesOfSeenJoints(const Skin& skin, const TrackedHand& hand) {
+  std::vector<std::uint32_t> seen;
+  for (std::size_t i = 0; i < skin.size(); ++i) {
+    const int region = skin.region[i];  // the joint where the bone begins: it ends at the next one
+    if (region < thumb_metacarpal || !hand.missing[region + 1]) seen.push_back(static_cast<std::uint32_t>(i));
+  }
+  return seen;
+}
+
 BodyPose between(const BodyPose& a, const BodyPose& b, double t) {
   return {a.position + t * (b.position - a.position), a.rotation.slerp(t, b.rotation)};
 }
@@ -387,7 +397,7 @@ const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,
   std::sort(hands.begin(), hands.end(), [](const auto& a, const auto& b) { return a.side < b.side; });
   const bool stale = seconds_a_nano * static_cast<double>((stamp - loads_stamp_).count()) > load_lifetime;
   skin_ = Skin();
-  Past past{stamp, ++number_, {}};
+  Past past{stamp, ++number_, {}, {}};
   std::array<bool, 2> seen{};
   for (const TrackedHand& hand : hands) {
     const int side = static_cast<int>(hand.side);
@@ -413,7 +423,10 @@ const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,
     if (goes_on && dt > 0.0)
       for (std::size_t i = 0; i < skin.size(); ++i)
         skin.velocity[i] = (skin.position[i] - present->skin.position[i]) / static_cast<float>(dt);
-    const auto join = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    past.shown[side] = samplesOfSeenJoints(skin, hand);
+    const auto join = [&shown = past.shown[side]](auto& to, const auto& from) {
+      for (const std::uint32_t i : shown) to.push_back(from[i]);
+    };
     join(skin_.position, skin.position);
     join(skin_.normal, skin.normal);
     join(skin_.velocity, skin.velocity);
@@ -436,7 +449,7 @@ std::size_t SoftHands::react(std::chrono::nanoseconds stamp, const std::vector<S
   const auto past =
       std::find_if(past_.rbegin(), past_.rend(), [&](const Past& p) { return p.stamp == stamp; });
   if (past == past_.rend()) return forces.size();
-  const std::size_t left = past->points[0].size(), all = left + past->points[1].size();
+  const std::size_t left = past->shown[0].size(), all = left + past->shown[1].size();
   std::array<std::vector<SkinForce>, 2> of_side;
   std::size_t dropped = 0;
   for (SkinForce f : forces) {
@@ -445,7 +458,7 @@ std::size_t SoftHands::react(std::chrono::nanoseconds stamp, const std::vector<S
       continue;
     }
     const int side = f.index < left ? 0 : 1;
-    if (side == 1) f.index -= static_cast<std::uint32_t>(left);
+    f.index = past->shown[side][side == 0 ? f.index : f.index - left];
     of_side[side].push_back(f);
   }
   for (int side = 0; side < 2; ++side)

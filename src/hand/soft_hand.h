@@ -151,6 +151,7 @@ class SoftHands {
     std::chrono::nanoseconds stamp;
     std::uint64_t number;
     std::array<std::vector<Eigen::Vector3f>, 2> points;  // by side
+    std::array<std::vector<std::uint32_t>, 2> shown;     // samples that the skin has, by side
   };
 
   SoftHandParameters parameters_;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <bitset>
 #include <chrono>
 #include <cstdint>
 #include <string>
@@ -54,6 +55,9 @@ struct TrackedHand {
   Side side = Side::left;
   double confidence = 1.0;  // 0-1
   std::array<JointPose, joint_count> joints;
+  /// Joints of fingers that were not seen, or not where a hand has them (hand_check.h); never palm and wrist.
+  /// Their poses say nothing. In messages they lie at the wrist, with radius 0.
+  std::bitset<joint_count> missing;
 };
 
 /// One sample of a tracker: every hand it sees, in the frame `frame_id`.

@@ -52,7 +52,10 @@ TrackedHands toMessage(const hand::TrackedFrame& frame) {
     out.side = static_cast<std::uint8_t>(hand.side);
     out.confidence = static_cast<float>(hand.confidence);
     for (std::size_t j = 0; j < hand.joints.size(); ++j) {
-      const hand::JointPose& joint = hand.joints[j];
+      const hand::JointPose joint =
+          hand.missing[j]
+              ? hand::JointPose{hand.joints[hand::wrist].position, hand.joints[hand::wrist].orientation, 0.0}
+              : hand.joints[j];
       out.joints[j].position.x = joint.position.x();
       out.joints[j].position.y = joint.position.y();
       out.joints[j].position.z = joint.position.z();
@@ -73,7 +76,7 @@ hand::TrackedFrame toCore(const TrackedHands& message) {
   for (const TrackedHand& hand : message.hands) {
     hand::TrackedHand& out = frame.hands.emplace_back();
     out.id = hand.id;
-    out.side = static_cast<hand::Side>(hand.side);  // as it came: faultOf tells of one that is neither
+    out.side = static_cast<hand::Side>(hand.side);  // as it came: hand_check tells of one that is neither
     out.confidence = hand.confidence;
     for (std::size_t j = 0; j < out.joints.size(); ++j) {
       const auto& p = hand.joints[j].position;

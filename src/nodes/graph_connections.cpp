@@ -76,4 +76,12 @@ std::string missingConnection(const Connections& wanted) {
   return "";
 }
 
+std::vector<std::string> publishersOf(const std::string& topic) {
+  XmlRpcValue request, response, state;
+  request[0] = ros::this_node::getName();
+  if (!ros::master::execute("getSystemState", request, response, state, false)) return {};
+  const Nodes nodes = nodesByTopic(state[0])[topic];
+  return {nodes.begin(), nodes.end()};
+}
+
 }  // namespace tactile_clay::nodes

@@ -17,4 +17,7 @@ struct Connections {
 /// one line about what is missing
 std::string missingConnection(const Connections& wanted);
 
+/// Names of the nodes that publish a topic, by its resolved name; none where the master does not answer.
+std::vector<std::string> publishersOf(const std::string& topic);
+
 }  // namespace tactile_clay::nodes

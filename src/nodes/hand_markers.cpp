@@ -42,10 +42,10 @@ void addPoint(Marker& marker, const Eigen::Vector3d& x) {
 
 template <class PositionOf>
 void add(visualization_msgs::MarkerArray& markers, const Look& look, hand::Side side, PositionOf position,
-         const std_msgs::Header& header) {
+         const std::bitset<hand::joint_count>& missing, const std_msgs::Header& header) {
   Marker bones = marker(look, side, bone_part, header), joints = marker(look, side, joint_part, header);
   for (int joint = 0; joint < hand::joint_count; ++joint) {
-    if (joint == hand::palm) continue;  // between bones
+    if (joint == hand::palm || missing[joint]) continue;  // the palm lies between bones
     const Eigen::Vector3d to = position(joint), from = position(hand::joint_anatomy[joint].parent);
     addPoint(joints, to);
     const int beads = static_cast<int>(std::min(1000.0, (to - from).norm() / bead_distance));
@@ -60,9 +60,10 @@ void add(visualization_msgs::MarkerArray& markers, const Look& look, hand::Side 
 void addBones(visualization_msgs::MarkerArray& markers, const hand::TrackedHand& tracked,
               const std::array<Eigen::Vector3d, hand::joint_count>& held, const std_msgs::Header& header) {
   add(
-      markers, tracked_look, tracked.side, [&](int j) { return tracked.joints[j].position; }, header);
+      markers, tracked_look, tracked.side, [&](int j) { return tracked.joints[j].position; }, tracked.missing,
+      header);
   add(
-      markers, virtual_look, tracked.side, [&](int j) { return held[j]; }, header);
+      markers, virtual_look, tracked.side, [&](int j) { return held[j]; }, tracked.missing, header);
 }
 
 void removeBones(visualization_msgs::MarkerArray& markers, hand::Side side, const std_msgs::Header& header) {

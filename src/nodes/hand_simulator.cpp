@@ -29,6 +29,7 @@ double processorTime() {
 HandSimulator::HandSimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : world_(frameName(param<std::string>(private_nh, "world_frame", frame::world))),
       lockstep_(param(private_nh, "lockstep", false)),
+      live_input_(param(private_nh, "live_input", false)),
       inbox_(private_nh),
       health_(nh, private_nh, "hand skin", [this](auto& status) { diagnose(status); }) {
   const double spacing = paramIn(private_nh, "spacing", 0.005, 0.001, 0.02);
@@ -80,7 +81,17 @@ void HandSimulator::simulateWaiting() {
 
 void HandSimulator::simulate(const TrackedHands& message) {
   hand::TrackedFrame frame = toCore(message);
-  bad_hands_ += static_cast<unsigned>(leaveOutBadHands(frame) + hand::keepOneHandASide(frame.hands));
+  hand::LeftOut left_out = leaveOutBadHands(frame);
+  bad_fingers_ += static_cast<unsigned>(left_out.fingers);
+  bad_hands_ += static_cast<unsigned>(left_out.hands + hand::keepOneHandASide(frame.hands));
+  left_out = jumps_.leaveOutJumps(frame.hands, frame.stamp);
+  tell(left_out);
+  bad_hands_ += static_cast<unsigned>(left_out.hands);
+  if (live_input_ && freshStamp(frame.stamp)) {
+    left_out = repeats_.leaveOutRepeats(frame.hands, std::chrono::steady_clock::now().time_since_epoch());
+    tell(left_out);
+    repeated_hands_ += static_cast<unsigned>(left_out.hands);
+  }
   placeInWorld(frame, world_, transforms_);
   const auto start = ros::SteadyTime::now();
   const double processor_start = processorTime();
@@ -124,8 +135,10 @@ void HandSimulator::showBones(const hand::TrackedFrame& frame, const std_msgs::H
 
 void HandSimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
   using Level = diagnostic_msgs::DiagnosticStatus;
-  if (bad_hands_ > 0)
-    status.summary(Level::WARN, "hands left out");
+  if (repeated_hands_ > 0)
+    status.summary(Level::WARN, "the tracker stands still: it repeats its hands");
+  else if (bad_hands_ > 0 || bad_fingers_ > 0)
+    status.summary(Level::WARN, "hands or fingers left out");
   else if (bad_forces_ > 0)
     status.summary(Level::WARN, "forces of the clay left out");
   else
@@ -136,6 +149,8 @@ void HandSimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
   status.add("time for a frame, most, ms", 1e3 * longest_);
   status.add("processor time for a frame, mean, ms", frames_ > 0 ? 1e3 * processor_time_ / frames_ : 0.0);
   status.add("hands left out", bad_hands_);
+  status.add("fingers left out", bad_fingers_);
+  status.add("hands only repeated", repeated_hands_);
   if (soft_) {
     status.add("forces left out", bad_forces_);
     for (const hand::Side side : {hand::Side::left, hand::Side::right}) {
@@ -152,7 +167,7 @@ void HandSimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
     }
   }
   inbox_.report(status);
-  frames_ = bad_hands_ = 0;
+  frames_ = bad_hands_ = bad_fingers_ = repeated_hands_ = 0;
   bad_forces_ = 0;
   time_ = longest_ = processor_time_ = 0.0;
 }

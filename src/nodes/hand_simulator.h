@@ -10,9 +10,11 @@
 #include <string>
 
 #include "hand/kinematic_hand.h"
+#include "hand/repeated_hands.h"
 #include "hand/soft_hand.h"
 #include "nodes/health.h"
 #include "nodes/inbox.h"
+#include "nodes/placement.h"
 #include "nodes/transforms.h"
 
 namespace tactile_clay::nodes {
@@ -20,6 +22,10 @@ namespace tactile_clay::nodes {
 /// Puts skin on tracked hands: one `hands/skin` for each `hands/tracked`, with its stamp, in `world`; without
 /// fields changing, and without points, where no hand is seen. Broadcasts the palms as `hand_left` and
 /// `hand_right`.
+///
+/// Whatever comes is judged (hand_check.h): hands that are none, fingers that are not there and hands that
+/// jump have no skin. With `~live_input`, as where another program publishes `hands/tracked`, neither have
+/// hands that are only repeated with fresh stamps (repeated_hands.h).
 ///
 /// `~hand_model` is `kinematic` (skin moves with the tracked bones) or `soft` (bones and flesh between the
 /// tracked pose and the clay, of which `clay/contacts` tells the forces). Soft and in lockstep, a sample
@@ -42,12 +48,14 @@ class HandSimulator {
   std::string world_;
   std::unique_ptr<hand::KinematicHands> kinematic_;  // one of the two
   std::unique_ptr<hand::SoftHands> soft_;
-  bool lockstep_;
+  bool lockstep_, live_input_;
+  hand::JumpCheck jumps_;
+  hand::RepeatedHands repeats_{repeats_patience};
   std::deque<TrackedHands::ConstPtr> waiting_;
   std::optional<ros::Time> awaited_;  // soft and lockstep: stamp of the skin that the clay has yet to answer
   Transforms transforms_;
   MovingTransforms broadcaster_;
-  unsigned frames_ = 0, bad_hands_ = 0;
+  unsigned frames_ = 0, bad_hands_ = 0, bad_fingers_ = 0, repeated_hands_ = 0;
   std::size_t samples_ = 0, bad_forces_ = 0;
   double time_ = 0.0, longest_ = 0.0, processor_time_ = 0.0;  // s, for the skin, since the last report
 

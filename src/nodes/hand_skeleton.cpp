@@ -93,7 +93,7 @@ void HandSkeleton::follow(hand::Side side, const hand::TrackedHand* tracked, con
 }
 
 void HandSkeleton::measure(State& state, const hand::TrackedHand& tracked) {
-  if (tracked.confidence < sure) return;
+  if (tracked.confidence < sure || tracked.missing.any()) return;
   state.samples.push_back(tracked);
   if (state.samples.size() < samples_to_measure) return;
   try {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -19,10 +20,9 @@
 namespace tactile_clay::nodes {
 namespace {
 
-const ros::WallDuration answer_patience(30.0);  // lockstep
-const ros::WallDuration graph_patience(15.0);   // live
-const ros::WallDuration clock_patience(10.0);   // for a first time on /clock
-const ros::WallDuration standing_clock(5.0);    // until it is told, and again
+const ros::WallDuration graph_patience(15.0);  // live
+const ros::WallDuration clock_patience(10.0);  // for a first time on /clock
+const ros::WallDuration standing_clock(5.0);   // until it is told, and again
 const std::vector<std::string> whole_graph = {topic::hands_tracked, topic::hands_skin,
                                               topic::clay_contacts, topic::hands_pressure,
                                               topic::focal_points,  topic::array_state};
@@ -33,6 +33,12 @@ const std::vector<std::string> side_topics = {
 
 constexpr std::chrono::milliseconds live_patience(20);  // for a sample, before the hands are held
 constexpr std::chrono::milliseconds recording_patience(100);
+
+std::string seconds(const ros::WallDuration& duration) {
+  std::ostringstream text;
+  text << duration.toSec() << " s";
+  return text.str();
+}
 
 hand::CleanConfig cleanConfig(const ros::NodeHandle& nh) {
   hand::CleanConfig config;
@@ -56,6 +62,7 @@ HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
       rate_(paramIn(private_nh, "rate", 1.0, 0.01, 100.0)),
       duration_(paramIn(private_nh, "duration", 0.0, 0.0, 1e9)),
       lockstep_(param(private_nh, "lockstep", false)),
+      answer_patience_(paramIn(private_nh, "answer_patience", 30.0, 0.1, 1e6)),
       source_("tactile_clay::hand::HandSource", "source of hands", source_name_),
       inbox_(private_nh),
       answers_(nh, inbox_),
@@ -80,6 +87,8 @@ HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
   source_->open(options);
   live_ = !source_->recorded();
   if (wanted == "false" || (wanted == "auto" && source_->cleaned())) cleaner_.reset();
+  // The cleaner bridges what is not seen anew.
+  repeats_.emplace(cleaner_ ? std::chrono::nanoseconds(0) : repeats_patience);
   if (lockstep_ && !source_->recorded())
     throw std::runtime_error("lockstep: expected hands from a recording or none, got the live source '" +
                              source_name_ + "'");
@@ -88,6 +97,7 @@ HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
   for (const std::string& name : param(private_nh, "graph", whole_graph))
     graph_.required.push_back(nh.resolveName(name));
   for (const std::string& name : side_topics) graph_.optional.push_back(nh.resolveName(name));
+  if (lockstep_) chain_.emplace(nh, graph_.required);
   const auto recorder = param<std::string>(private_nh, "recorder", "");
   if (!recorder.empty()) graph_.recorder = nh.resolveName(recorder);
   if (!passes_by_) publisher_ = nh.advertise<TrackedHands>(topic::hands_tracked, lockstep_ ? 0 : 1);
@@ -159,8 +169,9 @@ void HandTracking::waitForGraph() {
     if (!missing.empty()) connected_since = ros::WallTime();
     if (missing.empty() && connected_since.isZero()) connected_since = now;
     if (missing.empty() && now - connected_since >= settled) return;
-    if (lockstep_ && now - start > answer_patience)
-      throw std::runtime_error("lockstep: the graph is not connected after 30 s: " + missing);
+    if (lockstep_ && now - start > answer_patience_)
+      throw std::runtime_error("lockstep: the graph is not connected after " + seconds(answer_patience_) +
+                               ": " + missing);
     if (!lockstep_ && now - start > graph_patience) {
       ROS_WARN("hand_tracking: starts although the graph is not connected: %s", missing.c_str());
       return;
@@ -179,15 +190,31 @@ void HandTracking::follow() {
       holdHands();
       continue;
     }
+    if (live_ && leaveOutRepeats(frame)) continue;
     const auto stamp = live_ ? liveStamp(frame) : recordingStamp(frame);
     if (!stamp || stopped()) return;
     frame.stamp = *stamp;
     source_frame_ = frame.frame_id;
-    bad_hands_ += static_cast<unsigned>(leaveOutBadHands(frame));
+    const hand::LeftOut left_out = leaveOutBadHands(frame);
+    bad_hands_ += static_cast<unsigned>(left_out.hands);
+    bad_fingers_ += static_cast<unsigned>(left_out.fingers);
     clean(frame);
     placeInWorld(frame, world_, transforms_);
     release(frame);
   }
+}
+
+// What a live tracker only repeats was not seen. True where nothing else is in the frame: it is then none.
+bool HandTracking::leaveOutRepeats(hand::TrackedFrame& frame) {
+  if (source_name_ == "topic" && !freshStamp(frame.stamp)) return false;
+  const std::chrono::nanoseconds now = std::chrono::steady_clock::now().time_since_epoch();
+  const hand::LeftOut left_out = repeats_->leaveOutRepeats(frame.hands, now);
+  repeated_hands_ += static_cast<unsigned>(left_out.hands);
+  tell(left_out);
+  stands_still_ = !left_out.lines.empty();
+  if (left_out.hands == 0 || !frame.hands.empty() || !cleaner_) return false;
+  holdHands();
+  return true;
 }
 
 // Of a live source, which may never send a sample, `~duration` runs from the first one on.
@@ -254,9 +281,11 @@ void HandTracking::clean(hand::TrackedFrame& frame) {
   cleaner_->clean(frame);
   counts_ = cleaner_->counts();
   if (counts_.jumps > jumps)
-    ROS_WARN_THROTTLE(
-        1.0, "hand_tracking: a hand jumped, expected at most %g m in a sample; it is taken for another one",
-        hand::CleanConfig().same_hand_distance);
+    ROS_WARN_THROTTLE(1.0,
+                      "hand_tracking: the palm of a hand jumped, expected at most 20 m/s, and %g m under a "
+                      "new id; it is taken for "
+                      "another hand",
+                      hand::CleanConfig().same_hand_distance);
 }
 
 void HandTracking::tellFault() {
@@ -292,9 +321,10 @@ void HandTracking::release(const hand::TrackedFrame& frame) {
   }
   hands_ = static_cast<unsigned>(frame.hands.size());
   if (!lockstep_) return;
-  if (!answers_.wait(stamp, answer_patience, [this] { return stopped(); }) && !stopped())
+  if (!answers_.wait(stamp, answer_patience_, [this] { return stopped(); }) && !stopped())
     throw std::runtime_error("lockstep: no answer on " + nh_.resolveName(topic::array_state) + " to frame " +
-                             std::to_string(frames_) + " within 30 s");
+                             std::to_string(frames_) + " within " + seconds(answer_patience_) + ": " +
+                             chain_->whereIs(stamp));
 }
 
 void HandTracking::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
@@ -308,8 +338,10 @@ void HandTracking::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status)
     status.summary(Level::WARN, report.fault);
   else if (report.frames == 0)
     status.summary(Level::WARN, "no frames from source '" + source_name_ + "'");
-  else if (bad_hands_ > 0 || repaired_stamps_ > 0)
-    status.summary(Level::WARN, "hands left out or stamps repaired");
+  else if (stands_still_)
+    status.summary(Level::WARN, "the tracker stands still: it repeats its hands");
+  else if (bad_hands_ > 0 || bad_fingers_ > 0 || repaired_stamps_ > 0)
+    status.summary(Level::WARN, "hands or fingers left out, or stamps repaired");
   else
     status.summary(Level::OK, "tracking");
   status.add("source", source_name_);
@@ -329,6 +361,8 @@ void HandTracking::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status)
   status.add("jumps", counts_.jumps);
   status.add("second hands of a side", counts_.doubles);
   status.add("hands left out", bad_hands_.load());
+  status.add("fingers left out", bad_fingers_.load());
+  status.add("hands only repeated", repeated_hands_.load());
   status.add("stamps repaired", repaired_stamps_.load());
   status.add("restarts of the device clock", clock_restarts_.load());
   status.add("faults of the source", faults_.load());

@@ -13,7 +13,9 @@
 #include "hand/device_clock.h"
 #include "hand/hand_cleaner.h"
 #include "hand/hand_source.h"
+#include "hand/repeated_hands.h"
 #include "nodes/answers.h"
+#include "nodes/chain.h"
 #include "nodes/graph_connections.h"
 #include "nodes/health.h"
 #include "nodes/inbox.h"
@@ -30,8 +32,10 @@ namespace tactile_clay::nodes {
 /// while it says nothing, hands that are there are held and fade out. Live, recordings run by their own clock
 /// times `~rate`, and every sample is stamped with the time of its release. In lockstep, stamps are the
 /// recording's, and sample k+1 is released when the array has answered sample k; the first one waits until
-/// the topics of `~graph`, and the node `~recorder` if one is named, are connected. It ends its process, with
-/// code 0, when the source has ended or after `~duration` seconds of input.
+/// the topics of `~graph` (in the order in which a sample passes them), and the node `~recorder` if one is
+/// named, are connected. What is not answered within `~answer_patience` s ends the run, with a line that
+/// names the node that did not pass it on. It ends its process, with code 0, when the source has ended or
+/// after `~duration` seconds of input.
 class HandTracking {
  public:
   /// \throws std::runtime_error with one line where a parameter is wrong or the source cannot be opened
@@ -50,6 +54,7 @@ class HandTracking {
   std::optional<std::chrono::nanoseconds> recordingStamp(const hand::TrackedFrame& frame);
   std::chrono::nanoseconds liveStamp(const hand::TrackedFrame& frame);
   void holdHands();
+  bool leaveOutRepeats(hand::TrackedFrame& frame);
   void tellFault();
   void clean(hand::TrackedFrame& frame);
   void pace(std::chrono::nanoseconds elapsed);
@@ -62,14 +67,16 @@ class HandTracking {
   std::string world_;
   double rate_, duration_;
   bool lockstep_;
-  bool live_ = false;       // the source is no recording
-  bool passes_by_ = false;  // the input topic is hands/tracked itself: nothing is to be published
+  ros::WallDuration answer_patience_;  // of lockstep, for the graph and for each answer
+  bool live_ = false;                  // the source is no recording
+  bool passes_by_ = false;             // the input topic is hands/tracked itself: nothing is to be published
 
   Plugin<hand::HandSource> source_;
   Transforms transforms_;
   std::shared_ptr<StaticTransforms> static_transforms_ = StaticTransforms::shared();
   Inbox inbox_;
   Answers answers_;
+  std::optional<Chain> chain_;  // in lockstep
   ros::Publisher publisher_;
   Connections graph_;    // what must be connected before the first frame
   bool wait_for_graph_;  // live too; lockstep always waits
@@ -77,6 +84,7 @@ class HandTracking {
   RecordingTime time_;
   hand::DeviceClock clock_;
   std::optional<hand::HandCleaner> cleaner_;
+  std::optional<hand::RepeatedHands> repeats_;
   std::optional<std::chrono::nanoseconds> first_stamp_;  // of a recording
   std::optional<ros::SteadyTime> first_sample_;          // of a live source
   std::chrono::nanoseconds last_stamp_{0};               // of what was released
@@ -96,11 +104,11 @@ class HandTracking {
   Report report_;
   hand::CleanCounts counts_;
   ros::WallTime reported_;
-  std::atomic<unsigned> frames_{0}, hands_{0}, bad_hands_{0}, repaired_stamps_{0}, faults_{0},
-      clock_restarts_{0};
+  std::atomic<unsigned> frames_{0}, hands_{0}, bad_hands_{0}, bad_fingers_{0}, repeated_hands_{0},
+      repaired_stamps_{0}, faults_{0}, clock_restarts_{0};
 
   Health health_;
-  std::atomic<bool> stopping_{false};
+  std::atomic<bool> stopping_{false}, stands_still_{false};
   std::thread thread_;
 };
 

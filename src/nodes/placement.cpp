@@ -2,22 +2,23 @@
 
 #include <ros/console.h>
 
-#include <algorithm>
-
-#include "hand/hand_check.h"
+#include "nodes/conversions.h"
 
 namespace tactile_clay::nodes {
 
-std::size_t leaveOutBadHands(hand::TrackedFrame& frame) {
-  auto& hands = frame.hands;
-  const std::size_t seen = hands.size();
-  const auto bad = [](const hand::TrackedHand& hand) {
-    const std::string fault = hand::faultOf(hand);
-    if (!fault.empty()) ROS_WARN_THROTTLE(1.0, "hand left out: %s", fault.c_str());
-    return !fault.empty();
-  };
-  hands.erase(std::remove_if(hands.begin(), hands.end(), bad), hands.end());
-  return seen - hands.size();
+void tell(const hand::LeftOut& left_out) {
+  for (const std::string& line : left_out.lines) ROS_WARN_THROTTLE(1.0, "%s", line.c_str());
+}
+
+hand::LeftOut leaveOutBadHands(hand::TrackedFrame& frame) {
+  hand::LeftOut left_out = hand::leaveOutBadHands(frame.hands);
+  tell(left_out);
+  return left_out;
+}
+
+bool freshStamp(std::chrono::nanoseconds stamp) {
+  constexpr std::chrono::seconds farthest(1);  // that the clocks of two hosts may be apart
+  return !ros::Time::isSimTime() && std::chrono::abs(toCore(ros::Time::now()) - stamp) < farthest;
 }
 
 void placeInWorld(hand::TrackedFrame& frame, const std::string& world, Transforms& transforms) {

@@ -56,10 +56,11 @@ std::vector<Vector3d> points(const std::string& text) {
 }
 
 /// What the finger touches, of the hand that is surest.
-const hand::JointPose* fingertip(const hand::TrackedFrame& frame) {
+const hand::JointPose* fingertip(hand::TrackedFrame& frame) {
+  hand::leaveOutBadHands(frame.hands);
   const hand::TrackedHand* best = nullptr;
   for (const hand::TrackedHand& one : frame.hands)
-    if (hand::faultOf(one).empty() && (best == nullptr || one.confidence > best->confidence)) best = &one;
+    if (!one.missing[hand::index_tip] && (best == nullptr || one.confidence > best->confidence)) best = &one;
   return best == nullptr ? nullptr : &best->joints[hand::index_tip];
 }
 

@@ -54,9 +54,7 @@ Eigen::Isometry3d trackerPose(const std::string& share) {
 
 /// The sane hands, in the world.
 std::vector<hand::TrackedHand> usable(std::vector<hand::TrackedHand> seen, const Eigen::Isometry3d& tracker) {
-  seen.erase(
-      std::remove_if(seen.begin(), seen.end(), [](const auto& h) { return !hand::faultOf(h).empty(); }),
-      seen.end());
+  hand::leaveOutBadHands(seen);
   for (hand::TrackedHand& h : seen) {
     for (hand::JointPose& joint : h.joints) {
       joint.position = tracker * joint.position;

@@ -29,6 +29,7 @@
 #include "hand/hand_check.h"
 #include "hand/hand_cleaner.h"
 #include "hand/hand_source.h"
+#include "hand/repeated_hands.h"
 #include "nodes/conversions.h"
 #include "nodes/plugin.h"
 #include "nodes/recording_time.h"
@@ -150,9 +151,8 @@ class Recorder {
     if (over_) return;
     auto& hands = frame.hands;
     const std::size_t seen = hands.size();
-    hands.erase(std::remove_if(hands.begin(), hands.end(),
-                               [](const hand::TrackedHand& one) { return !hand::faultOf(one).empty(); }),
-                hands.end());
+    if (!source_->recorded()) repeats_.leaveOutRepeats(hands, now.time_since_epoch());
+    hand::leaveOutBadHands(hands);
     if (!cleaner_) hand::keepOneHandASide(hands);
     left_out_ += seen - hands.size();
     for (const hand::TrackedHand& one : hands) scale_[static_cast<int>(one.side)].add(one);
@@ -212,6 +212,7 @@ class Recorder {
   bool cleaned_ = false, over_ = false;
   nodes::RecordingTime time_;
   hand::DeviceClock clock_;
+  hand::RepeatedHands repeats_{std::chrono::nanoseconds(0)};  // of a live source
   Nanoseconds first_{0}, last_{0};
   int frames_ = 0;
   std::size_t left_out_ = 0;

@@ -198,7 +198,8 @@ TEST(HandCleaner, ANewIdElsewhereIsAnotherHand) {
   HandCleaner cleaner(CleanConfig{});
   for (int i = 0; i < 10; ++i) cleaned(cleaner, i * 10ms, {handAt(Vector3d::Zero(), 1)});
   const TrackedHand other = handAt({0.06, 0.0, 0.0}, 2);
-  EXPECT_EQ(palmOf(cleaned(cleaner, 100ms, {other})), other.joints[palm].position);
+  EXPECT_TRUE(cleaned(cleaner, 100ms, {other}).hands.empty());
+  EXPECT_EQ(palmOf(cleaned(cleaner, 110ms, {other})), other.joints[palm].position);
   EXPECT_EQ(cleaner.counts().id_changes, 0U);
   EXPECT_EQ(cleaner.counts().jumps, 1U);
 }
@@ -224,8 +225,12 @@ TEST(HandCleaner, AJumpOfAMetreIsNotAStroke) {
   HandCleaner cleaner(CleanConfig{});
   for (int i = 0; i < 10; ++i) cleaned(cleaner, i * 10ms, {handAt(Vector3d::Zero())});
   const TrackedHand far = handAt({1.0, 0.0, 0.0});
-  EXPECT_EQ(palmOf(cleaned(cleaner, 100ms, {far})), far.joints[palm].position);
+  EXPECT_TRUE(cleaned(cleaner, 100ms, {far}).hands.empty());
+  EXPECT_EQ(palmOf(cleaned(cleaner, 110ms, {far})), far.joints[palm].position);
   EXPECT_EQ(cleaner.counts().jumps, 1U);
+  // One that jumps to and fro is nowhere.
+  for (int i = 12; i < 30; ++i)
+    EXPECT_TRUE(cleaned(cleaner, i * 10ms, {i % 2 == 0 ? handAt(Vector3d::Zero()) : far}).hands.empty()) << i;
 }
 
 TEST(HandCleaner, AHandTakenForTheOtherOneIsNotThereTwice) {
