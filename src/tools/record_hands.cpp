@@ -6,7 +6,7 @@
 // The bag holds `/hands/tracked` in the source's own frame, `/tf_static` with the calibration (by default
 // that of config/rig.yaml), and `/hands/recording`, a std_msgs/String of YAML: source, where it came from,
 // person_scale, tracker_pose, whether the hands were cleaned, and what they went through. Ends with the
-// source, after `duration`, or with Ctrl-C.
+// source, after `duration`, or with Ctrl-C. It must be a new bag; its folder is made.
 #include <ros/init.h>
 #include <ros/time.h>
 #include <rosbag/bag.h>
@@ -18,7 +18,9 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -38,6 +40,7 @@
 #include "nodes/transforms.h"
 #include "scene/yaml_reader.h"
 #include "tools/tool_arguments.h"
+#include "tools/user_paths.h"
 
 namespace {
 
@@ -93,15 +96,25 @@ class PersonScale {
   std::vector<double> scales_;
 };
 
+/// The bag to write, whose folder is there then.
+std::string newBag(const std::string& given) {
+  namespace fs = std::filesystem;
+  if (given.empty()) throw std::runtime_error("expected the bag to write in out:=");
+  const char* home = std::getenv("HOME");
+  const std::string bag = tactile_clay::tools::requireNewBag(
+      tactile_clay::tools::userPath(given, "out", fs::current_path().string(), home == nullptr ? "" : home));
+  fs::create_directories(fs::path(bag).parent_path());
+  return bag;
+}
+
 class Recorder {
  public:
   explicit Recorder(const tactile_clay::tools::Arguments& arguments)
       : source_name_(arguments["hands"]),
-        out_(arguments["out"]),
+        out_(newBag(arguments["out"])),
         duration_(arguments.number("duration", 0.0, 1e9)),
         pose_(trackerPose(arguments["tracker_pose"])),
         source_("tactile_clay::hand::HandSource", "source of hands", source_name_) {
-    if (out_.empty()) throw std::runtime_error("expected the bag to write in out:=");
     options_.file = arguments["file"];
     options_.url = arguments["url"];
     options_.topic = arguments["topic"];
