@@ -4,18 +4,16 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
 
 #include "device/sonic_surface_protocol.h"
+#include "files/input_file.h"
 
 namespace tactile_clay::device::sonic_surface {
 namespace {
 
-constexpr std::uintmax_t largest_file = 1 << 20;  // bytes; a table has 4 kB, a firmware's source some more
 constexpr char header[] = "channel,turns";
 
 [[noreturn]] void fail(const std::string& path, const std::string& what) {
@@ -23,15 +21,11 @@ constexpr char header[] = "channel,turns";
 }
 
 std::string readAll(const std::string& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error))
-    fail(path, "is no file, expected a table of 256 channels");
-  if (std::filesystem::file_size(path, error) > largest_file || error)
-    fail(path, "is too large, expected at most 1 MiB");
-  std::ifstream file(path, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (!file) fail(path, "cannot be read");
-  return text;
+  try {
+    return files::readWhole(path, files::most::text);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(std::string("sonic_surface: corrections: ") + error.what());
+  }
 }
 
 /// The whole of a text as a number.

@@ -430,7 +430,7 @@ class SonicSurface(unittest.TestCase):
         self.refused(['tactile', 'boards'], port='/nowhere', device_options='boards=2 firmware=tactile')
         self.refused(['hold', "'-1'"], port='/nowhere', device_options='hold=-1')
         self.refused(['board', 'secondary', 'one board'], port='/nowhere', device_options='boards=2 board=secondary')
-        self.refused(['corrections', '/nowhere.csv', '256 channels'], port='/nowhere', device_options='corrections=/nowhere.csv')
+        self.refused(['corrections', '/nowhere.csv'], port='/nowhere', device_options='corrections=/nowhere.csv')
         self.refused(['second_corrections', 'boards=2'], port='/nowhere', device_options='second_corrections=/nowhere.csv')
         # One temperature, for the device and its gate.
         self.refused(['device_options', 'temperature', '/array_driver/temperature'], port='/nowhere', device_options='temperature=45')

@@ -289,8 +289,8 @@ TEST_F(SonicSurfaceCorrections, ComeFromATableOrAFirmware) {
 }
 
 TEST_F(SonicSurfaceCorrections, SayWhatIsWrong) {
-  EXPECT_NE(refusal("/nowhere.csv").find("'/nowhere.csv': is no file"), std::string::npos);
-  EXPECT_NE(refusal(folder.string()).find("is no file"), std::string::npos);
+  EXPECT_NE(refusal("/nowhere.csv").find("/nowhere.csv"), std::string::npos);
+  EXPECT_NE(refusal(folder.string()).find(folder.string()), std::string::npos);
   EXPECT_NE(refusal(write("a", "channel;turns\n")).find("line 1 is 'channel;turns', expected the header"),
             std::string::npos);
   EXPECT_NE(refusal(write("a", table("9,much"))).find("line 12 is '9,much', expected turns from -1 to 1"),
@@ -300,7 +300,6 @@ TEST_F(SonicSurfaceCorrections, SayWhatIsWrong) {
   EXPECT_NE(refusal(write("a", table("256,0"))).find("expected a channel from 0 to 255"), std::string::npos);
   EXPECT_NE(refusal(write("a", table("8,0"))).find("expected each channel once"), std::string::npos);
   EXPECT_NE(refusal(write("a", table(""))).find("has no channel 9"), std::string::npos);
-  EXPECT_NE(refusal(write("a", std::string(2 << 20, 'x'))).find("too large"), std::string::npos);
 }
 
 /// What is judged is what is heard: the phases on the wire, with what the board does to them taken in.
