@@ -10,6 +10,7 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float strongest = 5.0F;  // N, on one sample
+constexpr float weakest = 1e-9F;   // N, of which a direction can be told
 // N, on a hand: in one frame, where leaning on a table is less, and in the end, where it is more than all its
 // couplings pull together: with less they would drive it through what holds it.
 constexpr float strongest_of_all = 50.0F, strongest_in_the_end = 120.0F;
@@ -21,6 +22,22 @@ constexpr float first_guess = 1000.0F;     // N/m
 constexpr float forgetting = 0.97F;        // of the stiffness estimate, a frame
 constexpr int longest_memory = 12;         // frames that a place which let go is approached with care
 constexpr float newest = 0.8F;             // share of the newest answer of the clay in what acts
+
+// Forces on one sample added up, by rising index; none so strong that its norm is no number.
+std::vector<SkinForce> oneASample(std::vector<SkinForce> forces) {
+  constexpr float no_matter_how_strong = 1e6F;  // N in each direction, beyond `strongest`
+  std::stable_sort(forces.begin(), forces.end(),
+                   [](const SkinForce& a, const SkinForce& b) { return a.index < b.index; });
+  std::vector<SkinForce> sums;
+  for (const SkinForce& f : forces) {
+    const Vector3f force = f.force.cwiseMax(-no_matter_how_strong).cwiseMin(no_matter_how_strong);
+    if (!sums.empty() && sums.back().index == f.index)
+      sums.back().force += force;
+    else
+      sums.push_back({f.index, force});
+  }
+  return sums;
+}
 
 }  // namespace
 
@@ -38,7 +55,8 @@ void SkinLoads::reset() {
   stiffness_.fill(first_guess);
 }
 
-void SkinLoads::give(const std::vector<SkinForce>& forces, const std::vector<Vector3f>& at) {
+void SkinLoads::give(const std::vector<SkinForce>& given, const std::vector<Vector3f>& at) {
+  const std::vector<SkinForce> forces = oneASample(given);
   std::vector<Load> next;
   next.reserve(forces.size());
   float sum = 0.0F, before = 0.0F;
@@ -49,7 +67,7 @@ void SkinLoads::give(const std::vector<SkinForce>& forces, const std::vector<Vec
   for (const SkinForce& f : forces) {
     const int sample = static_cast<int>(f.index);
     const float size = f.force.stableNorm();
-    if (size == 0.0F) continue;
+    if (size < weakest) continue;
     const Vector3f force = share * std::min(1.0F, strongest / size) * f.force;
     next.push_back({sample, force, force / force.norm(), at[sample], 0, 0.0F, force});
   }

@@ -29,8 +29,10 @@ class SkinLoads {
   /// \param skin what the loads act on, by sample
   explicit SkinLoads(std::vector<FleshPoint> skin);
 
-  /// Replaces all loads. \param at m, of all samples when the clay was given the skin
-  void give(const std::vector<SkinForce>& forces, const std::vector<Eigen::Vector3f>& at);
+  /// Replaces all loads. Forces on one sample add up; bounds on them are told in doc/soft_hand.md.
+  /// \param given of samples of this skin, finite \param at m, of all samples when the clay was given the
+  /// skin
+  void give(const std::vector<SkinForce>& given, const std::vector<Eigen::Vector3f>& at);
   void clear();
   /// Clears, and forgets what was learnt of the clay.
   void reset();
