@@ -8,6 +8,7 @@
 #include <string>
 #include <tuple>
 
+#include "ultrasound/skin_disc.h"
 #include "ultrasound/weighted_k_means.h"
 
 namespace tactile_clay::ultrasound {
@@ -25,6 +26,7 @@ struct Field {
   std::vector<double> weight;  // alpha p* A
   std::vector<double> pressure;
   std::vector<double> area;
+  std::vector<SkinDisc> skin;
 };
 
 bool usable(const PressureSample& s) {
@@ -58,6 +60,7 @@ Field gather(const std::vector<PressureSample>& samples, const FocalPointConfig&
     field.weight.push_back(alpha * s.pressure * s.area);
     field.pressure.push_back(s.pressure);
     field.area.push_back(s.area);
+    field.skin.push_back(skinDisc(s));
   }
   return field;
 }
@@ -180,19 +183,22 @@ double gaussian(double squared_distance, double sigma) {
   return std::exp(-squared_distance / (2.0 * sigma * sigma));
 }
 
-/// The centre of cluster k or, where no sample of it is within sigma, that closest sample.
+/// The centre of cluster k, or the skin beside it; the closest sample where the centre is farther than sigma
+/// from all.
 Eigen::Vector3d onSkin(const Field& field, const Clustering& clustering, std::size_t k, double sigma) {
   double closest = std::numeric_limits<double>::infinity();
   std::size_t nearest = 0;
+  std::vector<SkinDisc> skin;
   for (std::size_t i = 0; i < field.position.size(); ++i) {
     if (clustering.cluster[i] != k) continue;
+    skin.push_back(field.skin[i]);
     const double distance = (field.position[i] - clustering.center[k]).squaredNorm();
     if (distance < closest) {
       closest = distance;
       nearest = i;
     }
   }
-  return closest <= sigma * sigma ? clustering.center[k] : field.position[nearest];
+  return closest <= sigma * sigma ? ontoSkin(clustering.center[k], skin) : field.position[nearest];
 }
 
 double fitPressure(const Field& field, const Clustering& clustering, std::size_t k, const Eigen::Vector3d& at,

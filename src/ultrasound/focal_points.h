@@ -91,8 +91,9 @@ class FocalPointRenderer {
   /// The array whose limits intensities keep to.
   void setArray(const ArrayReach& array);
 
-  /// Focal points of one frame, by rising id. A point lies at the weighted mean of its samples or, where that
-  /// is farther than sigma from each of them, at the closest sample.
+  /// Focal points of one frame, by rising id. A point lies at the weighted mean of its samples where that is
+  /// on the skin, or else beside it on the skin (ontoSkin); where it is farther than sigma from each of them,
+  /// at the closest sample.
   ///
   /// Pressure of the clay, many kPa, is mapped to radiation pressure on the skin, some 100 Pa, with one gain
   /// for all places and any number of points M: full_scale_pressure is rendered as what one focus has 0.2 m

@@ -1,0 +1,41 @@
+#include "ultrasound/skin_disc.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tactile_clay::ultrasound {
+namespace {
+
+// m: over a finger tip (radius 5 mm) a disc of this radius rises 0.9 mm above the skin at its rim.
+constexpr double flat = 3e-3;
+
+}  // namespace
+
+double SkinDisc::distance(const Eigen::Vector3d& point) const {
+  const Eigen::Vector3d way = point - centre;
+  const double height = way.dot(normal);
+  const double beside = std::max(0.0, (way - height * normal).norm() - radius);
+  return std::hypot(height, beside);
+}
+
+SkinDisc skinDisc(const contact::PressureSample& sample) {
+  const Eigen::Vector3d normal = sample.normal.cast<double>().stableNormalized();
+  return {sample.position.cast<double>(), normal.allFinite() ? normal : Eigen::Vector3d::Zero(),
+          std::min(flat, std::sqrt(sample.area / M_PI))};
+}
+
+Eigen::Vector3d ontoSkin(const Eigen::Vector3d& point, const std::vector<SkinDisc>& skin) {
+  double closest = std::numeric_limits<double>::infinity();
+  const SkinDisc* disc = nullptr;
+  for (const SkinDisc& candidate : skin) {
+    const double distance = candidate.distance(point);
+    if (distance < closest) closest = distance, disc = &candidate;
+  }
+  if (closest <= skin_tolerance) return point;
+  // The way to the centre of a convex disc: what is left of the distance is less than the share of the way.
+  const double left = std::max(0.0, 2.0 - closest / skin_tolerance);
+  return disc->centre + left * (point - disc->centre);
+}
+
+}  // namespace tactile_clay::ultrasound

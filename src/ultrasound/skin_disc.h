@@ -1,0 +1,30 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "contact/pressure_field.h"
+
+namespace tactile_clay::ultrasound {
+
+/// What is known of the skin at a sample: a flat disc of its area, but no wider than skin is flat.
+struct SkinDisc {
+  Eigen::Vector3d centre;  // m
+  Eigen::Vector3d normal;  // unit; zero where it is not known
+  double radius;           // m
+
+  /// m
+  double distance(const Eigen::Vector3d& point) const;
+};
+
+SkinDisc skinDisc(const contact::PressureSample& sample);
+
+/// How far from the discs a point still counts as on the skin, m. A disc leaves the skin of a finger by less
+/// than a millimetre: a point this close to one is less than 3 mm off the skin.
+inline constexpr double skin_tolerance = 2e-3;
+
+/// `point` where it is on the skin. Farther off it is led to the closest disc's centre, without a leap: at
+/// twice the tolerance it is there. \param skin at least one disc; the first of equally close ones counts
+Eigen::Vector3d ontoSkin(const Eigen::Vector3d& point, const std::vector<SkinDisc>& skin);
+
+}  // namespace tactile_clay::ultrasound
