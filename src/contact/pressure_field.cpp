@@ -17,11 +17,32 @@ void checkSkin(const SkinView& skin) {
         std::to_string(skin.normal.size()) + " normals, " + std::to_string(skin.area.size()) + " areas and " +
         std::to_string(skin.weight.size()) + " weights; expected one of each a sample");
   }
+  const FeltSkin* felt = skin.felt;
+  if (felt != nullptr && (felt->position.size() != n || felt->normal.size() != n || felt->area.size() != n)) {
+    throw std::invalid_argument("pressure field: skin of " + std::to_string(n) + " samples is felt at " +
+                                std::to_string(felt->position.size()) + " positions, " +
+                                std::to_string(felt->normal.size()) + " normals and " +
+                                std::to_string(felt->area.size()) + " areas; expected one of each a sample");
+  }
+}
+
+/// Where a sample is felt.
+struct Place {
+  const Eigen::Vector3f& position;
+  const Eigen::Vector3f& normal;
+  float area;
+};
+
+Place placeOf(const SkinView& skin, std::size_t i) {
+  if (skin.felt == nullptr) return {skin.position[i], skin.normal[i], skin.area[i]};
+  return {skin.felt->position[i], skin.felt->normal[i], skin.felt->area[i]};
 }
 
 bool usable(const SkinView& skin, std::size_t i) {
+  const Place place = placeOf(skin, i);
   return skin.position[i].allFinite() && skin.normal[i].allFinite() && std::isfinite(skin.area[i]) &&
-         skin.area[i] > 0.0f && std::isfinite(skin.weight[i]);
+         skin.area[i] > 0.0f && std::isfinite(skin.weight[i]) && place.position.allFinite() &&
+         place.normal.allFinite() && std::isfinite(place.area) && place.area >= 0.0f;
 }
 
 }  // namespace
@@ -60,16 +81,17 @@ std::vector<PressureSample> pressureField(const SkinView& skin, const std::vecto
     Eigen::Vector3d force = Eigen::Vector3d::Zero();
     for (; contact != sorted.end() && contact->index == i; ++contact) force += contact->force.cast<double>();
 
-    const bool faces_array = skin.normal[i].dot(array_position - skin.position[i]) > 0.0f;
+    const Place place = placeOf(skin, i);
+    const bool faces_array = place.normal.dot(array_position - place.position) > 0.0f;
     const double normal_force = std::max(-skin.normal[i].cast<double>().dot(force), 0.0);
     const double pressure = normal_force / skin.area[i];
-    if (!faces_array || !(pressure > 0.0)) continue;
+    if (!faces_array || !(pressure > 0.0) || !(place.area > 0.0f)) continue;
     if (!(std::max(pressure, normal_force) <= std::numeric_limits<float>::max())) {
       if (dropped != nullptr) ++*dropped;
       continue;
     }
-    samples.push_back({skin.position[i], skin.normal[i], static_cast<float>(pressure),
-                       static_cast<float>(normal_force), skin.area[i], skin.weight[i]});
+    samples.push_back({place.position, place.normal, static_cast<float>(pressure),
+                       static_cast<float>(normal_force), place.area, skin.weight[i]});
   }
   return samples;
 }

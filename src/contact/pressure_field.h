@@ -13,29 +13,44 @@ struct ContactForce {
   Eigen::Vector3f force = Eigen::Vector3f::Zero();  // N, frame world
 };
 
+/// Where skin samples are felt; arrays of one length, frame world.
+struct FeltSkin {
+  std::vector<Eigen::Vector3f> position;  // m
+  std::vector<Eigen::Vector3f> normal;    // outward, unit
+  std::vector<float> area;                // m^2; 0: other skin covers the sample there
+};
+
 /// Skin samples as the pressure needs them; arrays of one length, frame world.
 struct SkinView {
   const std::vector<Eigen::Vector3f>& position;  // m
   const std::vector<Eigen::Vector3f>& normal;    // outward, unit
   const std::vector<float>& area;                // m^2
   const std::vector<float>& weight;              // perceptual, 0-1
+  /// The same samples on the tracked hand, where the skin is that of a virtual hand beside it. Without: the
+  /// skin is felt where it is.
+  const FeltSkin* felt = nullptr;
 };
 
+/// Pressure of the clay, and the place on the skin where it is to be felt.
 struct PressureSample {
   Eigen::Vector3f position;  // m
   Eigen::Vector3f normal;    // outward, unit
   float pressure;            // Pa
-  float force;               // N, normal component
-  float area;                // m^2
+  float force;               // N, normal component, where the skin met the clay
+  float area;                // m^2, where it is felt
   float weight;              // perceptual, 0-1
 };
 
 /// Pressure on the skin that faces the array (Eq. 7): f_n = max(-n . f, 0), p = f_n / area. Only samples with
 /// p > 0 are returned, in skin order, frame world. Forces on the same sample add up in the order given.
 ///
+/// With `felt`, the pressure arises where the skin meets the clay, by the normal and the area there, and is
+/// returned with the place, normal and area where it is felt: these decide whether it faces the array, and
+/// a sample that is covered there is left out.
+///
 /// A contact whose force is not finite, or whose sample has a non-finite position, normal or weight or an
 /// area that is not positive and finite, is left out and counted; it does not touch any other sample. So is a
-/// sample whose pressure does not fit a float.
+/// sample whose pressure does not fit a float, and one whose felt place is not finite.
 /// \param array_position of the centre of the array, m, world; a sample faces it where n . (array - x) > 0
 /// \param dropped if given, receives the number of contacts left out for that reason
 /// \throws std::out_of_range if a contact's index is not a sample of the skin

@@ -14,6 +14,22 @@
 
 namespace tactile_clay::hand {
 
+/// Skins of the persons that are seen, by side.
+class SkinTemplates {
+ public:
+  /// \param spacing of the samples, m \throws std::invalid_argument outside 1 to 20 mm
+  SkinTemplates(double spacing, SkinKind kind);
+
+  /// The skin for a hand that appears: that of the hand before it, or made anew where this person's size is
+  /// more than a tenth off.
+  std::shared_ptr<const SkinTemplate> of(const TrackedHand& hand);
+
+ private:
+  double spacing_;
+  SkinKind kind_;
+  std::array<std::shared_ptr<const SkinTemplate>, 2> templates_;  // by side
+};
+
 /// Skin of kinematic hands: samples follow position, length and radius of the tracked bones. While a hand
 /// stays tracked its samples keep their number and order, even where the tracker rescales the person; the
 /// samples of a hand that comes back are made anew if its person's size is more than a tenth off. A sample
@@ -23,7 +39,7 @@ class KinematicHands {
  public:
   /// \param spacing of the samples, m \param kind of the skin \throws std::invalid_argument outside 1 to 20
   /// mm
-  explicit KinematicHands(double spacing, SkinKind kind = SkinKind::kinematic);
+  explicit KinematicHands(double spacing, SkinKind kind = SkinKind::kinematic) : templates_(spacing, kind) {}
 
   /// Skin at the next sample of the tracker: the left hand's samples, then the right one's, of hands that are
   /// present; of two hands of one side the more confident one. Velocities are finite differences from the
@@ -41,15 +57,12 @@ class KinematicHands {
     std::chrono::nanoseconds stamp;
   };
 
-  std::shared_ptr<const SkinTemplate> templateFor(const TrackedHand& hand);
   void append(const TrackedHand& hand, std::chrono::nanoseconds stamp);
 
-  double spacing_;
-  SkinKind kind_;
+  SkinTemplates templates_;
   // By side; what the poses of palms are told from.
   std::array<TrackedHand, 2> rest_ = {restHand(Side::left, 1.0), restHand(Side::right, 1.0)};
-  std::array<std::shared_ptr<const SkinTemplate>, 2> templates_;  // by side, kept over a loss
-  std::array<std::optional<Tracked>, 2> tracked_;                 // by side, while the hand is present
+  std::array<std::optional<Tracked>, 2> tracked_;  // by side, while the hand is present
   Skin skin_;
 };
 

@@ -9,6 +9,7 @@
 
 #include "hand/anatomy.h"
 #include "hand/hand_check.h"
+#include "hand/posed_skin.h"
 #include "hand/reach.h"
 
 namespace tactile_clay::hand {
@@ -31,6 +32,7 @@ constexpr double yielding = 3.0;     // share of its reach that a finger gives u
 constexpr double elsewhere = 5e-3;   // m that a joint moves in the palm, so that the pose is another one
 constexpr std::size_t remembered = 16;  // skins
 constexpr double seconds_a_nano = 1e-9;
+constexpr double bare_within = 2e-3;  // m beneath other skin, a sample still counts as on the tracked skin
 
 void requireIn(const char* what, double value, double low, double high) {
   if (!(value >= low && value <= high))
@@ -86,6 +88,28 @@ std::vector<std::uint32_t> samplesOfSeenJoints(const Skin& skin, const TrackedHa
 
 BodyPose between(const BodyPose& a, const BodyPose& b, double t) {
   return {a.position + t * (b.position - a.position), a.rotation.slerp(t, b.rotation)};
+}
+
+Skin skinOf(const SkinTemplate& skin_template, const TrackedHand& hand) {
+  const PosedSkin posed(skin_template, hand);
+  Skin skin;
+  for (std::size_t i = 0; i < posed.size(); ++i) append(skin, posed, i, posed[i], hand.side);
+  return skin;
+}
+
+// Where samples of a soft hand are on the tracked one: on its bones as they are tracked. On a bone that is
+// missing they are nowhere, and so not felt.
+void appendTracked(Skin& skin, const Skin& held, const std::vector<std::uint32_t>& shown,
+                   const SkinTemplate& skin_template, const TrackedHand& tracked) {
+  const PosedSkin posed(skin_template, tracked);
+  for (const std::uint32_t i : shown) {
+    const bool seen = !posed.absent(i);
+    const PosedSkin::Sample sample = posed[i];
+    const bool bare = seen && posed.depth(i, sample.surface) <= bare_within;
+    skin.tracked_position.push_back(seen ? sample.surface : held.position[i]);
+    skin.tracked_normal.push_back(seen ? sample.normal : held.normal[i]);
+    skin.tracked_area.push_back(bare ? posed.area(i) : 0.0F);
+  }
 }
 
 }  // namespace
@@ -380,7 +404,7 @@ double SoftHand::energy() const {
 }
 
 SoftHands::SoftHands(double spacing, const SoftHandParameters& parameters)
-    : parameters_(checked(spacing, parameters)), sampler_(spacing, SkinKind::soft) {
+    : parameters_(checked(spacing, parameters)), skins_(spacing, SkinKind::soft) {
   SoftHandTemplate right = makeSoftHandTemplate(Side::right, parameters.finger_cell, parameters.palm_cell);
   templates_[0] = std::make_shared<SoftHandTemplate>(mirroredTemplate(right));
   templates_[1] = std::make_shared<SoftHandTemplate>(std::move(right));
@@ -395,7 +419,9 @@ const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,
   std::vector<TrackedHand> hands = hands_in_world;
   keepOneHandASide(hands);
   std::sort(hands.begin(), hands.end(), [](const auto& a, const auto& b) { return a.side < b.side; });
-  const bool stale = seconds_a_nano * static_cast<double>((stamp - loads_stamp_).count()) > load_lifetime;
+  // A clock that was set back leaves loads of a time to come.
+  const bool stale =
+      std::abs(seconds_a_nano * static_cast<double>((stamp - loads_stamp_).count())) > load_lifetime;
   skin_ = Skin();
   Past past{stamp, ++number_, {}, {}};
   std::array<bool, 2> seen{};
@@ -406,9 +432,13 @@ const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,
     const bool goes_on = present.has_value() && !present->soft.leaps(hand);
     if (!present) {
       const double scale = handScale(hand);
-      const Skin& skin = sampler_.update({restHand(hand.side, scale)}, stamp);
-      present.emplace(Present{SoftHand(templates_[side], skin, scale, parameters_), stamp, number_, {}});
-      sampler_.update({}, stamp);  // so that it samples the next one anew
+      const TrackedHand rest = restHand(hand.side, scale);
+      auto skin_template = skins_.of(rest);
+      present.emplace(Present{SoftHand(templates_[side], skinOf(*skin_template, rest), scale, parameters_),
+                              std::move(skin_template),
+                              stamp,
+                              number_,
+                              {}});
     }
     const double dt = seconds_a_nano * static_cast<double>((stamp - present->stamp).count());
     if (!goes_on) {
@@ -434,6 +464,7 @@ const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,
     join(skin_.pad_distance, skin.pad_distance);
     join(skin_.side, skin.side);
     join(skin_.region, skin.region);
+    appendTracked(skin_, skin, past.shown[side], *present->skin_template, hand);
     present->skin = std::move(skin);
     present->stamp = stamp;
     past.points[side] = present->soft.loadPoints();

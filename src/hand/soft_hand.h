@@ -127,7 +127,8 @@ class SoftHands {
   /// \throws std::invalid_argument with one line where spacing (1 to 20 mm) or a parameter is out of range
   explicit SoftHands(double spacing, const SoftHandParameters& parameters = {});
 
-  /// As KinematicHands::update; the hand then is where flesh, clay and tracked pose let it be.
+  /// As KinematicHands::update; the hand then is where flesh, clay and tracked pose let it be, and the skin
+  /// tells of each sample where it is on the tracked hand: there it is felt.
   const Skin& update(const std::vector<TrackedHand>& hands_in_world, std::chrono::nanoseconds stamp);
 
   /// Forces of the clay on the skin of `stamp`. They act until the next ones come, at most 0.1 s. Forces that
@@ -143,6 +144,7 @@ class SoftHands {
  private:
   struct Present {
     SoftHand soft;
+    std::shared_ptr<const SkinTemplate> skin_template;
     std::chrono::nanoseconds stamp;
     std::uint64_t since;  // number of the skin in which it appeared
     Skin skin;            // the last one
@@ -155,7 +157,7 @@ class SoftHands {
   };
 
   SoftHandParameters parameters_;
-  KinematicHands sampler_;                                            // of the skin at rest
+  SkinTemplates skins_;
   std::array<std::shared_ptr<const SoftHandTemplate>, 2> templates_;  // by side
   std::array<std::optional<Present>, 2> hands_;
   std::deque<Past> past_;

@@ -1,5 +1,6 @@
 #include "nodes/cloud.h"
 
+#include <algorithm>
 #include <boost/make_shared.hpp>
 #include <sstream>
 #include <stdexcept>
@@ -24,6 +25,11 @@ std::size_t pointCount(const sensor_msgs::PointCloud2& cloud) {
                              " bytes: expected little-endian data of that size without gaps, got " +
                              std::to_string(cloud.data.size()) + " bytes");
   return points;
+}
+
+bool hasField(const sensor_msgs::PointCloud2& cloud, const std::string& name) {
+  return std::any_of(cloud.fields.begin(), cloud.fields.end(),
+                     [&](const PointField& field) { return field.name == name; });
 }
 
 template <typename T>

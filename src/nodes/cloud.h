@@ -29,6 +29,8 @@ class Column {
 /// Number of points. \throws std::runtime_error where the message's sizes contradict each other
 std::size_t pointCount(const sensor_msgs::PointCloud2& cloud);
 
+bool hasField(const sensor_msgs::PointCloud2& cloud, const std::string& name);
+
 /// Field `name` of type float or std::uint32_t. \throws std::runtime_error naming a field that is missing or
 /// of other type
 template <typename T>

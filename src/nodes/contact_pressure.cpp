@@ -50,9 +50,11 @@ sensor_msgs::PointCloud2Ptr ContactPressure::pressure(const Cloud& skin, const C
   if (!forces.empty()) {
     const auto array = transforms_.lookup(skin.header.frame_id, frame::array);
     if (!array) throw std::runtime_error("the pose of the array is not known");
+    const PressureSkin pressed = pressureSkin(skin);
+    if (!onSkin(contacts, pressed))
+      throw std::runtime_error("they are not on the skin of their stamp, expected one skin with each stamp");
     std::size_t dropped = 0;
-    samples = contact::pressureField(pressureSkin(skin).view(), forces, array->translation().cast<float>(),
-                                     &dropped);
+    samples = contact::pressureField(pressed.view(), forces, array->translation().cast<float>(), &dropped);
     dropped_ += dropped;
     const Eigen::Isometry3f to_array = array->inverse().cast<float>();
     for (contact::PressureSample& sample : samples) {

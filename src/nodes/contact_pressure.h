@@ -11,7 +11,9 @@
 namespace tactile_clay::nodes {
 
 /// Turns forces on the skin into pressure (Eq. 7): joins `clay/contacts` with the `hands/skin` of the same
-/// stamp, and publishes one `hands/pressure` for each, in frame `array`.
+/// stamp, and publishes one `hands/pressure` for each, in frame `array`. Its places, normals and areas are
+/// those of the tracked hand, which feels the pressure, also where the skin that the clay meets is that of a
+/// virtual hand beside it (`tracked_x` and so on in `hands/skin`).
 class ContactPressure {
  public:
   /// \throws std::runtime_error with one line where a parameter is wrong

@@ -29,6 +29,10 @@ Vectors normals(const sensor_msgs::PointCloud2& cloud) {
   return {cloud, "normal_x", "normal_y", "normal_z"};
 }
 
+/// Of hands/skin where it is not the tracked hand's own.
+constexpr char tracked_fields[] =
+    "tracked_x tracked_y tracked_z tracked_normal_x tracked_normal_y tracked_normal_z tracked_area";
+
 /// Colour in the bits of a float, as PCL and rviz read the field `rgb`.
 float packed(const Eigen::Vector3f& color) {
   std::uint32_t bits = 0;
@@ -90,13 +94,18 @@ hand::TrackedFrame toCore(const TrackedHands& message) {
 }
 
 sensor_msgs::PointCloud2Ptr skinCloud(const hand::Skin& skin, const std_msgs::Header& header) {
+  const bool beside = !skin.tracked_position.empty();
   CloudWriter cloud(header,
-                    "x y z normal_x normal_y normal_z vx vy vz area hand:u region:u weight pad_distance",
+                    std::string("x y z normal_x normal_y normal_z vx vy vz area hand:u region:u weight "
+                                "pad_distance ") +
+                        (beside ? tracked_fields : ""),
                     skin.size());
-  for (std::size_t i = 0; i < skin.size(); ++i)
+  for (std::size_t i = 0; i < skin.size(); ++i) {
     cloud.vector(skin.position[i]).vector(skin.normal[i]).vector(skin.velocity[i])
         << skin.area[i] << std::uint32_t{skin.side[i]} << std::uint32_t{skin.region[i]}
         << static_cast<float>(ultrasound::perceptualWeight(skin.pad_distance[i])) << skin.pad_distance[i];
+    if (beside) cloud.vector(skin.tracked_position[i]).vector(skin.tracked_normal[i]) << skin.tracked_area[i];
+  }
   return cloud.finish();
 }
 
@@ -122,6 +131,16 @@ PressureSkin pressureSkin(const sensor_msgs::PointCloud2& skin) {
     out.normal.push_back(normal[i]);
     out.area.push_back(area[i]);
     out.weight.push_back(weight[i]);
+  }
+  if (!hasField(skin, "tracked_x")) return out;
+  const Vectors place(skin, "tracked_x", "tracked_y", "tracked_z"),
+      direction(skin, "tracked_normal_x", "tracked_normal_y", "tracked_normal_z");
+  const auto bare = column<float>(skin, "tracked_area");
+  contact::FeltSkin& felt = out.felt.emplace();
+  for (std::size_t i = 0; i < out.position.size(); ++i) {
+    felt.position.push_back(place[i]);
+    felt.normal.push_back(direction[i]);
+    felt.area.push_back(bare[i]);
   }
   return out;
 }
@@ -158,6 +177,17 @@ std::vector<contact::ContactForce> contactForces(const sensor_msgs::PointCloud2&
   std::vector<contact::ContactForce> out;
   for (std::size_t i = 0, n = pointCount(contacts); i < n; ++i) out.push_back({index[i], force[i]});
   return out;
+}
+
+bool onSkin(const sensor_msgs::PointCloud2& contacts, const PressureSkin& skin) {
+  if (!hasField(contacts, "x")) return true;
+  constexpr float same_place = 1e-3f;  // m; the clay sends the places of the skin back as they came
+  const Vectors place = positions(contacts);
+  const auto index = column<std::uint32_t>(contacts, "index");
+  for (std::size_t i = 0, n = pointCount(contacts); i < n; ++i)
+    if (index[i] >= skin.position.size() || !((place[i] - skin.position[index[i]]).norm() < same_place))
+      return false;
+  return true;
 }
 
 sensor_msgs::PointCloud2Ptr pressureCloud(const std::vector<contact::PressureSample>& samples,

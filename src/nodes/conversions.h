@@ -5,6 +5,7 @@
 #include <tactile_clay/RenderingReport.h>
 #include <tactile_clay/TrackedHands.h>
 
+#include <optional>
 #include <vector>
 
 #include "clay/clay.h"
@@ -25,16 +26,18 @@ namespace tactile_clay::nodes {
 TrackedHands toMessage(const hand::TrackedFrame& frame);
 hand::TrackedFrame toCore(const TrackedHands& message);
 
-/// hands/skin, with the perceptual weight of each sample.
+/// hands/skin, with the perceptual weight of each sample. With `tracked_x` to `tracked_area` only where the
+/// skin is not the tracked hand's own.
 sensor_msgs::PointCloud2Ptr skinCloud(const hand::Skin& skin, const std_msgs::Header& header);
 clay::Ghosts ghosts(const sensor_msgs::PointCloud2& skin);
 
-/// hands/skin as the pressure needs it.
+/// hands/skin as the pressure needs it. Skin without `tracked_x` is felt where it is.
 struct PressureSkin {
   std::vector<Eigen::Vector3f> position, normal;
   std::vector<float> area, weight;
+  std::optional<contact::FeltSkin> felt;
 
-  contact::SkinView view() const { return {position, normal, area, weight}; }
+  contact::SkinView view() const { return {position, normal, area, weight, felt ? &*felt : nullptr}; }
 };
 PressureSkin pressureSkin(const sensor_msgs::PointCloud2& skin);
 
@@ -46,6 +49,9 @@ sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::S
 sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& forces,
                                          const clay::Ghosts& ghosts, const std_msgs::Header& header);
 std::vector<contact::ContactForce> contactForces(const sensor_msgs::PointCloud2& contacts);
+/// Whether the contacts, where they tell their places, are on their samples of that skin. Of two skins with
+/// one stamp only one is.
+bool onSkin(const sensor_msgs::PointCloud2& contacts, const PressureSkin& skin);
 
 /// hands/pressure.
 sensor_msgs::PointCloud2Ptr pressureCloud(const std::vector<contact::PressureSample>& samples,

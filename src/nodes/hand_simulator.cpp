@@ -81,6 +81,8 @@ void HandSimulator::simulateWaiting() {
 
 void HandSimulator::simulate(const TrackedHands& message) {
   hand::TrackedFrame frame = toCore(message);
+  // In the world, as the skin judges them: a hand that is sane for its tracker may be too far away there.
+  placeInWorld(frame, world_, transforms_);
   hand::LeftOut left_out = leaveOutBadHands(frame);
   bad_fingers_ += static_cast<unsigned>(left_out.fingers);
   bad_hands_ += static_cast<unsigned>(left_out.hands + hand::keepOneHandASide(frame.hands));
@@ -92,10 +94,8 @@ void HandSimulator::simulate(const TrackedHands& message) {
     tell(left_out);
     repeated_hands_ += static_cast<unsigned>(left_out.hands);
   }
-  placeInWorld(frame, world_, transforms_);
   const auto start = ros::SteadyTime::now();
   const double processor_start = processorTime();
-  // Finite hands stay finite under a rigid transform, so the skin accepts what came so far.
   const hand::Skin& skin =
       soft_ ? soft_->update(frame.hands, frame.stamp) : kinematic_->update(frame.hands, frame.stamp);
   const double seconds = (ros::SteadyTime::now() - start).toSec();

@@ -30,8 +30,9 @@ namespace tactile_clay::nodes {
 /// `~hand_model` is `kinematic` (skin moves with the tracked bones) or `soft` (bones and flesh between the
 /// tracked pose and the clay, of which `clay/contacts` tells the forces). Soft and in lockstep, a sample
 /// waits until the clay has answered the skin before it, and so always meets the forces of that one. Soft,
-/// and where somebody looks, `hands/bones` has the bones of the tracked hand beside those that the clay
-/// holds.
+/// the skin has the fields `tracked_x` to `tracked_area`: the place, normal and area of each sample on the
+/// tracked hand, where it is felt. Soft, and where somebody looks, `hands/bones` has the bones of the tracked
+/// hand beside those that the clay holds.
 class HandSimulator {
  public:
   /// \throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong

@@ -186,9 +186,11 @@ std::vector<Eigen::Vector3f> SoundField::facingSkin() {
   if (!pose) return points;
   const PressureSkin& skin = skin_;
   const Eigen::Isometry3f to_array = pose->cast<float>();
-  for (std::size_t i = 0; i < skin.position.size(); ++i) {
-    const Eigen::Vector3f position = to_array * skin.position[i];
-    if (position.dot(to_array.linear() * skin.normal[i]) < 0.0f) points.push_back(position);
+  const auto& places = skin.felt ? skin.felt->position : skin.position;
+  const auto& normals = skin.felt ? skin.felt->normal : skin.normal;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Eigen::Vector3f position = to_array * places[i];
+    if (position.dot(to_array.linear() * normals[i]) < 0.0f) points.push_back(position);
   }
   return points;
 }

@@ -17,8 +17,8 @@ namespace tactile_clay::nodes {
 /// Publishes what an array plays, and its true field. `array/drive`: the drive at the time of the stamp, not
 /// modulated down. `array/measured`: the pressure at each focal point while it is there, averaged over the
 /// period. While somebody subscribes, `array/acoustics`: how that compares with what was commanded, side
-/// lobes and the level at the head; `array/field`: on the skin and on a slice the highest acoustic amplitude
-/// of the period and the tactile pressure, the radiation pressure averaged over it.
+/// lobes and the level at the head; `array/field`: on the tracked skin and on a slice the highest acoustic
+/// amplitude of the period and the tactile pressure, the radiation pressure averaged over it.
 class SoundField {
  public:
   /// Reads `~slice_height`, `~slice_size`, `~slice_step`, `~skin_field`, `~slice_field`, `~lockstep`.

@@ -88,6 +88,51 @@ TEST(Conversions, SkinKeepsItsSamplesAndFields) {
   EXPECT_EQ(column<std::uint32_t>(*cloud, "region")[0], 10u);
 }
 
+// Skin of a tracked hand, as old bags have it, is felt where it is; that of a virtual hand on the tracked
+// one.
+TEST(Conversions, SkinOfAVirtualHandTellsWhereItIsFelt) {
+  EXPECT_FALSE(pressureSkin(*skinCloud(twoSamples(), header("world"))).felt.has_value());
+  hand::Skin skin = twoSamples();
+  skin.tracked_position = {{1, 2, 2}, {4, 5, 5}};
+  skin.tracked_normal = {{0, 1, 0}, {1, 0, 0}};
+  skin.tracked_area = {3e-5f, 0.0f};
+  const auto cloud = skinCloud(skin, header("world"));
+  EXPECT_EQ(nodes::ghosts(*cloud).position[1], Eigen::Vector3f(4, 5, 6)) << "the clay meets the virtual hand";
+  const PressureSkin pressed = pressureSkin(*cloud);
+  ASSERT_TRUE(pressed.felt.has_value());
+  EXPECT_EQ(pressed.position[1], Eigen::Vector3f(4, 5, 6));
+  EXPECT_EQ(pressed.felt->position, skin.tracked_position);
+  EXPECT_EQ(pressed.felt->normal, skin.tracked_normal);
+  EXPECT_EQ(pressed.felt->area, skin.tracked_area);
+  EXPECT_EQ(pressed.view().felt, &*pressed.felt);
+}
+
+TEST(Conversions, SkinThatTellsHalfOfWhereItIsFeltIsRefused) {
+  CloudWriter writer(header("world"), "x y z normal_x normal_y normal_z area weight tracked_x tracked_y", 0);
+  try {
+    pressureSkin(*writer.finish());
+    FAIL() << "accepted places without a height";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("'tracked_z'"), std::string::npos) << error.what();
+  }
+}
+
+// Where a stamp comes twice, forces of one skin must not press samples of the other.
+TEST(Conversions, ContactsAreOnTheSkinThatTheyAreOf) {
+  const auto cloud = skinCloud(twoSamples(), header("world"));
+  const auto contacts = contactCloud({{1, {0, 0, 1}}}, ghosts(*cloud), header("world"));
+  const PressureSkin skin = pressureSkin(*cloud);
+  EXPECT_TRUE(onSkin(*contacts, skin));
+  EXPECT_TRUE(onSkin(*contactCloud({}, {}, header("world")), PressureSkin()));
+  hand::Skin moved = twoSamples();
+  moved.position[1].x() += 0.01f;
+  EXPECT_FALSE(onSkin(*contacts, pressureSkin(*skinCloud(moved, header("world")))));
+  EXPECT_FALSE(onSkin(*contacts, PressureSkin())) << "a hand that is gone";
+  CloudWriter forces_alone(header("world"), "fx fy fz index:u", 1);
+  forces_alone << 0.0f << 0.0f << 1.0f << std::uint32_t{1};
+  EXPECT_TRUE(onSkin(*forces_alone.finish(), skin));
+}
+
 TEST(Conversions, FieldsAreFoundByNameWhereverTheyStand) {
   CloudWriter writer(header("array"), "weight area force pressure normal_z normal_y normal_x extra:u z y x",
                      1);

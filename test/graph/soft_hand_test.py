@@ -1,10 +1,13 @@
 #!/usr/bin/env python3
 """The rig with soft hands: see soft_hand.test."""
+import collections
 import struct
 import unittest
 
 import rig_run
 from rig_run import focal_points, lowest_skin
+
+Point = collections.namedtuple('Point', 'x y z')
 
 TOP = 0.04  # m, of the red block
 APART = TOP + 0.005
@@ -14,17 +17,23 @@ TIP_POINT, JOINTS = INDEX_TIP - 1, 25  # hands/bones has no palm joint
 
 def press(**arguments):
     return rig_run.Run(dict(rig_run.LOCKSTEP, hands='bag', file=rig_run.bag('press_deeper'), quality='fast',
-                            **arguments), topics=rig_run.CHAIN + ['/hands/bones', '/diagnostics'])
+                            **arguments), topics=rig_run.CHAIN + ['/hands/bones', '/diagnostics', '/tf_static'])
 
 
 def xyz(point):
     return point.x, point.y, point.z
 
 
+def rows(cloud, *names):
+    """Float fields of each point."""
+    offsets = [next(field.offset for field in cloud.fields if field.name == name) for name in names]
+    return [tuple(struct.unpack_from('<f', cloud.data, i * cloud.point_step + offset)[0] for offset in offsets)
+            for i in range(cloud.width)]
+
+
 def lowest_sample(cloud):
     """Height of the lowest sample of the skin over the table, m."""
-    offset = next(field.offset for field in cloud.fields if field.name == 'z')
-    return min(struct.unpack_from('<f', cloud.data, i * cloud.point_step + offset)[0] for i in range(cloud.width))
+    return min(z for z, in rows(cloud, 'z'))
 
 
 class SoftHand(unittest.TestCase):
@@ -67,6 +76,26 @@ class SoftHand(unittest.TestCase):
         steady = [stamp for stamp, hand in hands.items() if lowest_skin(hand) < deepest + 1e-5]
         back = [lowest_sample(skins[stamp]) - lowest_skin(hands[stamp]) for stamp in steady]
         self.assertGreater(min(back), 0.0005)
+
+    def test_pressure_and_focal_points_lie_on_the_tracked_finger(self):
+        to_world = rig_run.array_to_world(self.soft)
+        skins = self.soft.messages.by_stamp('/hands/skin')
+        points = focal_points(self.soft)
+        felt = 0
+        for stamp, cloud in self.soft.messages.by_stamp('/hands/pressure').items():
+            if not cloud.width:
+                self.assertEqual(points[stamp], [])
+                continue
+            tracked = rows(skins[stamp], 'tracked_x', 'tracked_y', 'tracked_z')
+            places = [to_world(Point(*row)) for row in rows(cloud, 'x', 'y', 'z')]
+            for place in places:
+                self.assertLess(min(rig_run.distance(place, sample) for sample in tracked), 1e-5)
+            for point in points[stamp]:
+                place = to_world(point.position)
+                # To the skin 3 mm, along it to the next sample, 2 mm apart on a pad.
+                self.assertLess(min(rig_run.distance(place, sample) for sample in places), 0.005)
+                felt += 1
+        self.assertGreater(felt, 20)
 
     def test_bones_show_the_tracked_finger_go_on_and_the_virtual_one_stay(self):
         bones = {message.markers[0].header.stamp.to_nsec(): message for message in self.soft.messages['/hands/bones']}

@@ -57,6 +57,58 @@ TEST_F(PressureField, LeavesOutSkinSeenEdgeOn) {
   EXPECT_TRUE(pressureField({position, normal, area, weight}, {{0, {0, 0, 1.0f}}}, beside).empty());
 }
 
+/// A virtual hand held 0.1 m above the tracked one, which is turned and of other areas.
+class FeltElsewhere : public PressureField {
+ protected:
+  FeltSkin felt{{{0, 0, -0.1f}, {0.005f, 0, -0.1f}, {0.010f, 0, -0.1f}, {0.015f, 0, -0.1f}},
+                {{0, 0.6f, -0.8f}, {0, 0, -1}, {0, 0, 1}, {0, 0, -1}},
+                {1e-5f, 2e-5f, 3e-5f, 4e-5f}};
+
+  std::vector<PressureSample> feltField(const std::vector<ContactForce>& contacts) {
+    return pressureField({position, normal, area, weight, &felt}, contacts, array_below, &dropped);
+  }
+};
+
+TEST_F(FeltElsewhere, PressureArisesOnTheSkinAndIsFeltOnTheTrackedHand) {
+  const auto samples = feltField({{0, {0, 0, 0.5f}}, {1, {0.3f, 0.4f, 0.1f}}});
+  ASSERT_EQ(samples.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(samples[i].position, felt.position[i]);
+    EXPECT_EQ(samples[i].normal, felt.normal[i]);
+    EXPECT_EQ(samples[i].area, felt.area[i]);
+    EXPECT_EQ(samples[i].weight, weight[i]);
+  }
+  EXPECT_FLOAT_EQ(samples[0].force, 0.5f);
+  EXPECT_FLOAT_EQ(samples[0].pressure, 0.5f / 2.5e-5f);
+  EXPECT_FLOAT_EQ(samples[1].pressure, 0.1f / 5.0e-5f);
+  EXPECT_EQ(dropped, 0u);
+}
+
+TEST_F(FeltElsewhere, TheTrackedSkinIsWhatFacesTheArray) {
+  EXPECT_TRUE(feltField({{2, {0, 0, 1.0f}}}).empty()) << "faces it in the clay, but not where it is felt";
+  const auto samples = feltField({{3, {0, 0, -1.0f}}});
+  ASSERT_EQ(samples.size(), 1u) << "faces it where it is felt, but not in the clay";
+  EXPECT_FLOAT_EQ(samples[0].force, 1.0f);
+  EXPECT_EQ(dropped, 0u);
+}
+
+TEST_F(FeltElsewhere, WhatOtherSkinCoversIsNotFelt) {
+  felt.area[0] = 0.0f;
+  EXPECT_EQ(feltField({{0, {0, 0, 1.0f}}, {1, {0, 0, 1.0f}}}).size(), 1u);
+  EXPECT_EQ(dropped, 0u) << "no fault";
+}
+
+TEST_F(FeltElsewhere, DropsBrokenPlacesAndRefusesTooFew) {
+  felt.position[0].y() = nan;
+  felt.normal[1].z() = inf;
+  felt.area[2] = -1e-5f;
+  const Eigen::Vector3f push(0, 0, 1.0f);
+  EXPECT_EQ(feltField({{0, push}, {1, push}, {2, push}, {3, -push}}).size(), 1u);
+  EXPECT_EQ(dropped, 3u);
+  felt.normal.pop_back();
+  EXPECT_THROW(feltField({}), std::invalid_argument);
+}
+
 TEST_F(PressureField, AddsForcesOnOneSampleAndKeepsSkinOrder) {
   const auto samples = field({{1, {0, 0, 0.2f}}, {0, {0, 0, 0.5f}}, {1, {0, 0, 0.3f}}, {1, {0, 0, -0.1f}}});
   ASSERT_EQ(samples.size(), 2u);

@@ -9,6 +9,7 @@
 
 #include "hand/anatomy.h"
 #include "hand/hand_pose.h"
+#include "hand/hand_shape.h"
 #include "support/pressed_hand.h"
 
 namespace tactile_clay::hand {
@@ -29,6 +30,81 @@ constexpr double coarse_spacing = 10e-3;  // m
 
 TEST(SoftHand, AtRestItIsTheKinematicHand) {
   expectKinematicAtRest(coarse_spacing, coarse());
+}
+
+// Whatever holds the virtual hand back, the tracked one feels it where it is.
+void expectFeltOnTracked(const Skin& skin, KinematicHands& tracked, const std::vector<TrackedHand>& hands,
+                         int k) {
+  const Skin& expected = tracked.update(hands, stampOf(k));
+  ASSERT_EQ(skin.size(), expected.size());
+  EXPECT_EQ(skin.tracked_position, expected.position);
+  EXPECT_EQ(skin.tracked_normal, expected.normal);
+  EXPECT_EQ(skin.region, expected.region);
+  EXPECT_EQ(skin.side, expected.side);
+  ASSERT_EQ(skin.tracked_area.size(), skin.size());
+  for (std::size_t i = 0; i < skin.size(); ++i)
+    EXPECT_TRUE(skin.tracked_area[i] == expected.area[i] || skin.tracked_area[i] == 0.0F) << i;
+}
+
+TEST(SoftHand, TellsWhereTheTrackedHandFeelsIt) {
+  Press press(1000.0, true, 0.0, coarse_spacing, coarse());
+  KinematicHands tracked(coarse_spacing, SkinKind::soft);
+  double held = 0.0;
+  for (int k = 0; k < 60; ++k) {
+    press.frame(0.01 - 0.5e-3 * k);
+    expectFeltOnTracked(press.skin, tracked, {press.tracked}, k);
+    for (std::size_t i = 0; i < press.skin.size(); ++i)
+      held =
+          std::max(held, static_cast<double>((press.skin.position[i] - press.skin.tracked_position[i]).y()));
+  }
+  EXPECT_GT(held, 5e-3) << "m, that the floor holds the virtual finger above the tracked one";
+}
+
+TEST(SoftHand, TellsItOfBothHandsAndOfOneThatComesBack) {
+  SoftHands soft(coarse_spacing, coarse());
+  KinematicHands tracked(coarse_spacing, SkinKind::soft);
+  TrackedHand right = palmDown(0.0), left = restHand(Side::left, 1.0);
+  for (JointPose& joint : left.joints) joint.position.x() -= 0.3;
+  int k = 0;
+  for (const std::vector<TrackedHand>& hands :
+       {std::vector<TrackedHand>{right}, {right, left}, {left}, {}, {right, left}}) {
+    expectFeltOnTracked(soft.update(hands, stampOf(k)), tracked, hands, k);
+    ++k;
+  }
+  for (JointPose& joint : right.joints) joint.position.z() += 0.8;
+  expectFeltOnTracked(soft.update({right, left}, stampOf(k)), tracked, {right, left}, k);
+}
+
+// Finger pads in a fist are on the palm's skin, not on what can be reached from outside.
+TEST(SoftHand, WhatTheTrackedHandCoversHasNoAreaThere) {
+  SoftHands soft(coarse_spacing, coarse());
+  const TrackedHand fist = palmDown(0.0, false, 1.5);
+  const Skin& skin = soft.update({fist}, stampOf(0));
+  int covered = 0;
+  for (std::size_t i = 0; i < skin.size(); ++i) {
+    const double distance = handDistance(fist, skin.tracked_position[i].cast<double>());
+    if (skin.tracked_area[i] > 0.0F) {
+      EXPECT_GT(distance, -3e-3) << i;
+    } else {
+      EXPECT_LT(distance, -1e-3) << i;
+    }
+    covered += skin.tracked_area[i] == 0.0F ? 1 : 0;
+  }
+  EXPECT_GT(covered, 10);
+  const Skin& flat = soft.update({restHand(Side::right, 1.0)}, stampOf(1));
+  EXPECT_EQ(std::count(flat.tracked_area.begin(), flat.tracked_area.end(), 0.0F), 0);
+}
+
+// Loads end when the clay says nothing, also where the clock is set back meanwhile.
+TEST(SoftHand, ForcesOfATimeToComeAreForgotten) {
+  SoftHands hands(coarse_spacing, coarse());
+  const TrackedHand hand = palmDown(0.0);
+  int k = settled(hands, hand, 1000, 5);
+  EXPECT_EQ(hands.react(stampOf(k - 1), {{0, {0.0F, 2.0F, 0.0F}}}), 0U);
+  hands.update({hand}, stampOf(k));
+  EXPECT_GT(hands.hand(Side::right)->force().norm(), 0.1);
+  settled(hands, hand, 0, 4);
+  EXPECT_EQ(hands.hand(Side::right)->force().norm(), 0.0);
 }
 
 TEST(SoftHand, LossJumpFlipAndStandingClock) {
