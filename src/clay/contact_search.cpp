@@ -4,6 +4,7 @@
 #include <iterator>
 #include <optional>
 
+#include "clay/mesh.h"
 #include "clay/skin_side.h"
 #include "clay/threads.h"
 #include "lanes/lanes.h"
@@ -57,6 +58,7 @@ Eigen::AlignedBox3f boxOf(const VectorField& field) {
 /// \return the plane's normal, and the distance from it of the point at the start
 std::optional<SurfacePoint> firstMet(const Solid& solid, const Eigen::Vector3d& point,
                                      const Eigen::Vector3d& motion, double near, double stride) {
+  if (solid.mesh != nullptr && solid.mesh->atLeast(point) - motion.norm() > near) return std::nullopt;
   SurfacePoint touch = surface(solid, point);
   // No point of a surface comes nearer than the particle moves against it.
   const double way = motion.norm();

@@ -206,6 +206,37 @@ Mesh::Mesh(const std::vector<Eigen::Vector3d>& vertices, const std::vector<Trian
     if (!normals.isLine(t)) faces[surface.body[t]].push_back(normals.face(t)), ++triangles_;
   for (const std::vector<Face>& of_body : faces)
     if (!of_body.empty()) bodies_.push_back(bodyOf(of_body));
+  fillGrid();
+}
+
+void Mesh::fillGrid() {
+  constexpr double cells_along =
+      20.0;  // of the longest edge: 8 000 cells at most, filled in a few seconds at most
+  cell_ = bounds_.sizes().maxCoeff() / cells_along;
+  cells_ = (bounds_.sizes().array() / cell_).ceil().cast<int>().max(1);
+  distance_.resize(static_cast<std::size_t>(cells_.prod()));
+  for (int z = 0; z < cells_.z(); ++z)
+    for (int y = 0; y < cells_.y(); ++y)
+      for (int x = 0; x < cells_.x(); ++x) {
+        Eigen::Vector3d centre;
+        const Eigen::Vector3d within = bounds_.min() + cell_ * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5);
+        const std::size_t cell = cellOf(within, centre);
+        distance_[cell] = surface(centre).distance;
+      }
+}
+
+std::size_t Mesh::cellOf(const Eigen::Vector3d& point, Eigen::Vector3d& centre) const {
+  const Eigen::Array3i at =
+      ((point - bounds_.min()).array() / cell_).floor().max(0.0).min(cells_.cast<double>() - 1.0).cast<int>();
+  centre = bounds_.min() + cell_ * (at.cast<double>() + 0.5).matrix();
+  return static_cast<std::size_t>((at.z() * cells_.y() + at.y()) * cells_.x() + at.x());
+}
+
+double Mesh::atLeast(const Eigen::Vector3d& point) const {
+  if (!bounds_.contains(point)) return bounds_.exteriorDistance(point);
+  Eigen::Vector3d centre;
+  const std::size_t cell = cellOf(point, centre);
+  return distance_[cell] - (point - centre).norm();
 }
 
 SurfacePoint Mesh::surface(const Eigen::Vector3d& point) const {

@@ -27,6 +27,10 @@ class Mesh {
   /// the distance is that to its own surface.
   SurfacePoint surface(const Eigen::Vector3d& point) const;
 
+  /// A number that the signed distance of a point is not less than, m, at a fraction of the cost: it tells
+  /// what is too far off to matter.
+  double atLeast(const Eigen::Vector3d& point) const;
+
   const Eigen::AlignedBox3d& bounds() const { return bounds_; }
   double volume() const { return volume_; }  // m^3, of all bodies
   std::size_t triangles() const { return triangles_; }
@@ -48,7 +52,14 @@ class Mesh {
   };
 
  private:
+  void fillGrid();
+  std::size_t cellOf(const Eigen::Vector3d& point, Eigen::Vector3d& centre) const;
+
   std::vector<Body> bodies_;
+  // Distances of the centres of coarse cells, from which no point of a cell differs by more than it is away.
+  double cell_ = 0.0;  // m, edge
+  Eigen::Array3i cells_{0, 0, 0};
+  std::vector<double> distance_;  // m
   Eigen::AlignedBox3d bounds_;
   double volume_ = 0.0;
   std::size_t triangles_ = 0;

@@ -180,6 +180,21 @@ TEST(Mesh, ASurfaceTurnedInwardsWithinAnotherIsAHole) {
   }
 }
 
+TEST(Mesh, WhatIsFarOffIsToldAtOnce) {
+  // A bowl: a globe with a hole in it, in which clay lies far from its wall.
+  Triangles bowl = globeOfTriangles(0.05, 24), hole = globeOfTriangles(0.045, 24);
+  hole.turnRound();
+  bowl.add(hole);
+  const Mesh mesh = meshOf(bowl);
+  int far = 0;
+  for (const Vector3d& p : randomPoints(5000, 0.06)) {
+    const double exact = mesh.surface(p).distance, least = mesh.atLeast(p);
+    EXPECT_LE(least, exact + 1e-12) << p.transpose();
+    if (p.norm() < 0.03) far += least > 0.005 ? 1 : -1;
+  }
+  EXPECT_GT(far, 100) << "points in the middle of the bowl are not told";
+}
+
 TEST(Mesh, WhatIsNotClosedIsRefused) {
   const Vector3d half(0.03, 0.02, 0.01);
   Triangles open = boxOfTriangles(-half, half), shared = open;
