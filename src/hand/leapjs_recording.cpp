@@ -82,16 +82,16 @@ Json unpacked(const Json& names,
   Json object = Json::object();
   for (std::size_t i = 0; i < values.size(); ++i) {
     const Json& name = names[i];
-    if (values[i].is_null()) continue;  // the frame that was packed had no such field
+    const bool missing = values[i].is_null();  // in the frame that was packed
     if (name.is_string()) {
-      object[name.get<std::string>()] = values[i];
+      if (!missing) object[name.get<std::string>()] = values[i];
       continue;
     }
     if (!name.is_object() || name.size() != 1 || !name.begin()->is_array() || name.begin()->empty())
       throw std::runtime_error("has names that are none, expected those of leapjs-playback's format 2");
     const Json& inner = *name.begin();
     if (!inner[0].is_array()) {
-      object[name.begin().key()] = unpacked(inner, values[i]);
+      if (!missing) object[name.begin().key()] = unpacked(inner, values[i]);
       continue;
     }
     Json& list = object[name.begin().key()] = Json::array();
@@ -120,6 +120,9 @@ LeapjsRecording::LeapjsRecording(std::string text, std::size_t most_bytes) : tex
   if (text_.size() > most_bytes)
     throw std::runtime_error("has " + std::to_string(text_.size()) + " bytes, expected at most " +
                              std::to_string(most_bytes));
+  const std::size_t begin = text_.find_first_not_of(blank);
+  if (begin == std::string::npos || (text_[begin] != '{' && text_[begin] != '['))
+    throw std::runtime_error("unpacks to no JSON, as LZ-string of leapjs-playback would");
   Contents contents = contentsOf(text_);
   if (!contents.closed) throw std::runtime_error("ends within its JSON");
   frames_ = std::move(contents.items);
