@@ -2,6 +2,7 @@
 """Clay that is saved and goes on: see sculpture.test."""
 import os
 import shutil
+import stat
 import tempfile
 import unittest
 
@@ -68,15 +69,36 @@ class Sculpture(unittest.TestCase):
         damaged = os.path.join(self.folder, 'damaged.clay')
         with open(damaged, 'w') as file:
             file.write('clay')
+        fifo, huge = os.path.join(self.folder, 'fifo'), os.path.join(self.folder, 'huge.clay')
+        os.mkfifo(fifo)
+        with open(huge, 'wb') as file:
+            file.write(b'tactile_clay sculpture 5\n' + bytes(44) + b'\xff' * 8)
         for name, file, words in (('load', damaged, 'is not a sculpture'),
-                                  ('load', self.folder + '/none.clay', 'cannot be read'),
+                                  ('load', self.folder + '/none.clay', 'cannot be opened'),
+                                  ('load', huge, 'a count of'),
+                                  ('load', fifo, 'is a FIFO'),
+                                  ('load', self.folder, 'is a folder'),
+                                  ('load', '/dev/zero', 'is a device'),
+                                  ('load', 'relative.clay', 'expected an absolute path'),
                                   ('save', self.folder + '/no/folder.clay', 'cannot be written'),
-                                  ('save', 'relative.clay', 'expected an absolute path')):
+                                  ('save', 'relative.clay', 'expected an absolute path'),
+                                  ('save', damaged, 'is there already, expected a new name, or a call of the service overwrite'),
+                                  ('overwrite', fifo, 'is no regular file'),
+                                  ('overwrite', self.folder, 'is no regular file'),
+                                  ('overwrite', '/dev/null', 'is no regular file')):
             answer = self.call(name, file=file)
             self.assertFalse(answer.success)
             self.assertIn(words, answer.message)
             self.assertIn(file, answer.message)
             self.assertNotIn('\n', answer.message)
+        with open(damaged) as file:
+            self.assertEqual(file.read(), 'clay')
+        self.assertTrue(stat.S_ISCHR(os.stat('/dev/null').st_mode))
+        self.assertTrue(stat.S_ISFIFO(os.stat(fifo).st_mode))
+        written = self.call('overwrite', file=damaged)
+        self.assertTrue(written.success, written.message)
+        loaded = self.call('load', file=damaged)
+        self.assertTrue(loaded.success, loaded.message)
 
 
 if __name__ == '__main__':
