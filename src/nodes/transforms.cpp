@@ -73,7 +73,7 @@ void Transforms::take(const geometry_msgs::TransformStamped& transform, bool fix
                   "frame '" + child + "', expected at most " + std::to_string(most_frames) + " frames");
   if (known != frames_.end() && known->second.fixed && !fixed)
     return refuse(topic, "frame '" + child + "' moves, expected it to stay where /tf_static says");
-  const std::string parent = withoutSlash(transform.header.frame_id);
+  const std::string parent = frameName(transform.header.frame_id);
   if (isAbove(child, parent))
     return refuse(topic, "frame '" + parent + "' is below '" + child + "' already, expected no loop");
   frames_[child] = {parent, fixed};
