@@ -59,7 +59,7 @@ TEST_F(ScoreFile, HasLimits) {
   expectFault("moves: [{move: press_finger, hold: 1.0e+300}]", "1", "expected a score of at most 7200 s");
   std::string many = "moves:\n";
   for (int i = 0; i < 1100; ++i) many += "  - {move: press_finger, hold: 0.1, speed: 1.0}\n";
-  expectFault("pause: 0.1\n" + many, "1002", "more than 1000 moves");
+  expectFault("pause: 0.1\n" + many, "1003", "more than 1000 moves");
   expectFault("pause: 60\n" + many, "11", "expected a score of at most 7200 s");
 }
 
@@ -100,7 +100,7 @@ TEST_F(ScoreFile, SaysWhatIsWrongAndWhere) {
   expectFault("moves:\n  - {move: roll}\n  - {move: pinch, widht: 0.1}\n", "3", "unknown key 'widht'");
   expectFault("moves:\n  - {move: knead, strokes: many}\n", "2",
               "'strokes' cannot be read, expected a whole number");
-  expectFault("moves:\n  - {move: knead, strokes: 0}\n", "2", "expected positive scale and strokes");
+  expectFault("moves:\n  - {move: knead, strokes: 0}\n", "2", "expected positive scale, 1 to 1000 strokes");
   expectFault("moves:\n  - {move: pinch, width: 0.5}\n", "2", "cannot grip");
   expectFault("rate: 60\n", "1", "no moves");
   expectFault("rate: -1\nmoves: [{move: roll}]\n", "1", "rate -1, expected 1 to 1000");
