@@ -74,8 +74,9 @@ void HandSimulator::simulateWaiting() {
   while (!waiting_.empty() && !awaited_) {
     const TrackedHands::ConstPtr message = waiting_.front();
     waiting_.pop_front();
-    if (soft_ && lockstep_) awaited_ = message->header.stamp;
     simulate(*message);
+    // Not before: a sample that could not be simulated has no answer to wait for.
+    if (soft_ && lockstep_) awaited_ = message->header.stamp;
   }
 }
 
