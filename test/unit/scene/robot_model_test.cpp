@@ -69,7 +69,7 @@ TEST_F(RobotModel, AnotherRootHangsOnTheWorld) {
 }
 
 TEST_F(RobotModel, FloatingAndPlanarJointsAreFixedAtTheirOrigins) {
-  for (const std::string& type : {"floating", "planar"}) {
+  for (const std::string type : {"floating", "planar"}) {
     const std::string made = load(robot(link("world") + link("table", box) + joint(type, "world", "table")));
     EXPECT_EQ(made.find(type), std::string::npos) << made;
     const Solids solids(made, {});

@@ -96,12 +96,12 @@ TEST_F(YamlAsPeopleWriteIt, ValuesThatAreMissingAreToldWithTheLineOfTheirKey) {
 }
 
 TEST_F(YamlAsPeopleWriteIt, NumbersAreNumbers) {
-  for (const std::string& number : {"1,5", "1.5 m", "0x10", "true", "yes", "1_000", "'", "[1]", "--1", "+-1",
-                                    "1e", "inf", "1e999", "one", "{a: 1}", "\"\""}) {
+  for (const std::string number : {"1,5", "1.5 m", "0x10", "true", "yes", "1_000", "'", "[1]", "--1", "+-1",
+                                   "1e", "inf", "1e999", "one", "{a: 1}", "\"\""}) {
     const std::string said = complaint(start + "world: " + number + "\nbodies:\n  - " + body + "}\n");
     EXPECT_NE(said.find("scene.yaml:3: "), std::string::npos) << number << ": " << said;
   }
-  for (const std::string& number : {"1", "1.", "01", "1.0e0", "+1", "1E0", "\"1\""})
+  for (const std::string number : {"1", "1.", "01", "1.0e0", "+1", "1E0", "\"1\""})
     EXPECT_EQ(load(start + "world: " + number + "\nbodies:\n  - " + body + "}\n").config.world, 1.0)
         << number;
   expectComplaint(start + "bodies:\n  - {name: a, material: dough, shape: box, size: [0,02, 0,02, 0,02]}\n",
