@@ -14,6 +14,8 @@
 namespace tactile_clay::nodes {
 namespace {
 
+constexpr std::uint32_t most_message = 1U << 20U;  // bytes; 64 hands have 110 kB
+
 using Hands = ros::message_traits::DataType<TrackedHands>;
 using HandsMd5 = ros::message_traits::MD5Sum<TrackedHands>;
 
@@ -113,6 +115,9 @@ hand::HandSource::Read BagSource::read(hand::TrackedFrame& frame, std::chrono::m
       stamps_.rewind();
       next_ = view_->begin();
     }
+    if (next_->size() > most_message)
+      throw std::runtime_error(file_ + ": a message of " + std::to_string(next_->size()) +
+                               " bytes, expected at most " + std::to_string(most_message));
     const auto message = next_->instantiate<TrackedHands>();
     if (!message) throw std::runtime_error(file_ + ": a message that is no tactile_clay/TrackedHands");
     if (message->hands.size() > most_hands)
