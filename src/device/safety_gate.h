@@ -9,6 +9,7 @@
 
 #include "device/array_device.h"
 #include "device/point_values.h"
+#include "safety/silence_times.h"
 #include "ultrasound/phase_solver.h"
 
 namespace tactile_clay::device {
@@ -33,7 +34,8 @@ std::string nameOf(Rule rule);
 Rule ruleOf(const std::string& name);
 
 struct SafetyGateConfig {
-  double stale_timeout = 0.1;               // s, of focal points and of hands
+  /// s, of focal points and of hands
+  double stale_timeout = silence_times::seconds(silence_times::stale);
   Eigen::Vector3d low{-0.20, -0.20, 0.05};  // corners of the workspace, m, frame of the array
   Eigen::Vector3d high{0.20, 0.20, 0.40};   // its faces belong to it
   double intensity_cap = 1.0;               // at most 1

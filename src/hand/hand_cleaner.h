@@ -7,18 +7,20 @@
 
 #include "hand/one_euro.h"
 #include "hand/tracked_hand.h"
+#include "safety/silence_times.h"
 
 namespace tactile_clay::hand {
 
 struct CleanConfig {
   OneEuroConfig position{2.0, 100.0, 1.0};    // beta per m
   OneEuroConfig orientation{2.0, 10.0, 1.0};  // beta per rad
-  double hold = 0.03;                         // s, that a hand which is not seen stays as it was
-  double gone = 0.08;                         // s after it was last seen, it has faded out
-  double same_hand_time = 0.1;                // s after it was last seen, it is still the same hand
-  double same_hand_distance = 0.05;           // m, of the palm, within which another id is the same hand
-  double blend = 0.1;                         // s, over which the step of a changed id is taken
-  double artefact_speed = 1.5;                // m/s that the palm is off its motion, with a confidence below
+  /// s, that a hand which is not seen stays as it was, and after which it has faded out
+  double hold = silence_times::seconds(silence_times::hand_held);
+  double gone = silence_times::seconds(silence_times::hand_gone);
+  double same_hand_time = 0.1;       // s after it was last seen, it is still the same hand
+  double same_hand_distance = 0.05;  // m, of the palm, within which another id is the same hand
+  double blend = 0.1;                // s, over which the step of a changed id is taken
+  double artefact_speed = 1.5;       // m/s that the palm is off its motion, with a confidence below
   double artefact_confidence = 0.5;
   double prediction = 0.0;  // s ahead, 0 to 0.02
 };

@@ -16,6 +16,7 @@
 #include "nodes/params.h"
 #include "nodes/placement.h"
 #include "nodes/topics.h"
+#include "safety/silence_times.h"
 
 namespace tactile_clay::nodes {
 namespace {
@@ -31,7 +32,7 @@ const std::vector<std::string> side_topics = {
     topic::array_measured,    topic::array_field,        topic::rendering,    topic::acoustics,
     topic::joint_states_left, topic::joint_states_right, topic::hands_bones};
 
-constexpr std::chrono::milliseconds live_patience(20);  // for a sample, before the hands are held
+constexpr std::chrono::milliseconds live_patience = silence_times::tracker_silent;
 constexpr std::chrono::milliseconds recording_patience(100);
 
 std::string seconds(const ros::WallDuration& duration) {

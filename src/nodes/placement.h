@@ -6,6 +6,7 @@
 #include "hand/hand_check.h"
 #include "hand/tracked_hand.h"
 #include "nodes/transforms.h"
+#include "safety/silence_times.h"
 
 namespace tactile_clay::nodes {
 
@@ -17,7 +18,7 @@ hand::LeftOut leaveOutBadHands(hand::TrackedFrame& frame);
 
 /// For which a live hand that is only repeated stays where no hand_cleaner bridges it: longer than the 50 ms
 /// between two samples of a slow tracker, short enough for the array to be silent after 150 ms.
-inline constexpr std::chrono::milliseconds repeats_patience(60);
+inline constexpr std::chrono::milliseconds repeats_patience = silence_times::hand_repeated;
 
 /// Whether a message on a topic is live: a played one has the stamps of its recording, or simulated time.
 bool freshStamp(std::chrono::nanoseconds stamp);

@@ -39,6 +39,10 @@ constexpr milliseconds hand_held{30};
 /// It has faded out when it was not seen for this long, and is felt no more.
 constexpr milliseconds hand_gone{80};
 
+/// A live hand that is only repeated was not seen. It stays for this long where nobody holds and fades hands,
+/// for some drivers send each sample twice.
+constexpr milliseconds hand_repeated{60};
+
 // The device and its guard.
 
 /// A device goes silent by itself when nothing renews the last emission for this long (default of the option
