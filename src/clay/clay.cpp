@@ -42,6 +42,10 @@ void validate(const Material& m) {
   require(m.skin_friction >= 0.0, "skin_friction" + of, m.skin_friction, ">= 0");
 }
 
+std::size_t mostGhosts(double spacing) {
+  return static_cast<std::size_t>(std::clamp(1.0 / (spacing * spacing), 20e3, 250e3));
+}
+
 Method methodNamed(const std::string& name) {
   if (name == "minimise") return Method::minimise;
   if (name == "paper") return Method::paper;
@@ -69,8 +73,12 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, doubl
 void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const SolidMotion& motion,
                    double duration) {
   State& s = *state_;
+  require(ghosts.size() <= mostGhosts(s.config.spacing), "number of ghosts",
+          static_cast<double>(ghosts.size()),
+          "at most " + std::to_string(mostGhosts(s.config.spacing)) + " at this spacing");
   for (Stage& stage : s.statistics.stages) stage.ms = 0.0;
-  s.iterations_done = 0;
+  s.iterations_done = s.rounds_done = 0;
+  s.statistics.ghosts_looked_at = 0;
   const double dt = s.config.timeStep();
   s.carry += duration;
   const int steps = std::max(static_cast<int>(std::lround(s.carry / dt)), 0);
@@ -117,6 +125,9 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const
   s.statistics.density_error_max = largest;
   s.statistics.awake = s.particles.size();
   s.statistics.iterations = static_cast<double>(s.iterations_done) / steps;
+  s.statistics.rounds = static_cast<double>(s.rounds_done) / steps;
+  s.statistics.rejected_displacements = s.rejected;
+  s.countLumps();
   s.statistics.bonds = s.bond_constraint.size() + s.sleeping_bonds.size() / 2;
   s.statistics.contacts = s.contact_constraint.contacts().size() + s.sleeping_contacts.size();
   s.ghost_forces.clear();

@@ -44,6 +44,10 @@ struct ClayConfig {
   double timeStep() const { return frame / budget.substeps; }  // s, fixed
 };
 
+/// Ghosts that `Clay::advance` takes at most: as many as fill 1 m^2 of skin, of which two hands have a tenth,
+/// and not so many that a step, or its memory, has no bound. \param spacing m, of the clay
+std::size_t mostGhosts(double spacing);
+
 /// Particles to start from.
 struct InitialParticle {
   Eigen::Vector3f position;  // m
@@ -51,6 +55,9 @@ struct InitialParticle {
   std::uint8_t material = 0;
   std::uint16_t body = 0;
 };
+
+/// Particles; lumps of fewer are crumbs, which never sleep.
+constexpr std::size_t crumb_size = 32;
 
 struct Stage {
   std::string name;
@@ -61,9 +68,14 @@ struct Statistics {
   std::uint64_t step = 0;  // frames since the start
   std::size_t awake = 0;   // particles
   std::size_t bonds = 0;
-  std::size_t contacts = 0;         // with ghosts and solids, last substep
-  double iterations = 0.0;          // of a substep, mean over the last frame
-  double density_error_mean = 0.0;  // of max(rho / rho0 - 1, 0)
+  std::size_t contacts = 0;                  // with ghosts and solids, last substep
+  double iterations = 0.0;                   // of a substep, mean over the last frame
+  double rounds = 0.0;                       // of a substep, mean; between them contacts are looked at anew
+  std::size_t lumps = 0;                     // connected components, awake or asleep
+  std::size_t crumbs = 0;                    // lumps of fewer than `crumb_size` particles
+  std::uint64_t rejected_displacements = 0;  // since the start; not finite, or longer than the world is wide
+  std::uint64_t ghosts_looked_at = 0;  // in the last frame, by searches for a place that is free of hands
+  double density_error_mean = 0.0;     // of max(rho / rho0 - 1, 0)
   double density_error_max = 0.0;
   std::vector<Stage> stages;
 };
@@ -86,6 +98,7 @@ class Clay {
   /// of the step to its pose at the end; its velocity is what takes it there.
   /// \param solids their shapes; poses and velocities are not read
   /// \param motion their poses, by `time()`; it is asked for times from `time()` on
+  /// \throws std::invalid_argument where there are more than `mostGhosts`, and the clay stays as it was
   void advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const SolidMotion& motion,
                double duration);
   /// The same with solids that move from their poses with their velocities.

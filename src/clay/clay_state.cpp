@@ -39,7 +39,7 @@ Clay::State::State(const ClayConfig& config_in, std::vector<Material> materials_
       projection(kernel, static_cast<float>(config.spacing), materials),
       bond_constraint(static_cast<float>(config.spacing), materials),
       contact_constraint(static_cast<float>(config.spacing), materials),
-      sleep(static_cast<float>(config.spacing)) {
+      sleep(static_cast<float>(config.spacing), crumb_size) {
   const std::size_t n = initial.size();
   everyone.position.resize(n), everyone.velocity.resize(n);
   everyone.density_ratio.assign(n, 1.0f);
@@ -90,20 +90,21 @@ Clay::State::State(const ClayConfig& config_in, std::vector<Material> materials_
   statistics.stages = {{"neighbours"}, {"contact_search"}, {"bonds"}, {"setup"}, {"iterations"}, {"finish"}};
 }
 
-/// A ghost that is not finite, or has no unit normal, is put out of reach; one faster than any hand has
-/// jumped, and has no velocity. Norms are compared because a NaN fails every comparison, while maxCoeff may
-/// drop it.
+/// A ghost that is not finite, is far out of the world or has no unit normal does not exist; one faster than
+/// any hand has jumped, and has no velocity. Norms are compared because a NaN fails every comparison, while
+/// maxCoeff may drop it.
 void Clay::State::takeGhosts(const Ghosts& ghosts) {
   constexpr float fastest = 50.0f;  // m/s
   const float far = static_cast<float>(100.0 * config.world);
   target = ghosts;
   for (std::size_t g = 0; g < target.size(); ++g) {
     const bool unit = std::abs(target.normal[g].squaredNorm() - 1.0f) < 0.1f;
-    if (!unit || !(target.position[g].norm() < far)) {
-      target.position[g].setConstant(far);
+    const bool exists = unit && target.position[g].norm() < std::min(far, Ghosts::nowhere);
+    if (!exists) {
+      target.position[g].setConstant(Ghosts::nowhere);
       target.normal[g] = Eigen::Vector3f::UnitZ();
     }
-    if (!(target.velocity[g].norm() < fastest)) target.velocity[g].setZero();
+    if (!exists || !(target.velocity[g].norm() < fastest)) target.velocity[g].setZero();
   }
   moved = target;
 }
@@ -171,6 +172,8 @@ void Clay::State::step(const Surroundings& around) {
     }
     const Stopwatch watch(ms(iterations));
     iterations_done += minimiser.solve(gravity, config.budget.iterations, config.tolerance, u);
+    rounds_done += minimiser.rounds();
+    statistics.ghosts_looked_at += contact_constraint.looks();
   }
   endStep(dt);
 }
@@ -202,7 +205,7 @@ void Clay::State::endStep(float dt) {
       // A displacement that is not finite, or larger than the world, is a lost particle: it stops where it
       // is.
       Eigen::Vector3f step = u.at(i);
-      if (!(step.norm() < 2.0f * world)) step.setZero();
+      if (!(step.norm() < 2.0f * world)) step.setZero(), ++rejected;
       Eigen::Vector3f next = particles.position.at(i) + step;
       if (recovery != nullptr && recovery->at(i).norm() < world) next += recovery->at(i);
       const Eigen::Vector3f inside = next.cwiseMax(-world).cwiseMin(world);
@@ -322,6 +325,15 @@ void Clay::State::regroup() {
   for (std::size_t i = 0; i < everyone.size(); ++i)
     if (sleep.state().lump[i] != 0) everyone.velocity[i].setZero();
   restore(sculpture());
+}
+
+/// Of the last step.
+void Clay::State::countLumps() {
+  std::vector<std::size_t> sizes(near.lumps(), 0);
+  for (std::size_t i = 0; i < particles.size(); ++i) ++sizes[near.lump(i)];
+  statistics.lumps = sizes.size() + sleep.lumps();
+  statistics.crumbs = static_cast<std::size_t>(
+      std::count_if(sizes.begin(), sizes.end(), [](std::size_t size) { return size < crumb_size; }));
 }
 
 void Clay::State::collectForces(int steps) {

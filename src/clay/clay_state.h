@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <vector>
 
 #include "clay/bonds.h"
@@ -38,6 +39,7 @@ struct Clay::State {
   void regroup();
   void endStep(float dt);
   void collectForces(int steps);
+  void countLumps();
 
   ClayConfig config;
   std::vector<Material> materials;
@@ -61,14 +63,15 @@ struct Clay::State {
   std::vector<Bond> sleeping_bonds;
   std::vector<Contact> sleeping_contacts;
   bool bonded = false;
-  VectorField window_start;        // m, positions when bonds were last decided on
-  int window_steps = 0;            // steps since
-  int iterations_done = 0;         // in this frame
-  double time = 0.0, carry = 0.0;  // s
-  Ghosts target;                   // ghosts at the end of the frame
-  Ghosts moved;                    // and at the end of the current step
-  std::vector<Solid> walls;        // of the world
-  std::vector<Solid> walled;       // solids of the step and walls, and their poses then
+  VectorField window_start;                  // m, positions when bonds were last decided on
+  int window_steps = 0;                      // steps since
+  int iterations_done = 0, rounds_done = 0;  // in this frame
+  std::atomic<std::uint64_t> rejected{0};    // displacements, since the start
+  double time = 0.0, carry = 0.0;            // s
+  Ghosts target;                             // ghosts at the end of the frame
+  Ghosts moved;                              // and at the end of the current step
+  std::vector<Solid> walls;                  // of the world
+  std::vector<Solid> walled;                 // solids of the step and walls, and their poses then
   std::vector<Eigen::Isometry3d> walled_start, walled_end;
   std::vector<Eigen::Isometry3d> start_poses, end_poses;  // of the solids, in the step
   std::vector<Eigen::Vector3d> ghost_sum;                 // N

@@ -212,12 +212,14 @@ void ContactSearch::strayIntoSkin(const Step& step, std::size_t i, Found& found)
   thread_local std::vector<NearGhost> rest;
   findCrossed(step, i, rest);
   if (rest.empty()) {
-    step.obstacles.forGhostsNear(boxAbout(end, end, radius), [&](std::size_t g) {
+    step.obstacles.forGhostsNear(end, end, radius, [&](std::size_t g) {
       const float square = (end - ghosts.position[g]).squaredNorm();
       if (square < radius * radius && heightAtStart(step, x, g) >= -capture * spacing_)
         rest.push_back({static_cast<std::uint32_t>(g), square});
     });
   }
+  std::sort(rest.begin(), rest.end(),
+            [](const NearGhost& a, const NearGhost& b) { return a.ghost < b.ghost; });
   touchSides(step, i, end, rest, found, [&](const SkinPlane& plane, Contact& contact) {
     const float depth = 0.5f * spacing_ - plane.distance;
     contact.gap = depth + contact.normal.dot(u);
@@ -231,7 +233,7 @@ void ContactSearch::findCrossed(const Step& step, std::size_t i, std::vector<Nea
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
   thread_local std::vector<float> gone;  // m, on the way to where it crosses, as the ghost sees it
   crossed.clear(), gone.clear();
-  step.obstacles.forGhostsNear(boxAbout(x, x + u, radius), [&](std::size_t g) {
+  step.obstacles.forGhostsNear(x, x + u, radius, [&](std::size_t g) {
     const Vector motion = step.dt * step.ghosts.velocity[g], way = u - motion;
     const Vector start = x - (step.ghosts.position[g] - motion);
     const float before = step.ghosts.normal[g].dot(start), after = before + step.ghosts.normal[g].dot(way);

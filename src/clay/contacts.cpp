@@ -43,6 +43,7 @@ void Contacts::detect(const Neighbourhood& near, const Particles& particles, con
                       const Ghosts& ghosts, const std::vector<Solid>& solids,
                       const std::vector<Eigen::Isometry3d>& start, const std::vector<Eigen::Isometry3d>& end,
                       float dt) {
+  looks_ = 0;
   previous_.swap(contacts_);
   obstacles_.begin(ghosts, solids, start, end, dt);
   ContactSearch::Found& found = search_.findAtStart(previous_, near, particles, guess, obstacles_, dt);
@@ -339,23 +340,30 @@ void Contacts::push(Contact& c, const Vector& by, float inertia, Vector& u) {
   if (c.state == Contact::State::open) c.state = Contact::State::slide;
 }
 
+/// Where skin fills all there is, many particles look for places that there are not: together they look at no
+/// more ghosts than `most_looks`, in equal parts, and those that found none by then stay where they are.
 void Contacts::release(const Particles& particles, VectorField& u, float dt) {
-  parallelFor(filters_.size(), 64, [&](std::size_t f) {
-    const Filter& filter = filters_[f];
+  thread_local std::vector<std::uint32_t> held;
+  held.assign(filters_.size(), 0);
+  parallelFor(filters_.size(), 64, [&, is_held = held.data()](std::size_t f) {
+    const std::uint32_t i = filters_[f].particle;
+    is_held[f] = isHeld(filters_[f], particles.position.at(i), u.at(i)) ? 1 : 0;
+  });
+  std::size_t count = 0;
+  for (std::uint32_t f = 0; f < filters_.size(); ++f)
+    if (held[f] != 0) held[count++] = f;
+  held.resize(count);
+  if (count == 0) return;
+  const std::int64_t part = most_looks / static_cast<std::int64_t>(count);
+  std::atomic<std::int64_t> looked{0};
+  parallelFor(count, 4, [&, held_filters = held.data()](std::size_t k) {
+    const Filter& filter = filters_[held_filters[k]];
     const std::uint32_t i = filter.particle;
     Vector step = u.at(i);
-    bool held = false, by_skin = false, leads_far = false;
-    for (std::uint32_t k = filter.first; k < filter.last; ++k) {
-      const Contact& c = contacts_[k];
-      held = held || depth(c, step) > rounding * spacing_;
-      if (c.solid != Contact::skin) continue;
-      by_skin = true;
-      leads_far = leads_far || (step - c.drift).norm() > plane * spacing_;
-    }
     const Vector x = particles.position.at(i) + step;
-    if (!by_skin) return;
-    if (!held && !isCovered(filter, x, 0.0f) && !(leads_far && obstacles_.isInFlesh(x))) return;
-    const std::optional<Vector> place = wayOut(x);
+    std::int64_t looks = part;
+    const std::optional<Vector> place = wayOut(x, looks);
+    looked += part - looks;
     if (!place) return;
     const auto along = [&](const Contact& a, const Contact& b) {
       return a.normal.dot(*place - x) < b.normal.dot(*place - x);
@@ -364,6 +372,22 @@ void Contacts::release(const Particles& particles, VectorField& u, float dt) {
     push(c, *place - x, 1.0f / (particles.inverse_mass[i] * dt * dt), step);
     u.set(i, step);
   });
+  looks_ = static_cast<std::uint64_t>(looked.load());
+}
+
+/// Whether the skin holds a particle where its contacts lead none out. \param x m, where it starts
+bool Contacts::isHeld(const Filter& filter, const Vector& x, const Vector& step) const {
+  bool held = false, by_skin = false, leads_far = false;
+  for (std::uint32_t k = filter.first; k < filter.last; ++k) {
+    const Contact& c = contacts_[k];
+    held = held || depth(c, step) > rounding * spacing_;
+    if (c.solid != Contact::skin) continue;
+    by_skin = true;
+    leads_far = leads_far || (step - c.drift).norm() > plane * spacing_;
+  }
+  if (!by_skin) return false;
+  const Vector end = x + step;
+  return held || isCovered(filter, end, 0.0f) || (leads_far && obstacles_.isInFlesh(end));
 }
 
 /// Whether a place is beneath what is nearest to it of a side of the skin that touches the particle, or all
@@ -384,13 +408,14 @@ bool Contacts::isCovered(const Filter& filter, const Vector& x, float clearance)
 }
 
 /// A free place near x: one that is not far if there is any, though it leave a particle less than half a
-/// spacing off where there is no room for that.
-std::optional<Vector> Contacts::wayOut(const Vector& x) const {
+/// spacing off where there is no room for that. \param looks as of Obstacles::nearestFree
+std::optional<Vector> Contacts::wayOut(const Vector& x, std::int64_t& looks) const {
   struct Attempt {
     float clearance, most;  // spacings
   };
   for (const Attempt& a : {Attempt{0.5f, 2.0f}, {0.25f, 2.0f}, {0.25f, farthest}, {narrow, farthest}}) {
-    const auto place = obstacles_.nearestFree(x, a.clearance * spacing_, a.most * spacing_);
+    if (looks <= 0) break;
+    const auto place = obstacles_.nearestFree(x, a.clearance * spacing_, a.most * spacing_, looks);
     if (place) return place;
   }
   return std::nullopt;

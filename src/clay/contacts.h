@@ -25,6 +25,10 @@ namespace tactile_clay::clay {
 /// The spring is as stiff as the load asks, so that this distance is a hundredth of a spacing.
 class Contacts {
  public:
+  /// Ghosts that `release` looks at in a step, for all particles together and but for the last look of each:
+  /// some 50 ms. Hands in clay, which leave it room, need a tenth of it at most.
+  static constexpr std::int64_t most_looks = 5'000'000;
+
   /// \param materials friction is theirs; \param spacing m
   Contacts(float spacing, const std::vector<Material>& materials);
 
@@ -76,6 +80,9 @@ class Contacts {
   /// still held, or beneath the skin, to the nearest place that nothing covers.
   void release(const Particles& particles, VectorField& u, float dt);
 
+  /// In this step, by `release`: ghosts that were looked at.
+  std::uint64_t looks() const { return looks_; }
+
   /// Takes from the displacements w, which follow u, what goes into obstacles.
   void stop(const Particles& particles, const VectorField& u, VectorField& w) const;
 
@@ -108,7 +115,8 @@ class Contacts {
   void expel(const Filter& filter, float inertia, Eigen::Vector3f& u);
   static void push(Contact& c, const Eigen::Vector3f& by, float inertia, Eigen::Vector3f& u);
   bool isCovered(const Filter& filter, const Eigen::Vector3f& x, float clearance) const;
-  std::optional<Eigen::Vector3f> wayOut(const Eigen::Vector3f& x) const;
+  bool isHeld(const Filter& filter, const Eigen::Vector3f& x, const Eigen::Vector3f& step) const;
+  std::optional<Eigen::Vector3f> wayOut(const Eigen::Vector3f& x, std::int64_t& looks) const;
   Eigen::Vector3f prescribed(Filter& filter, Eigen::Vector3f u);
   Eigen::Vector3f pull(const Contact& c, const Eigen::Vector3f& u) const;
 
@@ -120,6 +128,7 @@ class Contacts {
   std::vector<Contact> contacts_, previous_;
   std::vector<GhostShare> shares_;
   std::vector<Filter> filters_;  // one a touched particle
+  std::uint64_t looks_ = 0;
 };
 
 }  // namespace tactile_clay::clay

@@ -12,6 +12,10 @@ struct Ghosts {
   std::vector<Eigen::Vector3f> velocity;  // m/s; over the frame a ghost moves straight to its position
 
   std::size_t size() const { return position.size(); }
+
+  /// m, every coordinate of a ghost that counts as not there.
+  static constexpr float nowhere = 1e9f;
+  bool exists(std::size_t g) const { return position[g].x() < nowhere; }
 };
 
 /// Force of the clay on a ghost particle, mean over a frame: Eq. 6 summed over iterations, and friction.

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace tactile_clay::clay {
 namespace {
@@ -12,6 +13,7 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;  // translation, rotation
 
 constexpr double dents = 0.25;  // spacings; moves of less than that through an obstacle dent nothing
+constexpr double thin = 1e-9;   // of mass times size^2; inertia that a lump has about any axis
 
 Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
   Eigen::Matrix3d m;
@@ -39,12 +41,20 @@ void Lumps::measure() {
     second << sum[4], sum[5], sum[6], sum[5], sum[7], sum[8], sum[6], sum[8], sum[9];
     second -= body.mass * body.centre * body.centre.transpose();
     body.inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
+    // What is far from the origin is the difference of large numbers.
+    body.rounding = 64.0 * std::numeric_limits<double>::epsilon() * body.mass * body.centre.squaredNorm();
   }
 }
 
-/// Radius of gyration, m; for a single particle, something.
+/// Radius of gyration, m; of a single particle, whose inertia is nothing but rounding, a tenth of a spacing.
 double Lumps::size(const Body& body) const {
-  return std::max(std::sqrt(0.5 * body.inertia.trace() / body.mass), 0.1 * spacing_);
+  return std::max(std::sqrt(0.5 * std::max(body.inertia.trace(), 0.0) / body.mass), 0.1 * spacing_);
+}
+
+/// kg m^2, to be added about each axis: a particle, and a row of them about itself, have none of their own,
+/// or less than none by rounding.
+double Lumps::leastInertia(const Body& body) const {
+  return std::max(std::pow(size(body), 2) * body.mass * thin, body.rounding);
 }
 
 /// Momentum of a particle, and angular momentum about its lump's centre, were this its velocity.
@@ -61,9 +71,8 @@ std::vector<Eigen::Matrix3f> Lumps::bends(float dt) {
   std::vector<Eigen::Matrix3f> turns(bodies_.size(), Eigen::Matrix3f::Zero());
   for (std::size_t l = 0; l < bodies_.size(); ++l) {
     const Body& body = bodies_[l];
-    const double point =
-        std::pow(size(body), 2) * body.mass * 1e-9;  // so that a line of particles has an inverse
-    const Eigen::LDLT<Eigen::Matrix3d> inertia(body.inertia + point * Eigen::Matrix3d::Identity());
+    const Eigen::LDLT<Eigen::Matrix3d> inertia(body.inertia +
+                                               leastInertia(body) * Eigen::Matrix3d::Identity());
     const Eigen::Vector3d turn = dt * inertia.solve(momentum[l].tail<3>());
     const double sine = turn.norm();
     if (!(sine > 1e-6) || sine > 0.5) continue;
@@ -231,7 +240,6 @@ Lumps::Motion Lumps::within(const Body& body, const Unblocked& motions, LumpSums
 }
 
 std::vector<Lumps::Unblocked> Lumps::unblockedMotions(const VectorField& u, const Contacts& contacts) {
-  constexpr double tiny = 1e-9;
   std::vector<Eigen::MatrixXd> bases = unblocked(contacts);
   std::vector<Unblocked> motions(bodies_.size());
   if (std::none_of(bases.begin(), bases.end(), [](const auto& basis) { return basis.cols() > 0; }))
@@ -245,7 +253,9 @@ std::vector<Lumps::Unblocked> Lumps::unblockedMotions(const VectorField& u, cons
     Matrix6 mass = Matrix6::Zero();
     mass.topLeftCorner<3, 3>().diagonal().setConstant(body.mass);
     mass.bottomRightCorner<3, 3>() = body.inertia / (length * length);
-    mass.diagonal().array() += tiny * body.mass;
+    mass.diagonal().array() += thin * body.mass;
+    // what of the least inertia that is not
+    mass.diagonal().tail<3>().array() += std::max(body.rounding / (length * length) - thin * body.mass, 0.0);
     motions[l].inertia.compute(bases[l].transpose() * mass * bases[l]);
     motions[l].basis = std::move(bases[l]);
     motions[l].done = within(body, motions[l], momenta[l], 1.0);

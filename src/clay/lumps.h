@@ -77,8 +77,10 @@ class Lumps {
     double mass = 0.0;                                  // kg
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();   // m
     Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  // kg m^2, about the centre
+    double rounding = 0.0;                              // kg m^2, that the inertia may be off
   };
   double size(const Body& body) const;
+  double leastInertia(const Body& body) const;
   Motion within(const Body& body, const Unblocked& motion, LumpSums<6>::Sum momentum, double scale) const;
   std::vector<Eigen::MatrixXd> unblocked(const Contacts& contacts) const;
   LumpSums<6>::Sum momentum(std::size_t i, const VectorField& velocity) const;

@@ -29,12 +29,13 @@ void Minimiser::begin(const Bonds* bonds, const VectorField& free, Contacts& con
 }
 
 int Minimiser::solve(const Eigen::Vector3f& gravity, int iterations, double tolerance, VectorField& u) {
-  iterations_done_ = 0;
+  iterations_done_ = rounds_ = 0;
   start(gravity, u);
   // Contacts and compression are looked at anew every few iterations.
   constexpr int iterations_a_round = 4;
   int rounds_more = 8;
   for (int left = iterations; left > 0; left -= iterations_a_round) {
+    ++rounds_;
     translate(u);
     // Friction as it was in the last step foretells the slip, in the first of several rounds.
     if (left < iterations || left <= iterations_a_round) contacts_->dampSlides(particles_, u, dt_);

@@ -38,6 +38,9 @@ class Minimiser {
   /// iterations done
   int solve(const Eigen::Vector3f& gravity, int iterations, double tolerance, VectorField& u);
 
+  /// In the last solution: between them contacts and compression were looked at anew.
+  int rounds() const { return rounds_; }
+
   /// Displacements, m, that undo compression which nothing did work for: to be added to those of the step,
   /// but not to be taken for motion. Null: there is none.
   const VectorField* recovery() const { return beyond_ ? &recovery_ : nullptr; }
@@ -110,7 +113,7 @@ class Minimiser {
   std::vector<Descent> descents_;  // of the lumps
   std::vector<float> kept_;        // of each lump, share of the compression that density may give back
   bool beyond_ = false;            // whether there is compression to recover from
-  int iterations_done_ = 0;
+  int iterations_done_ = 0, rounds_ = 0;
 };
 
 }  // namespace tactile_clay::clay

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "clay/ghosts.h"
+#include "clay/skin_side.h"
 #include "clay/solid.h"
 
 namespace tactile_clay::clay {
@@ -39,14 +40,28 @@ class Obstacles {
   const Ghosts& ghosts() const { return *ghosts_; }
   const std::vector<MovingSolid>& solids() const { return solids_; }
 
-  /// Calls f(g), in order, for all ghosts whose way may come into a box, and others: for some that follow
-  /// each other, and so are beside each other, if one may.
+  /// Calls f(g) for all ghosts whose way may come within a radius of a point on its way, and others: for some
+  /// that are beside each other, if one may. They come in any order; results that depend on it must be
+  /// sorted.
   template <typename F>
-  void forGhostsNear(const Eigen::AlignedBox3f& box, const F& f) const {
+  void forGhostsNear(const Eigen::Vector3f& from, const Eigen::Vector3f& to, float radius, const F& f) const {
+    const Eigen::Array3f way = (to - from).array(), around = Eigen::Array3f::Constant(radius);
+    const Eigen::AlignedBox3f whole(from.cwiseMin(to).array() - around, from.cwiseMax(to).array() + around);
     for (std::size_t b = 0; b < ghost_boxes_.size(); ++b) {
-      if (!ghost_boxes_[b].intersects(box)) continue;
+      const Eigen::AlignedBox3f& box = ghost_boxes_[b];
+      if (!box.intersects(whole)) continue;
+      // From when to when the point is between the sides of the box, axis by axis.
+      const Eigen::Array3f low = (box.min() - from).array() - around,
+                           high = (box.max() - from).array() + around;
+      float enters = 0.0f, leaves = 1.0f;
+      for (int a = 0; a < 3; ++a) {
+        if (way[a] == 0.0f) continue;
+        enters = std::max(enters, std::min(low[a] / way[a], high[a] / way[a]));
+        leaves = std::min(leaves, std::max(low[a] / way[a], high[a] / way[a]));
+      }
+      if (enters > leaves + 1e-3f) continue;
       const std::size_t last = std::min(ghosts_->size(), (b + 1) * ghosts_a_box);
-      for (std::size_t g = b * ghosts_a_box; g < last; ++g) f(g);
+      for (std::size_t k = b * ghosts_a_box; k < last; ++k) f(order_.empty() ? k : order_[k]);
     }
   }
 
@@ -59,28 +74,28 @@ class Obstacles {
 
   /// The nearest of the places that neither the skin nor a solid covers, m: x itself, or places along the
   /// solids and the outside of the skin. \param clearance m, between them and a particle's centre \param most
-  /// m, that it may be away \return none: there is none
-  std::optional<Eigen::Vector3f> nearestFree(const Eigen::Vector3f& x, float clearance, float most) const;
+  /// m, that it may be away \param looks how many ghosts and solids may be looked at; it becomes less by
+  /// those that were, and the search ends where none are left \return none: there is none, or none was found
+  /// by then
+  std::optional<Eigen::Vector3f> nearestFree(const Eigen::Vector3f& x, float clearance, float most,
+                                             std::int64_t& looks) const;
 
  private:
   static constexpr std::size_t ghosts_a_box = 32;
 
-  template <typename F>
-  void forSidesAt(const std::vector<std::uint32_t>& of, const Eigen::Vector3f& place, const F& f) const;
+  void boxGhosts(float dt);
+  bool isScattered() const;
+  void sortGhosts();
   const std::vector<std::uint32_t>& ghostsBeside(const Eigen::Vector3f& x, float most) const;
-  bool isBeneathDisc(const std::vector<std::uint32_t>& of, const Eigen::Vector3f& place) const;
+  template <typename F>
+  void forSides(std::vector<NearGhost>& rest, const Eigen::Vector3f& place, const F& f) const;
 
   float spacing_;
   // Of the step.
   const Ghosts* ghosts_ = nullptr;
   std::vector<MovingSolid> solids_;
+  std::vector<std::uint32_t> order_;              // of the ghosts in the boxes; empty: their own
   std::vector<Eigen::AlignedBox3f> ghost_boxes_;  // m, about the ways of each few ghosts
 };
-
-/// m, about a way.
-inline Eigen::AlignedBox3f boxAbout(const Eigen::Vector3f& from, const Eigen::Vector3f& to, float radius) {
-  const Eigen::Vector3f around = Eigen::Vector3f::Constant(radius);
-  return {from.cwiseMin(to) - around, from.cwiseMax(to) + around};
-}
 
 }  // namespace tactile_clay::clay

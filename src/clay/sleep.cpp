@@ -10,7 +10,6 @@ constexpr double patience = 0.5;   // s without motion, before clay falls asleep
 constexpr float still = 1e-4f;     // spacings; what moves less has not moved. Clay at rest trembles by 1e-6.
 constexpr float reach = 2.0f;      // spacings, the support radius; skin is felt from a little less
 constexpr float pull = 10.0f;      // m/s^2, of what sets particles going that are near
-constexpr std::size_t crumb = 32;  // particles; what is smaller is cheaper awake than looked after
 constexpr float elsewhere = 1e6f;  // m, mark of a particle that has just woken
 
 }  // namespace
@@ -123,7 +122,7 @@ bool Sleep::settle(const Particles& at, const Neighbourhood& near, const Surroun
   }
   for (std::size_t l = 0; l < candidates.size(); ++l)
     resting[l] =
-        resting[l] && candidates[l].members.size() >= crumb && !disturbed(candidates[l], position, around);
+        resting[l] && candidates[l].members.size() >= least_ && !disturbed(candidates[l], position, around);
   // What stays awake keeps awake what it reaches.
   for (bool changed = true; changed;) {
     changed = false;

@@ -36,14 +36,15 @@ class Sleep {
     double watched = 0.0;             // s, of the half second
   };
 
-  explicit Sleep(float spacing) : spacing_(spacing) {}
+  /// \param spacing m \param least particles that a lump must have to sleep; smaller ones are cheaper awake
+  Sleep(float spacing, std::size_t least) : spacing_(spacing), least_(least) {}
 
   const State& state() const { return state_; }
   /// \param particles all of them
   void restore(State state, const Particles& particles);
 
-  bool anyAsleep() const { return !lumps_.empty(); }
-  std::vector<std::uint32_t> awake() const;  // ascending
+  std::size_t lumps() const { return lumps_.size(); }  // that are asleep
+  std::vector<std::uint32_t> awake() const;            // ascending
 
   /// Wakes what may be touched in a step. \return whether any clay woke
   /// \param all particles; \param awake those that move
@@ -66,6 +67,7 @@ class Sleep {
                const Eigen::Isometry3d& start, const Eigen::Isometry3d& end) const;
 
   float spacing_;
+  std::size_t least_;
   State state_;
   std::vector<Lump> lumps_;
   std::vector<Eigen::Isometry3d> poses_;  // of the solids, as last looked at

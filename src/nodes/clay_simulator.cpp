@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "clay/sculpture_file.h"
+#include "nodes/cloud.h"
 #include "nodes/conversions.h"
 #include "nodes/exit_code.h"
 #include "nodes/frame_name.h"
@@ -88,6 +89,7 @@ void ClaySimulator::restart() {
   clay_ = std::make_unique<clay::Clay>(scene_.config, scene_.materials, scene_.particles);
   factor_since_ = ros::WallTime::now();
   factor_time_ = 0.0;
+  told_rejected_ = 0;
 }
 
 bool ClaySimulator::reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
@@ -170,6 +172,10 @@ void ClaySimulator::run() {
 
 clay::Ghosts ClaySimulator::read(const Cloud& skin) {
   try {
+    const std::size_t most = clay::mostGhosts(scene_.config.spacing), count = pointCount(skin);
+    if (count > most)
+      throw std::runtime_error(std::to_string(count) + " samples, expected at most " + std::to_string(most) +
+                               " at a spacing of " + std::to_string(scene_.config.spacing) + " m");
     return ghosts(skin);
   } catch (const std::runtime_error& error) {
     ROS_WARN_THROTTLE(1.0, "clay_simulator: skin left out: %s", error.what());
@@ -183,6 +189,14 @@ double ClaySimulator::step(const clay::Ghosts& ghosts, double duration) {
   const std::lock_guard<std::mutex> lock(clay_mutex_);
   const ros::WallTime start = ros::WallTime::now();
   clay_->advance(ghosts, solids_->solids(), solids_->motion(), duration);
+  const std::uint64_t rejected = clay_->statistics().rejected_displacements;
+  if (rejected > told_rejected_)
+    ROS_WARN_THROTTLE(
+        1.0,
+        "clay_simulator: %llu displacements rejected since the start, not finite or longer than "
+        "the world; these particles stay where they are, expected none",
+        static_cast<unsigned long long>(rejected));
+  told_rejected_ = rejected;
   const ros::WallTime now = ros::WallTime::now();
   const double computing = (now - start).toSec();
   busy_ += computing;
@@ -297,6 +311,11 @@ void ClaySimulator::publishState(ros::Time stamp) {
   status->active_particles = static_cast<std::uint32_t>(statistics.awake);
   status->bonds = static_cast<std::uint32_t>(statistics.bonds);
   status->contacts = static_cast<std::uint32_t>(statistics.contacts);
+  status->lumps = static_cast<std::uint32_t>(statistics.lumps);
+  status->crumbs = static_cast<std::uint32_t>(statistics.crumbs);
+  status->iterations = static_cast<float>(statistics.iterations);
+  status->rounds = static_cast<float>(statistics.rounds);
+  status->rejected_displacements = statistics.rejected_displacements;
   status->density_error_mean = static_cast<float>(statistics.density_error_mean);
   status->density_error_max = static_cast<float>(statistics.density_error_max);
   status->real_time_factor = static_cast<float>(real_time_factor_);

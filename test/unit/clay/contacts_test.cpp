@@ -224,12 +224,13 @@ TEST(Obstacles, PlacesInFleshAreNotFree) {
   Obstacles obstacles(spacing);
   obstacles.begin(skin, {}, {}, {}, dt);
   const Eigen::Vector3f x(0.0f, 0.0f, -0.9f * spacing);
-  const auto place = obstacles.nearestFree(x, 0.25f * spacing, 6.0f * spacing);
+  std::int64_t looks = 1'000'000;
+  const auto place = obstacles.nearestFree(x, 0.25f * spacing, 6.0f * spacing, looks);
   ASSERT_TRUE(place.has_value());
   EXPECT_GE(place->z(), 0.2f * spacing);
   EXPECT_GE(place->norm(), radius + 0.2 * spacing);
   EXPECT_LT((*place - x).norm(), 3.0f * spacing);
-  EXPECT_FALSE(obstacles.nearestFree(x, 0.25f * spacing, 1.5f * spacing).has_value());
+  EXPECT_FALSE(obstacles.nearestFree(x, 0.25f * spacing, 1.5f * spacing, looks).has_value());
 }
 
 /// A finger's end comes down on a particle on the table, to where it leaves no room: it goes aside, neither

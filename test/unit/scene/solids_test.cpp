@@ -33,14 +33,14 @@ TEST(Solids, TheWheelTurnsAtItsSpeed) {
 
 TEST(Solids, TheirMotionIsThatOfTheScene) {
   const Solids solids = solidsOf("press");
-  ASSERT_EQ(solids.solids().back().name, "plate");
-  const double high = solids.solids().back().pose.translation().z();
+  ASSERT_EQ(solids.solids().front().name, "plate");
+  const double high = solids.solids().front().pose.translation().z();
   const auto heightAt = [&](double t) {
     std::vector<Eigen::Isometry3d> poses{5};  // what is there is replaced
     solids.motion()(t, poses);
     EXPECT_EQ(poses.size(), solids.solids().size());
-    EXPECT_EQ(poses.back().matrix(), solids.at(t).back().pose.matrix());
-    return poses.back().translation().z();
+    EXPECT_EQ(poses.front().matrix(), solids.at(t).front().pose.matrix());
+    return poses.front().translation().z();
   };
   EXPECT_EQ(heightAt(0.4), high);  // before its start
   EXPECT_NEAR(heightAt(0.6), high - 0.01, 1e-12);
