@@ -81,7 +81,8 @@ void SonicSurfaceTerminal::run() {
       wire_ += std::chrono::duration_cast<Clock::duration>(byte_time);
       const bool sounded = boards_.sounds();
       const bool swapped = boards_.feed(bytes[i]);
-      if (sounded && (swapped || !boards_.sounds())) sounded_until_ = wire_;  // clocks that are off end it too
+      if (sounded && (swapped || !boards_.sounds()))
+        sounded_until_ = wire_;  // clocks that are off end it too
       if (!swapped) continue;
       ++swaps_;
       last_.push_back({wire_, boards_.sounds(), boards_.drive()});

@@ -32,8 +32,8 @@ class RemoteSupervisor : public Supervisor {
   RemoteSupervisor(std::string name, std::string address, Question question);
   ~RemoteSupervisor() override;
 
-  /// Missing where no question of the last `silence_times::supervisor_patience` was answered, or the answer is an
-  /// error.
+  /// Missing where no question of the last `silence_times::supervisor_patience` was answered, or the answer
+  /// is an error.
   std::string missing() override;
 
  private:

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "clay/clay.h"
-#include "scene/scene.h"
 #include "scene/robot_model.h"
+#include "scene/scene.h"
 #include "scene/solids.h"
 #include "tools/accuracy_report.h"
 #include "tools/hand_samples.h"

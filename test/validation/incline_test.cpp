@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "scene/scene.h"
 #include "scene/robot_model.h"
+#include "scene/scene.h"
 #include "scene/solids.h"
 #include "support/setups.h"
 
