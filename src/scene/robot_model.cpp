@@ -122,8 +122,12 @@ std::string rootOf(XMLElement& robot) {
 }
 
 void hangOnWorld(XMLElement& robot, const std::string& root) {
+  std::set<std::string> taken;
+  forEach(robot, "joint", [&](XMLElement& joint) { taken.insert(nameOf(joint)); });
+  std::string name = "world_to_" + root;
+  while (taken.count(name) > 0) name += "_";
   XMLElement* joint = robot.InsertNewChildElement("joint");
-  joint->SetAttribute("name", ("world_to_" + root).c_str());
+  joint->SetAttribute("name", name.c_str());
   joint->SetAttribute("type", "fixed");
   joint->InsertNewChildElement("parent")->SetAttribute("link", world);
   joint->InsertNewChildElement("child")->SetAttribute("link", root.c_str());

@@ -13,6 +13,8 @@
 namespace tactile_clay::scene {
 namespace {
 
+constexpr std::size_t most_triangles = 500000;  // of all meshes of a model: some 150 MB
+
 Eigen::Isometry3d toEigen(const urdf::Pose& pose) {
   Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
   result.translation() = Eigen::Vector3d(pose.position.x, pose.position.y, pose.position.z);
@@ -137,10 +139,16 @@ Solids::Solids(const std::string& urdf_xml, const std::vector<Motion>& motions,
                const FindPackage& find_package) {
   const urdf::ModelInterfaceSharedPtr urdf = parse(urdf_xml);
   model_ = std::make_unique<Model>(Model{urdf, JointMotions(*urdf, motions), {}});
+  std::size_t triangles = 0;
   model_->forCollisions(
       0.0, [&](const urdf::Link& link, const urdf::Collision& collision, const Eigen::Isometry3d& pose) {
         model_->solids.push_back(toSolid(link.name, collision, find_package));
-        model_->solids.back().pose = pose;
+        clay::Solid& solid = model_->solids.back();
+        solid.pose = pose;
+        triangles += solid.mesh != nullptr ? solid.mesh->triangles() : 0;
+        if (triangles > most_triangles)
+          throw std::runtime_error("urdf: the meshes up to link '" + link.name + "' have more than " +
+                                   std::to_string(most_triangles) + " triangles, expected fewer");
       });
 }
 

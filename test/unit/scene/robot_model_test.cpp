@@ -68,6 +68,14 @@ TEST_F(RobotModel, AnotherRootHangsOnTheWorld) {
   EXPECT_TRUE(solids[0].pose.translation().isApprox(Vector3d(0.0, 0.0, 0.1)));
 }
 
+TEST_F(RobotModel, TheJointOfTheWorldHasANameOfItsOwn) {
+  const std::string xml = robot(link("a", box) + link("b") +
+                                "<joint name=\"world_to_a\" type=\"fixed\"><parent link=\"a\"/><child "
+                                "link=\"b\"/></joint>");
+  EXPECT_NE(load(xml).find("\"world_to_a_\""), std::string::npos);
+  EXPECT_EQ(complaint(xml), "");
+}
+
 TEST_F(RobotModel, FloatingAndPlanarJointsAreFixedAtTheirOrigins) {
   for (const std::string type : {"floating", "planar"}) {
     const std::string made = load(robot(link("world") + link("table", box) + joint(type, "world", "table")));
