@@ -73,6 +73,14 @@ class BadInput(unittest.TestCase):
         path = self.file('broken.yaml', b'bodies: [{name: red, \x00\x01')
         self.expect_one_line(['scene:=' + path], path)
 
+    def test_robot_model_that_cannot_be_used(self):
+        link = '<link name="world"><collision><geometry><mesh filename="none.stl"/></geometry></collision></link>'
+        for name, inside, words in (('roots.urdf', '<link name="a"/><link name="b"/>', 'both roots'),
+                                    ('mesh.urdf', link, 'none.stl')):
+            with self.subTest(name):
+                path = self.file(name, ('<robot name="r">%s</robot>' % inside).encode())
+                self.expect_one_line(['scene:=' + self.scene(lambda scene: scene.update(urdf=path))], path, words)
+
     def test_unknown_quality(self):
         self.expect_one_line(['quality:=perfect'], 'perfect', 'balanced')
 
