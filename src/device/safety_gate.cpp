@@ -229,16 +229,29 @@ void SafetyGate::limitLoudness(Verdict& verdict) const {
   // grows, for boards that switch channels off go down in steps.
   constexpr int rounds = 6;
   double margin = 0.995;
+  Loudness loudness;
   for (int round = 0; round < rounds; ++round, margin *= margin * margin) {
-    const Loudness loudness = solve(verdict.sound);
+    if (round == 0 || !instrument_.scalable) loudness = solve(verdict.sound);
     verdict.head_spl = loudness.head;
     verdict.reason.clear();
     const double factor = excess(loudness, verdict.reason);
     if (verdict.passes()) return;
     if (!(factor > 0.0)) return;  // not known, or NaN
     verdict.lowered = verdict.reason;
-    for (ultrasound::FocalPoint& point : verdict.sound.emission.points) point.intensity *= margin * factor;
+    weaken(verdict.sound, loudness, margin * factor);
   }
+}
+
+/// All of it in proportion: the field is linear.
+void SafetyGate::weaken(Sound& sound, Loudness& loudness, double factor) {
+  for (ultrasound::FocalPoint& point : sound.emission.points) point.intensity *= factor;
+  for (Sound::Part& part : sound.parts) {
+    for (ultrasound::FocalPoint& point : part.what.points) point.intensity *= factor;
+    for (float& amplitude : part.drive.amplitude) amplitude *= static_cast<float>(factor);
+    for (double& target : part.target) target *= factor;
+  }
+  if (loudness.pressure) *loudness.pressure *= factor;
+  if (loudness.head) *loudness.head += 20.0 * std::log10(factor);
 }
 
 Verdict SafetyGate::check(const Emission& emission, const Occasion& occasion) {

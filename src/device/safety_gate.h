@@ -65,6 +65,9 @@ struct Instrument {
   /// How loud that drive is. \param points that it was made for
   std::function<Loudness(const ultrasound::Drive& drive, const std::vector<ultrasound::FocalPoint>& points)>
       loudness;
+  /// A drive can be played with any share of its amplitudes: a sound that is too loud is then weakened as it
+  /// is. Else it is solved anew for weaker points.
+  bool scalable = false;
 };
 
 /// When an emission came, and what is known of the hands at that time.
@@ -132,6 +135,7 @@ class SafetyGate {
   bool limitSlew(Verdict& verdict, double since_last) const;  // whether it did
   void limitLoudness(Verdict& verdict) const;
   Loudness solve(Sound& sound) const;
+  static void weaken(Sound& sound, Loudness& loudness, double factor);
   double excess(const Loudness& loudness, std::string& reason) const;
 
   SafetyGateConfig config_;

@@ -81,7 +81,8 @@ device::SafetyGate gateOf(const device::SafetyGateConfig& config, const GatedArr
   const auto meter =
       std::make_shared<device::LoudnessMeter>(model.layout, model.acoustics, model.head_point, config);
   return {config,
-          {output.solve, [meter](const auto& drive, const auto& points) { return (*meter)(drive, points); }}};
+          {output.solve, [meter](const auto& drive, const auto& points) { return (*meter)(drive, points); },
+           output.scalable}};
 }
 
 void warn(const std::string& line) {

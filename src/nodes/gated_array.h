@@ -45,6 +45,7 @@ class GatedArray {
     std::function<ultrasound::PhaseSolution(const std::vector<ultrasound::FocalPoint>&,
                                             const ultrasound::Drive* before)>
         solve;
+    bool scalable = false;
     /// That the array can play, and how many updates a second it takes, 0: any number.
     std::vector<ultrasound::Modulation> modulations;
     double max_rate = 0.0;

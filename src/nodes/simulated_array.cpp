@@ -34,6 +34,7 @@ void SimulatedArray::startGate(ros::NodeHandle nh, ros::NodeHandle private_nh) {
   GatedArray::Output output;
   output.harmless = true;
   output.model = &model_;
+  output.scalable = model_.options.amplitude_levels == 0;
   output.solve = [this](const auto& points, const auto* before) { return model_.solve(points, before); };
   output.modulations = {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal};
   output.emit = [this](const device::Sound& sound, const std_msgs::Header& header) {

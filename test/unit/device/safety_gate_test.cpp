@@ -417,6 +417,34 @@ TEST(SafetyGate, ReturnsTheDrivesThatItJudged) {
   EXPECT_TRUE(gate.check(path, now()).sound.parts.empty());
 }
 
+/// Where any share of a drive can be played, one that is too loud is weakened as it is, and not solved again.
+TEST(SafetyGate, WeakensDrivesInProportion) {
+  int solved = 0;
+  Instrument array = instrument(quiet);
+  array.scalable = true;
+  const auto solve = array.solve;
+  array.solve = [&](const Points& points, const ultrasound::Drive* before) {
+    ++solved;
+    ultrasound::PhaseSolution solution = solve(points, before);
+    solution.target = {4000.0};
+    return solution;
+  };
+  array.loudness = [](const ultrasound::Drive& drive, const Points&) {
+    return Loudness{4000.0 * drive.amplitude.at(0), 100.0, ""};
+  };
+  SafetyGate gate({}, array);
+  gate.start();
+  const Verdict verdict = gate.check(emission(point(0, 0, 0.2, 0.8)), now());
+  ASSERT_TRUE(verdict.passes()) << verdict.reason;
+  EXPECT_EQ(solved, 1);
+  const float amplitude = verdict.sound.parts.at(0).drive.amplitude.at(0);
+  EXPECT_NEAR(amplitude, 0.4975f, 1e-6f);
+  EXPECT_NEAR(verdict.sound.emission.points[0].intensity, 0.8 * 0.4975, 1e-9);
+  EXPECT_NEAR(verdict.sound.parts[0].what.points[0].intensity, 0.8 * 0.4975, 1e-9);
+  EXPECT_NEAR(verdict.sound.parts[0].target[0], 4000.0 * 0.4975, 1e-6);
+  EXPECT_NEAR(verdict.head_spl.value(), 100.0 + 20.0 * std::log10(0.4975), 1e-9);
+}
+
 /// The drive before is that of the part before, and none after a silence.
 TEST(SafetyGate, TellsTheSolverWhatPlayedBefore) {
   std::vector<float> before;
