@@ -37,10 +37,11 @@ class Client : public XmlRpc::XmlRpcClient {
       _disp.work(look);
     }
     if (!executeCheckDone(answer)) return Answer::none;
-    // Of the form [code, words, value]; the code is 1 where all is well.
-    const bool well = !isFault() && answer.getType() == XmlRpcValue::TypeArray && answer.size() > 0 &&
-                      answer[0].getType() == XmlRpcValue::TypeInt && static_cast<int>(answer[0]) == 1;
-    return well ? Answer::yes : Answer::refused;
+    // Of the form [code, words, value]; the code is 1 where all is well. What is cut off is no answer.
+    if (isFault() || answer.getType() != XmlRpcValue::TypeArray || answer.size() != 3 ||
+        answer[0].getType() != XmlRpcValue::TypeInt)
+      return Answer::none;
+    return static_cast<int>(answer[0]) == 1 ? Answer::yes : Answer::refused;
   }
 };
 

@@ -41,9 +41,10 @@ using namespace tactile_clay;
 using Clock = std::chrono::steady_clock;
 using device::SonicSurfaceTerminal;
 
-constexpr auto patience = 20s;       // for a sound
-constexpr auto settled = 60ms;       // of sound before a stop, and of silence after it
-constexpr double frame_rate = 60.0;  // Hz
+constexpr auto patience = 20s;             // for a sound
+constexpr auto settled = 60ms;             // of sound before a stop, and of silence after it
+constexpr char space[] = "/measure_stop";  // of names: no other array hears of it
+constexpr double frame_rate = 60.0;        // Hz
 
 /// A process that ends with this one.
 class Child {
@@ -117,9 +118,10 @@ void tell(const char* what, const std::vector<double>& times) {
 int measure(const tools::Arguments& arguments, const std::string& port) {
   const auto rounds = static_cast<int>(arguments.number("rounds", 1, 1e6));
   const bool by_topic = arguments["by"] == "topic";
-  ros::NodeHandle nh;
+  ros::NodeHandle nh(space);
   const SonicSurfaceTerminal boards(port, 1, false);
   std::vector<std::string> words{programBeside("array_driver"),
+                                 std::string("__ns:=") + space,
                                  "__name:=measured_array",
                                  "_device:=sonic_surface",
                                  "_port:=" + port,
