@@ -127,8 +127,9 @@ class Supervisors(unittest.TestCase):
 
 class WrongUse(unittest.TestCase):
     def test_an_unknown_supervisor(self):
-        done = subprocess.run([PROGRAM, '_device:=debug', '_supervisors:=everybody'], stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, timeout=20, check=False, errors='replace')
+        with rig_run.Graph() as graph:
+            done = subprocess.run([PROGRAM, '_device:=debug', '_supervisors:=everybody'], stdout=subprocess.PIPE,
+                                  stderr=subprocess.STDOUT, timeout=20, check=False, errors='replace', env=graph.environment)
         self.assertEqual(done.returncode, 1)
         self.assertIn("unknown 'everybody', expected roslaunch, master", done.stdout)
 
