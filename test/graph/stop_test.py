@@ -179,7 +179,7 @@ class Stop(unittest.TestCase):
         self.assertIn(b"'/nowhere' cannot be opened", missing.stdout)
 
     def test_20_ms_to_silent_boards_beside_two_busy_loops(self):
-        done = subprocess.run([os.path.join(PROGRAMS, 'measure_stop'), 'rounds:=50'], stdout=subprocess.PIPE, timeout=60,
+        done = subprocess.run([os.path.join(PROGRAMS, 'measure_stop'), 'rounds:=40'], stdout=subprocess.PIPE, timeout=60,
                               stderr=subprocess.STDOUT, check=False, errors='replace')
         print(done.stdout)
         self.assertEqual(done.returncode, 0, done.stdout)
