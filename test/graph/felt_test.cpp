@@ -30,6 +30,7 @@ constexpr double off_skin = 3e-3;                          // m, at most, of a f
 const Eigen::Vector3d tracker(0.0, 0.0, -0.09);            // m, config/rig.yaml
 const Eigen::Vector3f array_position(0.0f, 0.0f, -0.15f);  // m, the same
 constexpr double skin_spacing = 0.005;                     // m
+constexpr double clay_spacing = 0.007;  // m; coarse, for what matters here is where it presses, not how
 
 std::vector<hand::TrackedFrame> framesOfBag(const std::string& name) {
   rosbag::Bag bag(package + "/test/bags/" + name + ".bag");
@@ -48,6 +49,7 @@ std::optional<std::vector<hand::TrackedFrame>> framesOfRecording(const std::stri
   if (!frames) return frames;
   hand::HandCleaner cleaner{hand::CleanConfig()};
   for (hand::TrackedFrame& frame : *frames) {
+    hand::leaveOutBadHands(frame.hands);
     cleaner.clean(frame);
     for (hand::TrackedHand& hand : frame.hands)
       for (hand::JointPose& joint : hand.joints) joint.position += tracker;
@@ -59,7 +61,8 @@ std::optional<std::vector<hand::TrackedFrame>> framesOfRecording(const std::stri
 template <class Hands>
 class Rig {
  public:
-  explicit Rig(const std::string& scene) : scene_(scene::loadScene(scene, package)), hands_(skin_spacing) {
+  explicit Rig(const std::string& scene)
+      : scene_(scene::loadScene(scene, package, clay_spacing)), hands_(skin_spacing) {
     scene_.config.budget = scene::loadQuality("fast", package);
     solids_ = std::make_unique<scene::Solids>(scene::readText(scene_.urdf), scene_.motions);
     clay_ = std::make_unique<clay::Clay>(scene_.config, scene_.materials, scene_.particles);
@@ -74,7 +77,7 @@ class Rig {
     const double dt = last_ ? std::chrono::duration<double>(frame.stamp - *last_).count() : 1.0 / 60.0;
     last_ = frame.stamp;
     const clay::Ghosts ghosts = nodes::ghosts(*skin);
-    clay_->advance(ghosts, solids_->at(clay_->time()), std::min(dt, 1.0));
+    clay_->advance(ghosts, solids_->solids(), solids_->motion(), std::min(dt, 1.0));
     const auto contacts = contactCloud(clay_->ghostForces(), ghosts, header);
     const auto forces = contactForces(*contacts);
     react(frame.stamp, forces);
