@@ -207,7 +207,8 @@ void HandTracking::follow() {
 
 // What a live tracker only repeats was not seen. True where nothing else is in the frame: it is then none.
 bool HandTracking::leaveOutRepeats(hand::TrackedFrame& frame) {
-  if (source_name_ == "topic" && !freshStamp(frame.stamp)) return false;
+  // On hands/tracked itself it is hand_simulator that leaves them out.
+  if (passes_by_ || (source_name_ == "topic" && !freshStamp(frame.stamp))) return false;
   const std::chrono::nanoseconds now = std::chrono::steady_clock::now().time_since_epoch();
   const hand::LeftOut left_out = repeats_->leaveOutRepeats(frame.hands, now);
   repeated_hands_ += static_cast<unsigned>(left_out.hands);

@@ -2,12 +2,24 @@
 
 #include <ros/console.h>
 
+#include <mutex>
+
 #include "nodes/conversions.h"
+#include "nodes/throttle.h"
 
 namespace tactile_clay::nodes {
 
 void tell(const hand::LeftOut& left_out) {
-  for (const std::string& line : left_out.lines) ROS_WARN_THROTTLE(1.0, "%s", line.c_str());
+  if (left_out.lines.empty()) return;
+  // Of all nodes of this process: they see the same hands.
+  static std::mutex mutex;
+  static Throttle throttle(1.0);
+  const std::lock_guard<std::mutex> lock(mutex);
+  const auto held = throttle.pass();
+  if (!held) return;
+  std::string words;
+  for (const std::string& line : left_out.lines) words += (words.empty() ? "" : "; ") + line;
+  ROS_WARN("%s", (oneLine(words) + andMore(*held)).c_str());
 }
 
 hand::LeftOut leaveOutBadHands(hand::TrackedFrame& frame) {

@@ -15,9 +15,10 @@ SILENT = 0.15     # s after a hand was last seen
 RATE = 60.0
 
 
-def leap_frame(number, hand, hand_id):
+def leap_frame(number, hand, hand_id, still=False):
     """A frame of protocol v6 with this hand of frame `world`, or with none, of a tracker at the world's origin."""
-    leap = lambda p: [-1000.0 * p.y, 1000.0 * p.z, -1000.0 * p.x]
+    tremor = 0.0 if still else 1e-3 * (number % 7)  # mm: a live hand never has the same bits twice
+    leap = lambda p: [-1000.0 * p.y, 1000.0 * p.z + tremor, -1000.0 * p.x]
     turned = lambda q, v: (lambda w: [-w[1], w[2], -w[0]])(rig_run.rotate(q, v))
     frame = {'id': 3 * number, 'timestamp': 10000000 + int(1e6 * number / RATE), 'hands': [], 'pointables': []}
     if hand is None:
@@ -94,10 +95,16 @@ class Live(unittest.TestCase):
         at['again'] = len(script)
         at['back'] = len(script) + 30
         script += [(hands[pressing], 4)] * 60
+        at['still'] = len(script)  # the first of the frames that are only repeated, while the device's clock runs on
+        script += [(hands[pressing], 4)] * 60
+        at['again still'] = len(script)
+        at['back again'] = len(script) + 30
+        script += [(hands[pressing], 5)] * 60
         at['silent'] = len(script) - 1
         with open(path, 'w') as out:
             for number, (hand, hand_id) in enumerate(script):
-                out.write(json.dumps(leap_frame(number, hand, hand_id)) + '\n')
+                still = at['still'] <= number < at['again still']
+                out.write(json.dumps(leap_frame(number, hand, hand_id, still)) + '\n')
         return at
 
     def test_a_lost_hand_and_a_silent_tracker_silence_the_array_an_id_does_not(self):
@@ -110,13 +117,14 @@ class Live(unittest.TestCase):
             port = json.loads(server.stdout.readline())['port']
             recording = graph.record(['/hands/tracked', '/array/state'])
             rig = graph.rig({'hands': 'leap_websocket', 'url': '127.0.0.1:%d' % port, 'quality': 'fast',
-                             'tracker_pose': '0 0 0 0 0 0', 'duration': '11'})
+                             'tracker_pose': '0 0 0 0 0 0', 'duration': '13'})
             said = []
             for line in server.stdout:
                 said.append(json.loads(line))
                 if 'sent' in said[-1]:
                     break
             self.assertEqual(rig.wait(60), 0, graph.words())
+            words = graph.words()
             messages = graph.recorded(recording)
         told = {words['frame']: words['time'] for words in said if 'frame' in words}
         time_of = {name: told[number] for name, number in at.items()}
@@ -124,18 +132,23 @@ class Live(unittest.TestCase):
                   for time, state in zip(messages.times['/array/state'], messages['/array/state'])]
         when = {name: time - time_of['pressed'] for name, time in time_of.items()}
         there = [(time, emitting, reason) for time, emitting, reason in states
-                 if 0.0 < time < when['lost'] or when['back'] < time < when['silent']]
+                 if 0.0 < time < when['lost'] or when['back'] < time < when['still'] or
+                 when['back again'] < time < when['silent']]
         # On a machine that is too busy the gate rejects what is late, which has nothing to do with hands.
         quiet = [(time, reason) for time, emitting, reason in there if not emitting and not reason.startswith('stale')]
         self.assertEqual(quiet, [], 'silent although the hand is there')
         self.assertGreater(sum(emitting for _, emitting, _ in there), 5)
-        for loss, until in (('lost', when['again']), ('silent', float('inf'))):
+        for loss, until in (('lost', when['again']), ('still', when['again still']), ('silent', float('inf'))):
             after = [time - when[loss] for time, emitting, _ in states if emitting and when[loss] < time < until]
             print('%s: felt for %.0f ms more' % (loss, 1e3 * max(after, default=0.0)))
             self.assertLess(max(after, default=0.0), SILENT, loss)
+        self.assertIn('the tracker stands still', words)
+        reasons = {reason for time, emitting, reason in states
+                   if when['still'] + SILENT < time < when['again still'] and not emitting}
+        self.assertIn('no focal points', reasons)
         # In the end nobody is there, although the tracker never said so.
         self.assertEqual(messages['/hands/tracked'][-1].hands, [])
-        self.assertEqual({hand.id for message in messages['/hands/tracked'] for hand in message.hands}, {1, 2, 3, 4})
+        self.assertEqual({hand.id for message in messages['/hands/tracked'] for hand in message.hands}, {1, 2, 3, 4, 5})
 
 
 if __name__ == '__main__':
