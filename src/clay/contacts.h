@@ -26,7 +26,7 @@ namespace tactile_clay::clay {
 class Contacts {
  public:
   /// Ghosts that `release` looks at in a step, for all particles together and but for the last look of each:
-  /// some 50 ms. Hands in clay, which leave it room, need a tenth of it at most.
+  /// some 50 ms. Hands that knead at the shipped scenes' pace need none of it.
   static constexpr std::int64_t most_looks = 5'000'000;
 
   /// \param materials friction is theirs; \param spacing m

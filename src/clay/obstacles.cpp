@@ -11,8 +11,9 @@ namespace {
 
 constexpr float disc = 1.0f;     // spacings, radius of the skin that is one ghost's
 constexpr float flesh = 0.012f;  // m, that hands are thick everywhere
-// Spacings, of the boxes about ghosts in their own order, on average. Those of hands are a third of it.
-constexpr float scattered = 40.0f;
+// Spacings, of the boxes about ghosts in their own order, on average. Those of hands are 9 to 15 spacings
+// wide.
+constexpr float scattered = 20.0f;
 
 using Vector = Eigen::Vector3f;
 
