@@ -154,12 +154,12 @@ TEST(CleanSpeed, WhatIsMissedInAStrokeIsCaughtUpWithoutALeap) {
   std::mt19937 random(32);
   for (int i = 0; i < 200; ++i) {
     Stroke stroke = randomStroke(random);
-    // 10 to 60 ms without a hand, now and then: longer, it would be another hand.
+    // 10 to 30 ms without a hand, now and then: unseen for 0.1 s, it would be another hand.
     double from = 1.1, until = 0.0;
     for (TrackedFrame& frame : stroke.frames) {
       const double t = secondsOf(frame.stamp);
       if (t > from) {
-        until = from + 0.01 + 0.05 * std::uniform_real_distribution<double>(0.0, 1.0)(random);
+        until = from + 0.01 + 0.02 * std::uniform_real_distribution<double>(0.0, 1.0)(random);
         from = until + 0.1;
       }
       if (t < until) frame.hands.clear();

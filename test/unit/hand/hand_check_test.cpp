@@ -135,7 +135,8 @@ TEST(HandCheck, WhatIsNoHandIsLeftOut) {
       {"the palm NaN", [](auto& h) { h.joints[palm].position.x() = nan; }, "joint palm: position"},
       {"the wrist not turned", [](auto& h) { h.joints[wrist].orientation.coeffs().setZero(); },
        "joint wrist: orientation"},
-      {"palm and wrist exchanged", [](auto& h) { std::swap(h.joints[palm], h.joints[wrist]); }, "distance"},
+      {"palm and wrist exchanged", [](auto& h) { std::swap(h.joints[palm], h.joints[wrist]); },
+       "behind the wrist"},
       {"from tip to wrist", [](auto& h) { std::reverse(h.joints.begin(), h.joints.end()); }, "expected"},
       {"fingers before the palm",
        [](auto& h) { std::rotate(h.joints.begin(), h.joints.begin() + 2, h.joints.end()); }, "expected"},
@@ -156,7 +157,7 @@ TEST(HandCheck, WhatIsNoHandIsLeftOut) {
        [](auto& h) {
          for (int joint = middle_metacarpal; joint < joint_count; ++joint) h.joints[joint].position.setZero();
        },
-       "less than three fingers"},
+       "its bones are 0 times"},
       {"sent as the other hand", [](auto& h) { h.side = h.side == Side::left ? Side::right : Side::left; },
        "or mirrored?"},
       {"seen in a mirror",
@@ -220,7 +221,11 @@ TEST(HandCheck, AFingerThatIsNotThereIsMissing) {
          for (int i = f.count - 3; i < f.count; ++i)
            h.joints[f[i]].position = h.joints[f[f.count - 4]].position;
        }},
-      {"its tip far off", false, [](auto& h, auto& f) { h.joints[f.tip()].position.z() += 0.07; }},
+      {"its tip far off", false,
+       [](auto& h, auto& f) {
+         const Vector3d bone = h.joints[f.tip()].position - h.joints[f[f.count - 2]].position;
+         h.joints[f.tip()].position += 0.07 * bone.normalized();
+       }},
       {"its tip at the origin", false, [](auto& h, auto& f) { h.joints[f.tip()].position.setZero(); }},
       {"its tip infinite", false, [](auto& h, auto& f) { h.joints[f.tip()].position.y() = infinity; }},
       {"two joints in one place", false,
