@@ -7,15 +7,21 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr double max_blocks = 1 << 20;  // a few stray particles must not cost gigabytes: blocks grow instead
+// Stray particles must cost neither gigabytes nor milliseconds: beyond this, blocks grow. A world of 2 m has
+// 40 000 rows of 200 blocks at a support radius of 10 mm.
+constexpr double max_rows = 1 << 18;
+constexpr double max_blocks_of_row = 1 << 12;
 // Of a block: rounding must not put neighbours into blocks that are not neighbours.
 constexpr float hair = 1e-4f;
+constexpr std::uint32_t no_lump = 0xffffffffu;
 
 }  // namespace
 
 void Neighbourhood::build(const VectorField& position) {
   layOutGrid(position);
-  countCells(position);
+  findCells(position);
+  layOutRows();
+  countCells();
   parallelFor(2, 1, [&](std::size_t k) { k == 0 ? sortIntoCells(position) : labelBlocks(); });
   listPairs(position.size());
 }
@@ -31,7 +37,7 @@ void Neighbourhood::layOutGrid(const VectorField& position) {
   const auto blocks = [&](int a) {
     return std::floor((static_cast<double>(high[a]) - low[a]) / block) + 1.0;
   };
-  while (blocks(0) * blocks(1) * blocks(2) > max_blocks) block *= 1.26;
+  while (blocks(1) * blocks(2) > max_rows || blocks(0) > max_blocks_of_row) block *= 1.26;
   block_ = static_cast<float>(block);
   for (int a = 0; a < 3; ++a) {
     const int cells = a == 0 ? cells_a_block : 1;
@@ -41,20 +47,45 @@ void Neighbourhood::layOutGrid(const VectorField& position) {
   }
 }
 
-void Neighbourhood::countCells(const VectorField& position) {
+/// Tells each particle's row, and its cell along x.
+void Neighbourhood::findCells(const VectorField& position) {
   const std::size_t n = position.size();
-  const std::size_t cells = static_cast<std::size_t>(size_[0]) * size_[1] * size_[2];
+  row_of_.resize(n);
   cell_of_.resize(n);
-  cell_begin_.assign(cells + 1, 0);
   parallelRanges(n, 1024, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       const Eigen::Vector4f& x = position[i];
-      cell_of_[i] =
-          static_cast<std::uint32_t>(cellIndex(cellAlong(x[0], 0), cellAlong(x[1], 1), cellAlong(x[2], 2)));
+      row_of_[i] = static_cast<std::uint32_t>(rowIndex(cellAlong(x[1], 1), cellAlong(x[2], 2)));
+      cell_of_[i] = static_cast<std::uint32_t>(cellAlong(x[0], 0));
     }
   });
-  for (const std::uint32_t cell : cell_of_) ++cell_begin_[cell + 1];
-  for (std::size_t c = 0; c < cells; ++c) cell_begin_[c + 1] += cell_begin_[c];
+}
+
+/// Gives each row the blocks from its first particle to its last.
+void Neighbourhood::layOutRows() {
+  rows_.assign(static_cast<std::size_t>(size_[1]) * size_[2], CellRow());
+  for (std::size_t i = 0; i < cell_of_.size(); ++i) {
+    CellRow& row = rows_[row_of_[i]];
+    const int block = static_cast<int>(cell_of_[i]) / cells_a_block;
+    const int end = std::max(row.first + row.count, (block + 1) * cells_a_block);
+    row.first = row.count == 0 ? block * cells_a_block : std::min(row.first, block * cells_a_block);
+    row.count = end - row.first;
+  }
+  std::uint32_t cells = 0;
+  for (CellRow& row : rows_) {
+    row.begin = cells;
+    cells += static_cast<std::uint32_t>(row.count);
+  }
+  cell_begin_.assign(cells + 1, 0);
+}
+
+/// Counts the particles of each cell. cell_of_ then tells the cell among those of all rows.
+void Neighbourhood::countCells() {
+  for (std::size_t i = 0; i < cell_of_.size(); ++i) {
+    cell_of_[i] = rows_[row_of_[i]].cell(static_cast<int>(cell_of_[i]));
+    ++cell_begin_[cell_of_[i] + 1];
+  }
+  for (std::size_t c = 1; c < cell_begin_.size(); ++c) cell_begin_[c] += cell_begin_[c - 1];
 }
 
 void Neighbourhood::sortIntoCells(const VectorField& position) {
@@ -87,6 +118,7 @@ struct Grid {
   float h, block;                   // m
   const float *origin, *per_metre;
   const int* size;  // cells
+  const CellRow* rows;
 };
 
 /// Runs of candidates of a particle: in its own row of blocks, and in the eight beside it.
@@ -114,22 +146,25 @@ void findRuns(const Grid& grid, float x, float y, float z, int cy, int cz, Runs&
   const Lane square = (1.0f + hair) * grid.h * grid.h - from_y * from_y - from_z * from_z;
   const Lane chord = root(positive(square));
   const LaneOrder first = cellsAlong(x - chord, grid), last = cellsAlong(x + chord, grid);
-  const int width = grid.size[0], height = grid.size[1], depth = grid.size[2];
-  const int own = (cz * height + cy) * width;
+  const int height = grid.size[1], depth = grid.size[2];
   const int dy[] = {-1, 0, 1, -1, 1, -1, 0, 1}, dz[] = {-1, -1, -1, 0, 0, 1, 1, 1};
   const unsigned reached = bits(square > 0.0f);
+  const auto setRun = [&](int k, int row_y, int row_z, int from, int to) {
+    const CellRow& row = grid.rows[row_z * height + row_y];
+    const bool meets = row.meets(from, to);
+    runs.from[k] = meets ? grid.cell_begin[row.cell(from)] : 0;
+    runs.to[k] = meets ? grid.cell_begin[row.cell(to) + 1] : 0;
+  };
   for (int k = 0; k < lane_width; ++k) {
-    const bool is = (reached >> k & 1u) != 0 &&
-                    static_cast<unsigned>(cy + dy[k]) < static_cast<unsigned>(height) &&
-                    static_cast<unsigned>(cz + dz[k]) < static_cast<unsigned>(depth);
-    const int row = is ? own + (dz[k] * height + dy[k]) * width : own;
-    runs.from[k] = grid.cell_begin[row + first[k]];
-    runs.to[k] = is ? grid.cell_begin[row + last[k] + 1] : 0;
+    runs.from[k] = runs.to[k] = 0;
+    const int row_y = cy + dy[k], row_z = cz + dz[k];
+    if ((reached >> k & 1u) != 0 && static_cast<unsigned>(row_y) < static_cast<unsigned>(height) &&
+        static_cast<unsigned>(row_z) < static_cast<unsigned>(depth))
+      setRun(k, row_y, row_z, first[k], last[k]);
   }
   const float reach = (1.0f + hair) * grid.h;
   const LaneOrder ends = cellsAlong(Lane{x - reach, x + reach}, grid);
-  runs.from[lane_width] = grid.cell_begin[own + ends[0]];
-  runs.to[lane_width] = grid.cell_begin[own + ends[1] + 1];
+  setRun(lane_width, cy, cz, ends[0], ends[1]);
 }
 
 /// Lists the candidates that are within h of particle `self`, from list[size] on. There must be room for all
@@ -172,7 +207,8 @@ void measureDistances(const Lists& list, std::size_t size) {
 void Neighbourhood::findIn(Chunk& chunk, std::size_t first, std::size_t last) {
   const Lists lists{slot_.data() + chunk.begin, x_.data() + chunk.begin, y_.data() + chunk.begin,
                     z_.data() + chunk.begin, distance_.data() + chunk.begin};
-  const Grid grid{cell_begin_.data(), h_, block_, origin_.data(), per_metre_.data(), size_.data()};
+  const Grid grid{cell_begin_.data(), h_,           block_,      origin_.data(),
+                  per_metre_.data(),  size_.data(), rows_.data()};
   std::size_t size = 0, needed = 0;
   Runs runs;
   for (std::size_t i = first; i < last; ++i) {
@@ -180,7 +216,7 @@ void Neighbourhood::findIn(Chunk& chunk, std::size_t first, std::size_t last) {
     const float x = sorted_x_[self], y = sorted_y_[self], z = sorted_z_[self];
     findRuns(grid, x, y, z, cellAlong(y, 1), cellAlong(z, 2), runs);
     std::size_t reached = 0;
-    for (int k = 0; k < Runs::count; ++k) reached += std::max(runs.to[k], runs.from[k]) - runs.from[k];
+    for (int k = 0; k < Runs::count; ++k) reached += runs.to[k] - runs.from[k];
     const std::size_t before = size;
     needed = std::max(needed, size + reached + 2 * lane_width);
     if (needed <= chunk.room) size = appendNear(places(), runs, self, h_, lists, size);
@@ -223,32 +259,36 @@ void Neighbourhood::listPairs(std::size_t n) {
 }
 
 void Neighbourhood::labelBlocks() {
-  constexpr std::uint32_t none = 0xffffffffu;
-  const std::array<int, 3> size{size_[0] / cells_a_block, size_[1], size_[2]};  // blocks
-  const auto occupied = [&](std::size_t block) {
-    return cell_begin_[(block + 1) * cells_a_block] > cell_begin_[block * cells_a_block];
-  };
-  lump_of_block_.assign((cell_begin_.size() - 1) / cells_a_block, none);
+  lump_of_block_.assign((cell_begin_.size() - 1) / cells_a_block, no_lump);
   lumps_ = 0;
-  for (const std::uint32_t cell : cell_of_) {
-    const std::uint32_t seed = cell / cells_a_block;
-    if (lump_of_block_[seed] != none) continue;
-    const std::uint32_t label = static_cast<std::uint32_t>(lumps_++);
-    lump_of_block_[seed] = label;
-    frontier_.assign(1, seed);
-    while (!frontier_.empty()) {
-      const int block = static_cast<int>(frontier_.back());
-      frontier_.pop_back();
-      const int bx = block % size[0], by = block / size[0] % size[1], bz = block / (size[0] * size[1]);
-      for (int z = std::max(bz - 1, 0); z <= std::min(bz + 1, size[2] - 1); ++z) {
-        for (int y = std::max(by - 1, 0); y <= std::min(by + 1, size[1] - 1); ++y) {
-          for (int x = std::max(bx - 1, 0); x <= std::min(bx + 1, size[0] - 1); ++x) {
-            const std::size_t next = (static_cast<std::size_t>(z) * size[1] + y) * size[0] + x;
-            if (!occupied(next) || lump_of_block_[next] != none) continue;
-            lump_of_block_[next] = label;
-            frontier_.push_back(static_cast<std::uint32_t>(next));
-          }
-        }
+  for (std::size_t i = 0; i < cell_of_.size(); ++i) {
+    if (lump_of_block_[cell_of_[i] / cells_a_block] != no_lump) continue;
+    const CellRow& row = rows_[row_of_[i]];
+    const int x = (static_cast<int>(cell_of_[i] - row.begin) + row.first) / cells_a_block;
+    labelLump({x, row_of_[i]}, static_cast<std::uint32_t>(lumps_++));
+  }
+}
+
+/// Labels all blocks with particles that hang together with one.
+void Neighbourhood::labelLump(const Block& seed, std::uint32_t label) {
+  const auto visit = [&](const Block& block) {
+    const std::uint32_t at = blockIndex(block);
+    const bool occupied = cell_begin_[(at + 1) * cells_a_block] > cell_begin_[at * cells_a_block];
+    if (!occupied || lump_of_block_[at] != no_lump) return;
+    lump_of_block_[at] = label;
+    frontier_.push_back(block);
+  };
+  visit(seed);
+  while (!frontier_.empty()) {
+    const Block block = frontier_.back();
+    frontier_.pop_back();
+    const int by = static_cast<int>(block.row) % size_[1], bz = static_cast<int>(block.row) / size_[1];
+    for (int z = std::max(bz - 1, 0); z <= std::min(bz + 1, size_[2] - 1); ++z) {
+      for (int y = std::max(by - 1, 0); y <= std::min(by + 1, size_[1] - 1); ++y) {
+        const auto index = static_cast<std::uint32_t>(rowIndex(y, z));
+        const CellRow& row = rows_[index];
+        const int low = row.first / cells_a_block, high = (row.first + row.count) / cells_a_block - 1;
+        for (int x = std::max(block.x - 1, low); x <= std::min(block.x + 1, high); ++x) visit({x, index});
       }
     }
   }

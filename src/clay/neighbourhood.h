@@ -11,6 +11,17 @@
 
 namespace tactile_clay::clay {
 
+/// A row of blocks of the grid, along x.
+struct CellRow {
+  int first = 0, count = 0;  // cells, whole blocks; no particles: count is 0
+  std::uint32_t begin = 0;   // of its cells among those of all rows
+  /// Where in the order of all cells a cell of the row is; the nearest of the row, if it has not this one.
+  std::uint32_t cell(int cx) const {
+    return begin + static_cast<std::uint32_t>(std::clamp(cx - first, 0, count - 1));
+  }
+  bool meets(int from, int to) const { return from < first + count && to >= first; }  // cells
+};
+
 /// All pairs closer than the support radius, and the grid that found them. There is no cap on neighbours.
 ///
 /// Each list is padded to whole lanes with the particle itself at an offset beyond the support radius, where
@@ -42,6 +53,8 @@ class Neighbourhood {
   const float* z() const { return z_.data(); }
   const float* distances() const { return distance_.data(); }  // m
 
+  std::size_t cells() const { return cell_begin_.size() - 1; }  // of the grid
+
   /// Lumps: sets of particles in touching blocks of the grid; particles of different lumps do not interact.
   std::size_t lumps() const { return lumps_; }
   std::uint32_t lump(std::size_t i) const { return lump_of_[i]; }
@@ -63,11 +76,11 @@ class Neighbourhood {
     const float c = (x - origin_[axis]) * per_metre_[axis];
     return static_cast<int>(std::clamp(c, 0.0f, static_cast<float>(size_[axis] - 1)));
   }
-  std::size_t cellIndex(int cx, int cy, int cz) const {
-    return (static_cast<std::size_t>(cz) * size_[1] + cy) * size_[0] + cx;
-  }
+  std::size_t rowIndex(int cy, int cz) const { return static_cast<std::size_t>(cz) * size_[1] + cy; }
   void layOutGrid(const VectorField& position);
-  void countCells(const VectorField& position);
+  void findCells(const VectorField& position);
+  void layOutRows();
+  void countCells();
   void sortIntoCells(const VectorField& position);
   void listPairs(std::size_t n);
   struct Chunk {  // a run of particles, whose lists stand one after the other
@@ -78,18 +91,30 @@ class Neighbourhood {
 
   // Blocks are cubes with an edge of at least h. Along x they are cut into cells, in whose order particles
   // are sorted: candidates of a particle are then runs of little more than its chord through each row of
-  // blocks.
+  // blocks. A row has cells only from its first particle to its last, so that a crumb far from the rest does
+  // not make a grid of all the space between.
   static constexpr int cells_a_block = 4;
+
+  struct Block {
+    int x;  // blocks
+    std::uint32_t row;
+  };
+  std::uint32_t blockIndex(const Block& block) const {
+    return rows_[block.row].cell(block.x * cells_a_block) / cells_a_block;
+  }
+  void labelLump(const Block& seed, std::uint32_t label);
 
   float h_;
   float block_ = 0.0f;  // m
   Eigen::Vector3f origin_ = Eigen::Vector3f::Zero();
   Eigen::Vector3f per_metre_ = Eigen::Vector3f::Zero();  // cells, 1/m
   std::array<int, 3> size_{1, 1, 1};                     // cells
-  std::vector<std::uint32_t> cell_of_, cell_begin_, slot_in_cell_, place_, cursor_;
+  std::vector<CellRow> rows_;                            // by y, then z
+  std::vector<std::uint32_t> row_of_, cell_of_, cell_begin_, slot_in_cell_, place_, cursor_;
   std::vector<float> sorted_x_, sorted_y_, sorted_z_;  // positions in the order of the cells
   std::vector<Chunk> chunks_;
-  std::vector<std::uint32_t> lump_of_block_, frontier_, lump_of_;
+  std::vector<std::uint32_t> lump_of_block_, lump_of_;
+  std::vector<Block> frontier_;
   std::size_t lumps_ = 0;
   std::vector<std::uint32_t> begin_, padded_, count_, slot_;
   std::vector<float> x_, y_, z_, distance_;

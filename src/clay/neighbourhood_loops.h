@@ -17,8 +17,9 @@ void Neighbourhood::forEachRun(const Eigen::Vector3f& low, const Eigen::Vector3f
   }
   for (int z = first[2]; z <= last[2]; ++z) {
     for (int y = first[1]; y <= last[1]; ++y) {
-      const std::uint32_t from = cell_begin_[cellIndex(first[0], y, z)];
-      const std::uint32_t to = cell_begin_[cellIndex(last[0], y, z) + 1];
+      const CellRow& row = rows_[rowIndex(y, z)];
+      if (!row.meets(first[0], last[0])) continue;
+      const std::uint32_t from = cell_begin_[row.cell(first[0])], to = cell_begin_[row.cell(last[0]) + 1];
       if (from < to) f(from, to);
     }
   }

@@ -67,6 +67,19 @@ TEST(Neighbourhood, StrayParticlesFarAwayCostNoMemoryAndLoseNoPair) {
   expectExact(points);
 }
 
+TEST(Neighbourhood, CrumbsFarAwayDoNotEnlargeTheGrid) {
+  std::vector<Eigen::Vector3f> points = lattice(8, 0.5f * h, 0.2f);
+  Neighbourhood near(h);
+  near.build(toField(points));
+  const std::size_t cells = near.cells();
+  const std::vector<Eigen::Vector3f> crumbs = {{0.9f, 0.9f, -0.9f}, {-0.9f, 0.3f, -0.9f}, {0.0f, 0.0f, 0.9f}};
+  points.insert(points.end(), crumbs.begin(), crumbs.end());
+  near.build(toField(points));
+  EXPECT_LE(near.cells(), cells + 100);
+  EXPECT_EQ(near.lumps(), 4u);
+  expectExact(points);
+}
+
 TEST(Neighbourhood, CoincidentParticlesAreNeighbours) {
   std::vector<Eigen::Vector3f> points = lattice(3, 0.5f * h, 0.1f);
   points.insert(points.end(), 5, Eigen::Vector3f(0.001f, 0.002f, 0.0f));
