@@ -41,7 +41,7 @@ Place placeOf(const SkinView& skin, std::size_t i) {
 bool usable(const SkinView& skin, std::size_t i) {
   const Place place = placeOf(skin, i);
   return skin.position[i].allFinite() && skin.normal[i].allFinite() && std::isfinite(skin.area[i]) &&
-         skin.area[i] > 0.0f && std::isfinite(skin.weight[i]) && place.position.allFinite() &&
+         skin.area[i] >= 0.0f && std::isfinite(skin.weight[i]) && place.position.allFinite() &&
          place.normal.allFinite() && std::isfinite(place.area) && place.area >= 0.0f;
 }
 
@@ -84,8 +84,9 @@ std::vector<PressureSample> pressureField(const SkinView& skin, const std::vecto
     const Place place = placeOf(skin, i);
     const bool faces_array = place.normal.dot(array_position - place.position) > 0.0f;
     const double normal_force = std::max(-skin.normal[i].cast<double>().dot(force), 0.0);
+    // Other skin covers what has no area.
+    if (!faces_array || !(normal_force > 0.0) || !(skin.area[i] > 0.0f) || !(place.area > 0.0f)) continue;
     const double pressure = normal_force / skin.area[i];
-    if (!faces_array || !(pressure > 0.0) || !(place.area > 0.0f)) continue;
     if (!(std::max(pressure, normal_force) <= std::numeric_limits<float>::max())) {
       if (dropped != nullptr) ++*dropped;
       continue;

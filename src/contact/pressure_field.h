@@ -46,10 +46,10 @@ struct PressureSample {
 ///
 /// With `felt`, the pressure arises where the skin meets the clay, by the normal and the area there, and is
 /// returned with the place, normal and area where it is felt: these decide whether it faces the array, and
-/// a sample that is covered there is left out.
+/// a sample that is covered there is left out, as is one whose area is 0 because other skin covers it.
 ///
 /// A contact whose force is not finite, or whose sample has a non-finite position, normal or weight or an
-/// area that is not positive and finite, is left out and counted; it does not touch any other sample. So is a
+/// area that is negative or not finite, is left out and counted; it does not touch any other sample. So is a
 /// sample whose pressure does not fit a float, and one whose felt place is not finite.
 /// \param array_position of the centre of the array, m, world; a sample faces it where n . (array - x) > 0
 /// \param dropped if given, receives the number of contacts left out for that reason

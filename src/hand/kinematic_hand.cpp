@@ -14,13 +14,14 @@ namespace tactile_clay::hand {
 namespace {
 
 constexpr double person_change = 0.1;  // relative
+constexpr double bare_within = 1e-3;   // m beneath the skin, a sample still counts as on it
 constexpr double scale_step = 0.05;    // persons between two steps share a template, and so a result
 
 // How far a sample withdraws to its axis, 0 to 1: wholly where it is deeper in other flesh than
-// `withdrawn_below` of its radius.
-float withdrawal(const PosedSkin& skin, std::size_t i, const PosedSkin::Sample& sample) {
+// `withdrawn_below` of its radius. \param depth m
+float withdrawal(double depth, float radius) {
   constexpr double withdrawn_below = 0.1;
-  return static_cast<float>(std::min(1.0, skin.depth(i, sample.surface) / (withdrawn_below * sample.radius)));
+  return static_cast<float>(std::min(1.0, depth / (withdrawn_below * radius)));
 }
 
 }  // namespace
@@ -78,12 +79,15 @@ void KinematicHands::append(const TrackedHand& hand, std::chrono::nanoseconds st
   for (std::size_t i = 0; i < posed.size(); ++i) {
     if (posed.absent(i)) continue;
     const PosedSkin::Sample sample = posed[i];
-    const float deep = i < skin.bare_at_rest ? 0.0F : withdrawal(posed, i, sample);
+    const double depth = posed.depth(i, sample.surface);
+    const float deep = i < skin.bare_at_rest ? 0.0F : withdrawal(depth, sample.radius);
     // As fast as the bone, not as it withdraws: clay is met by skin that was there before.
     const Eigen::Vector3f step =
         (1.0F - deep) * (sample.surface - tracked->surface[i]) + deep * (sample.axis - tracked->axis[i]);
     hand::append(skin_, posed, i, sample, hand.side);
     skin_.position.back() = (1.0F - deep) * sample.surface + deep * sample.axis;
+    // What lies within the hand touches nothing that could be felt.
+    if (depth > bare_within || deep * sample.radius > bare_within) skin_.area.back() = 0.0F;
     const BoundSample& bound = skin.samples[i];
     const bool anew =
         tracked->bare[bound.bone] || tracked->bare[bound.neighbour] != posed.absentBones()[bound.neighbour];

@@ -12,7 +12,7 @@ struct Skin {
   std::vector<Eigen::Vector3f> position;  // m
   std::vector<Eigen::Vector3f> normal;    // outward, unit
   std::vector<Eigen::Vector3f> velocity;  // m/s
-  std::vector<float> area;                // m^2 of skin that the sample stands for
+  std::vector<float> area;                // m^2 of skin that it stands for; 0 where other skin covers it
   std::vector<float> pad_distance;        // m along the hand to the centre of the closest finger pad
   std::vector<std::uint8_t> side;         // 0 left, 1 right
   std::vector<std::uint8_t> region;       // hand::Joint at the proximal end of the bone under the sample

@@ -25,9 +25,11 @@ bool inside(const Solid& s, const Eigen::Vector3d& p) {
     case Solid::Shape::cylinder:
       return p.head<2>().norm() < s.size.x() && std::abs(p.z()) < s.size.y();
     case Solid::Shape::sphere:
+      return p.norm() < s.size.x();
+    case Solid::Shape::mesh:  // has tests of its own
       break;
   }
-  return p.norm() < s.size.x();
+  return false;
 }
 
 /// Points of the surface, no more than `pitch` apart.

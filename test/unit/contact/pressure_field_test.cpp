@@ -142,11 +142,19 @@ TEST_F(PressureField, DropsNonFiniteForcesAndKeepsTheOthers) {
 TEST_F(PressureField, DropsContactsOnBrokenSkin) {
   position[0].x() = nan;
   normal[1].y() = inf;
-  area[2] = 0.0f;
+  area[2] = -1e-5f;
   weight[3] = nan;
   const Eigen::Vector3f push(0, 0, 1.0f);
   EXPECT_TRUE(field({{0, push}, {1, push}, {2, push}, {3, -push}}).empty());
   EXPECT_EQ(dropped, 4u);
+}
+
+TEST_F(PressureField, WhatOtherSkinCoversIsNotFelt) {
+  const Eigen::Vector3f push(0, 0, 1.0f);
+  ASSERT_EQ(field({{0, push}}).size(), 1u);
+  area[0] = 0.0f;
+  EXPECT_TRUE(field({{0, push}}).empty());
+  EXPECT_EQ(dropped, 0u);
 }
 
 TEST_F(PressureField, DropsAPressureThatOverflows) {

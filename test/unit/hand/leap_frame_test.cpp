@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "hand/anatomy.h"
+#include "hand/hand_check.h"
 #include "hand/hand_pose.h"
 #include "support/leap_message.h"
 
@@ -37,7 +38,11 @@ TrackedHand onlyHand(const json& message) {
 }
 
 TEST(LeapFrame, AxesAndUnitsAreRep103) {
-  json message = leapMessage(knownHand(Side::right));
+  const Vector3d palm_in_frame(0.03, -0.01, 0.2);
+  TrackedHand moved = knownHand(Side::right);
+  const Vector3d way = palm_in_frame - moved.joints[palm].position;
+  for (JointPose& joint : moved.joints) joint.position += way;
+  json message = leapMessage(moved);
   message["hands"][0]["palmPosition"] = {10.0, 200.0, -30.0};  // right of, over and before the tracker
   const auto frame = parseLeapFrame(message.dump(), "test");
   ASSERT_TRUE(frame);
@@ -47,7 +52,7 @@ TEST(LeapFrame, AxesAndUnitsAreRep103) {
   EXPECT_DOUBLE_EQ(hand.confidence, 0.75);
   EXPECT_EQ(hand.id, 12U);
   ASSERT_EQ(frame->frame.hands.size(), 1U);
-  EXPECT_LT((frame->frame.hands[0].joints[palm].position - Vector3d(0.03, -0.01, 0.2)).norm(), 1e-12);
+  EXPECT_LT((frame->frame.hands[0].joints[palm].position - palm_in_frame).norm(), 1e-12);
 }
 
 TEST(LeapFrame, ReadsACompleteHandOfEitherSide) {
@@ -201,7 +206,6 @@ TEST(LeapFrame, AHandWithAnImpossibleNumberOrAWrongTypeIsDroppedAndTheOtherKept)
   std::vector<std::string> texts = {
       spoilt([](json& m) { m["hands"][0]["palmNormal"][1] = nullptr; }),  // what JSON makes of NaN
       spoilt([](json& m) { m["pointables"][3]["dipPosition"][0] = 1e30; }),
-      spoilt([](json& m) { m["pointables"][3]["dipPosition"][0] = 1000.0; }),
       spoilt([](json& m) {
         m["hands"][0]["palmPosition"] = {0.0, 20000.0, 0.0};
       }),
@@ -234,12 +238,27 @@ TEST(LeapFrame, AHandWithAnImpossibleNumberOrAWrongTypeIsDroppedAndTheOtherKept)
     texts.push_back(text);
   }
   for (const std::string& text : texts) {
+    SCOPED_TRACE(text);
     const auto frame = parseLeapFrame(text, "clip:3");
     ASSERT_TRUE(frame);
     ASSERT_EQ(frame->dropped.size(), 1U);
     EXPECT_EQ(frame->dropped[0].rfind("clip:3: hand 12 is dropped: ", 0), 0U) << frame->dropped[0];
     ASSERT_EQ(frame->frame.hands.size(), 1U);
     EXPECT_EQ(frame->frame.hands[0].id, 7U);
+  }
+}
+
+// Where hands of all sources are judged, such a finger is found to be missing.
+TEST(LeapFrame, AHandIsKeptWhereOneFingerIsElsewhere) {
+  for (const double x : {1000.0, -1500.0}) {
+    json message = leapMessage(knownHand(Side::right), 12);
+    message["pointables"][3]["dipPosition"][0] = x;
+    TrackedHand hand = onlyHand(message);
+    const HandFaults faults = judge(hand);
+    EXPECT_TRUE(faults.usable) << x;
+    EXPECT_EQ(faults.lines.size(), 1U) << x;
+    EXPECT_TRUE(hand.missing[ring_tip]) << x;
+    EXPECT_FALSE(hand.missing[little_tip]) << x;
   }
 }
 

@@ -161,9 +161,11 @@ TEST(KinematicHand, CoveredSamplesWithdrawAndComeOutWithTheThumb) {
     const Skin& skin = hands.update({out}, nanoseconds(0));
     int on_the_skin = 0;
     for (std::size_t i = bare; i < skin.size(); ++i) {
-      EXPECT_GT(skin.area[i], 0.0F);
       const bool on = std::abs(handDistance(out, skin.position[i].cast<double>())) < 1e-4;
       on_the_skin += on ? 1 : 0;
+      if (on) {
+        EXPECT_GT(skin.area[i], 0.0F);
+      }
     }
     EXPECT_GT(on_the_skin, 10);
   }
