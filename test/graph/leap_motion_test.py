@@ -146,6 +146,7 @@ class LeapMotion(unittest.TestCase):
         got = []
         rospy.Subscriber('hands/tracked', TrackedHands, got.append)
         driver = rospy.Publisher('leap_motion/leap_device', kinds['leap_motion/Human'], queue_size=1)
+        self.addCleanup(driver.unregister)
         human = kinds['leap_motion/Human']()
         human.header.frame_id = 'leap_hands'
         self.fill(kinds, human.right_hand, hand)
@@ -170,20 +171,19 @@ class LeapMotion(unittest.TestCase):
             rospy.sleep(0.01)
         self.assertEqual(got[-1].hands, [])
 
-
-    def test_another_definition_is_told(self):
+    def test_hands_of_another_definition_are_told(self):
         older = DEFINITION.replace('Arm arm\n', '').replace('float32 palm_width\n', '')
         lines = []
         rospy.Subscriber('/rosout', Log, lambda line: lines.append(line.msg))
-        driver = rospy.Publisher('leap_motion/leap_device', genpy.dynamic.generate_dynamic('leap_motion/Human', older)['leap_motion/Human'],
-                                 queue_size=1)
-        told = '/leap_motion_test sends another version of leap_motion/Human (md5 '
+        kinds = genpy.dynamic.generate_dynamic('leap_motion/Human', older)
+        driver = rospy.Publisher('leap_motion/leap_device', kinds['leap_motion/Human'], queue_size=1)
+        self.addCleanup(driver.unregister)
+        told = rospy.get_name() + ' sends another version of leap_motion/Human (md5 '
         deadline = rospy.get_time() + 30
         while not any(told in line for line in lines) and rospy.get_time() < deadline:
             driver.publish()
             rospy.sleep(0.02)
         self.assertTrue(any(told in line for line in lines), lines)
-        driver.unregister()
 
 
 if __name__ == '__main__':
