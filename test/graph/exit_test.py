@@ -8,7 +8,9 @@ import rig_run
 
 PROGRAMS = os.path.join(rig_run.build_space(), 'devel', 'lib', 'tactile_clay')
 NODES = {'hand_tracking': ['_source:=none'], 'hand_simulator': [], 'clay_simulator': ['_scene:=kindergarten'],
-         'contact_pressure': [], 'focal_point_renderer': [], 'array_driver': ['_device:=debug'], 'simulated_array': []}
+         'contact_pressure': [], 'focal_point_renderer': [], 'array_driver': ['_device:=debug'],
+         # A master knows one provider of a service: two arrays of a namespace would take it from each other.
+         'simulated_array': ['array/stop:=simulated/stop', 'array/reset:=simulated/reset']}
 
 
 class Exit(unittest.TestCase):
