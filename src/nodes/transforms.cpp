@@ -93,13 +93,23 @@ void Transforms::refuse(const std::string& topic, const std::string& reason) {
              oneLine(reason).c_str());
 }
 
+namespace {
+
+bool isFrameName(const std::string& frame) {
+  return !frame.empty() && frame.front() != '/';
+}
+
+}  // namespace
+
 std::optional<Eigen::Isometry3d> Transforms::lookup(const std::string& into, const std::string& from,
                                                     ros::WallDuration patience) {
   const std::string target = frameName(into), source = frameName(from);
   if (target == source) return Eigen::Isometry3d::Identity();
   const ros::WallTime deadline = ros::WallTime::now() + patience;
+  // tf2 prints a line for each look at what is no name.
+  const bool named = isFrameName(target) && isFrameName(source);
   // Waits by the wall clock: with use_sim_time, ROS time may stand still.
-  while (patient_ && ros::ok() && !buffer_.canTransform(target, source, ros::Time(0)) &&
+  while (named && patient_ && ros::ok() && !buffer_.canTransform(target, source, ros::Time(0)) &&
          ros::WallTime::now() < deadline)
     ros::WallDuration(0.005).sleep();
   try {
