@@ -104,8 +104,10 @@ class Judged(unittest.TestCase):
         self.assertEqual(self.send([hand], moved=6e-4).width, whole.width)
 
     def test_a_hand_that_jumps_is_there_from_its_second_sample_on(self):
-        widths = [self.send([self.hand], moved=1e-3 + jump).width > 0 for jump in (0.0, 1e-5, 0.5, 0.50001, 0.0, 0.5, 0.0)]
-        # At most 20 m/s, and there may be 10 ms between two samples here.
+        start = rospy.Time.now()
+        # At most 20 m/s; by their stamps there are 10 ms between two samples.
+        widths = [self.send([self.hand], start + rospy.Duration(0.01 * k), 1e-3 + jump).width > 0
+                  for k, jump in enumerate((0.0, 1e-5, 0.5, 0.50001, 0.0, 0.5, 0.0))]
         self.assertEqual(widths, [True, True, False, True, False, False, False])
 
     def test_a_live_hand_that_is_only_repeated_is_let_go(self):
