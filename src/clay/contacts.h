@@ -26,8 +26,8 @@ namespace tactile_clay::clay {
 class Contacts {
  public:
   /// Ghosts that `release` looks at in a step, for all particles together and but for the last look of each:
-  /// some 50 ms. Hands that knead at the shipped scenes' pace need none of it.
-  static constexpr std::int64_t most_looks = 5'000'000;
+  /// some 0.2 s. Hands that knead at the shipped scenes' pace need none of it.
+  static constexpr std::int64_t most_looks = 20'000'000;
 
   /// \param materials friction is theirs; \param spacing m
   Contacts(float spacing, const std::vector<Material>& materials);
