@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """Hands of the driver ros-drivers/leap_motion: see leap_motion.test."""
 import math
+import os
+import subprocess
 import unittest
 
 import genpy.dynamic
@@ -8,6 +10,7 @@ import rospy
 from rosgraph_msgs.msg import Log
 
 import rig_run
+from array_stream import PROGRAMS
 from tactile_clay.msg import TrackedHands
 
 # The fields of its messages, without their comments, as `rosmsg show` lists definitions one after the other.
@@ -153,6 +156,7 @@ class LeapMotion(unittest.TestCase):
         deadline = rospy.get_time() + 30
         while len(got) < 30 and rospy.get_time() < deadline and not rospy.is_shutdown():
             human.header.stamp = rospy.get_rostime()
+            human.right_hand.palm_center.y += 1e-9  # a live hand trembles
             driver.publish(human)
             rospy.sleep(0.01)
         self.assertGreaterEqual(len(got), 30, 'no hands came')
@@ -171,13 +175,16 @@ class LeapMotion(unittest.TestCase):
             rospy.sleep(0.01)
         self.assertEqual(got[-1].hands, [])
 
-    def test_hands_of_another_definition_are_told(self):
+    def test_another_definition_is_told(self):
         older = DEFINITION.replace('Arm arm\n', '').replace('float32 palm_width\n', '')
         lines = []
         rospy.Subscriber('/rosout', Log, lambda line: lines.append(line.msg))
         kinds = genpy.dynamic.generate_dynamic('leap_motion/Human', older)
-        driver = rospy.Publisher('leap_motion/leap_device', kinds['leap_motion/Human'], queue_size=1)
-        self.addCleanup(driver.unregister)
+        driver = rospy.Publisher('/other/leap_motion/leap_device', kinds['leap_motion/Human'], queue_size=1)
+        # One of its own: a subscriber keeps to the definition that it met first.
+        tracking = subprocess.Popen([os.path.join(PROGRAMS, 'hand_tracking'), '__ns:=/other', '_source:=leap_motion'])
+        self.addCleanup(tracking.wait)
+        self.addCleanup(tracking.terminate)
         told = rospy.get_name() + ' sends another version of leap_motion/Human (md5 '
         deadline = rospy.get_time() + 30
         while not any(told in line for line in lines) and rospy.get_time() < deadline:
