@@ -214,8 +214,9 @@ bool HandTracking::leaveOutRepeats(hand::TrackedFrame& frame) {
   repeated_hands_ += static_cast<unsigned>(left_out.hands);
   tell(left_out);
   stands_still_ = !left_out.lines.empty();
-  if (left_out.hands == 0 || !frame.hands.empty() || !cleaner_) return false;
-  holdHands();
+  if (left_out.hands == 0 || !frame.hands.empty() || !cleaner_ || passes_by_) return false;
+  releaseHeld();  // also once the hand is gone: the array is silent because nobody is there, not because of
+                  // age
   return true;
 }
 
@@ -257,6 +258,11 @@ std::chrono::nanoseconds HandTracking::liveStamp(const hand::TrackedFrame& frame
 // A tracker that says nothing does not leave its hands in the clay.
 void HandTracking::holdHands() {
   if (!live_ || passes_by_ || !cleaner_ || !cleaner_->present()) return;
+  releaseHeld();
+}
+
+// A frame of now in which no hand was seen.
+void HandTracking::releaseHeld() {
   hand::TrackedFrame frame;
   frame.stamp = std::max(toCore(ros::Time::now()), last_stamp_ + std::chrono::microseconds(1));
   frame.frame_id = source_frame_;

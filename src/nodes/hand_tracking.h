@@ -54,6 +54,7 @@ class HandTracking {
   std::optional<std::chrono::nanoseconds> recordingStamp(const hand::TrackedFrame& frame);
   std::chrono::nanoseconds liveStamp(const hand::TrackedFrame& frame);
   void holdHands();
+  void releaseHeld();
   bool leaveOutRepeats(hand::TrackedFrame& frame);
   void tellFault();
   void clean(hand::TrackedFrame& frame);
