@@ -120,7 +120,7 @@ class BoundedSteps : public testing::Test {
     std::printf("%-30s %6zu ghosts, %9lu looked at, %.3f s a frame\n", name.c_str(), skin.size(),
                 static_cast<unsigned long>(most), seconds);
     EXPECT_LE(most, 2U * steps * Contacts::most_looks);
-    EXPECT_LT(seconds, 10.0);  // on a busy machine, under sanitizers
+    EXPECT_LT(seconds, 10.0);  // on a busy machine
     for (int k = 0; k < 15; ++k) clay_->advance({}, {ground()}, 1.0 / 60.0);
     const Particles& p = clay_->particles();
     for (std::size_t i = 0; i < p.size(); ++i) {
