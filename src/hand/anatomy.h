@@ -44,6 +44,19 @@ struct PalmAnatomy {
 extern const std::array<PalmAnatomy, finger_count> palm_anatomy;
 extern const Eigen::Vector3d wrist_in_palm;  // m
 
+/// What does not move in the palm.
+inline constexpr std::array<Joint, 11> palm_joints = {palm,
+                                                      wrist,
+                                                      thumb_metacarpal,
+                                                      index_metacarpal,
+                                                      index_proximal,
+                                                      middle_metacarpal,
+                                                      middle_proximal,
+                                                      ring_metacarpal,
+                                                      ring_proximal,
+                                                      little_metacarpal,
+                                                      little_proximal};
+
 /// Ranges of motion, rad. Flexion: MCP, PIP, DIP; of the thumb CMC, MP, IP. Abduction is positive toward the
 /// thumb.
 struct FingerLimits {

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 constexpr int joint_sweeps = 8;
 // What stays where it is in the palm, and so tells its pose.
-constexpr std::array<Joint, 9> palm_joints = {
+constexpr std::array<Joint, 9> palm_body_joints = {
     wrist,           index_metacarpal, index_proximal,    middle_metacarpal, middle_proximal,
     ring_metacarpal, ring_proximal,    little_metacarpal, little_proximal};
 
@@ -95,8 +95,8 @@ int bodyOfBone(int bone) {
 std::array<Vector3d, body_count> bodyCentres(const TrackedHand& hand) {
   std::array<Vector3d, body_count> centres;
   centres[palm_body].setZero();
-  for (const Joint joint : palm_joints)
-    centres[palm_body] += hand.joints[joint].position / static_cast<double>(palm_joints.size());
+  for (const Joint joint : palm_body_joints)
+    centres[palm_body] += hand.joints[joint].position / static_cast<double>(palm_body_joints.size());
   for (int b = 1; b < body_count; ++b)
     centres[b] =
         0.5 * (hand.joints[body_anatomy[b].from].position + hand.joints[body_anatomy[b].to].position);
@@ -104,9 +104,9 @@ std::array<Vector3d, body_count> bodyCentres(const TrackedHand& hand) {
 }
 
 BodyPose palmPose(const TrackedHand& hand, const TrackedHand& rest) {
-  Eigen::Matrix<double, 3, palm_joints.size()> from, to;
+  Eigen::Matrix<double, 3, palm_body_joints.size()> from, to;
   Eigen::Index seen = 0;
-  for (const Joint joint : palm_joints) {
+  for (const Joint joint : palm_body_joints) {
     if (hand.missing[joint]) continue;
     from.col(seen) = rest.joints[joint].position;
     to.col(seen++) = hand.joints[joint].position;

@@ -27,18 +27,6 @@ constexpr double contrary_palm = -0.2, bent_back = 0.6;
 constexpr double fastest_palm = 20.0;   // m/s: no hand is as fast
 constexpr double shortest_jump = 0.05;  // m, in which the stamps of two samples may be off
 
-// What does not move in the palm.
-constexpr std::array<Joint, 11> palm_joints = {palm,
-                                               wrist,
-                                               thumb_metacarpal,
-                                               index_metacarpal,
-                                               index_proximal,
-                                               middle_metacarpal,
-                                               middle_proximal,
-                                               ring_metacarpal,
-                                               ring_proximal,
-                                               little_metacarpal,
-                                               little_proximal};
 constexpr std::array<const char*, finger_count> finger_names = {"thumb", "index finger", "middle finger",
                                                                 "ring finger", "little finger"};
 

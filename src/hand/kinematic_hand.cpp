@@ -14,7 +14,6 @@ namespace tactile_clay::hand {
 namespace {
 
 constexpr double person_change = 0.1;  // relative
-constexpr double bare_within = 1e-3;   // m beneath the skin, a sample still counts as on it
 constexpr double scale_step = 0.05;    // persons between two steps share a template, and so a result
 
 // How far a sample withdraws to its axis, 0 to 1: wholly where it is deeper in other flesh than

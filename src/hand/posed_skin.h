@@ -13,6 +13,9 @@
 
 namespace tactile_clay::hand {
 
+/// m beneath the skin of other bones, up to which a sample still counts as on the skin of the hand.
+inline constexpr double bare_within = 1e-3;
+
 /// The samples of a template on the bones of a hand as it is posed. Refers to the template.
 class PosedSkin {
  public:

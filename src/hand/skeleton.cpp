@@ -36,19 +36,6 @@ const std::array<const char*, finger_count> finger_names = {"thumb", "index", "m
 const std::array<const char*, bone_count> thumb_names = {"cmc", "mp", "ip"};
 const std::array<const char*, bone_count> names_of_fingers = {"mcp", "pip", "dip"};
 
-// What does not move in the palm.
-constexpr std::array<Joint, 11> palm_joints = {palm,
-                                               wrist,
-                                               thumb_metacarpal,
-                                               index_metacarpal,
-                                               index_proximal,
-                                               middle_metacarpal,
-                                               middle_proximal,
-                                               ring_metacarpal,
-                                               ring_proximal,
-                                               little_metacarpal,
-                                               little_proximal};
-
 // Where the finger begins in the list of joints, and which joints it has.
 int firstAngle(int finger) {
   return finger == 0 ? 0 : 4 * finger + 1;

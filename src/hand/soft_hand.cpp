@@ -32,7 +32,6 @@ constexpr double yielding = 3.0;     // share of its reach that a finger gives u
 constexpr double elsewhere = 5e-3;   // m that a joint moves in the palm, so that the pose is another one
 constexpr std::size_t remembered = 16;  // skins
 constexpr double seconds_a_nano = 1e-9;
-constexpr double bare_within = 1e-3;  // m beneath other skin, a sample still counts as on the tracked skin
 
 void requireIn(const char* what, double value, double low, double high) {
   if (!(value >= low && value <= high))
