@@ -214,9 +214,9 @@ bool HandTracking::leaveOutRepeats(hand::TrackedFrame& frame) {
   repeated_hands_ += static_cast<unsigned>(left_out.hands);
   tell(left_out);
   stands_still_ = !left_out.lines.empty();
-  if (left_out.hands == 0 || !frame.hands.empty() || !cleaner_ || passes_by_) return false;
-  releaseHeld();  // also once the hand is gone: the array is silent because nobody is there, not because of
-                  // age
+  if (left_out.hands == 0 || !frame.hands.empty() || !cleaner_) return false;
+  // Also once the hand is gone: the array is silent because nobody is there, not because of age.
+  releaseHeld();
   return true;
 }
 
