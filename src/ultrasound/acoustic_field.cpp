@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "ultrasound/piston_wave.h"
+#include "ultrasound/piston_source.h"
 
 namespace tactile_clay::ultrasound {
 namespace {
@@ -22,13 +22,6 @@ void checkDrive(const ArrayLayout& layout, const Drive& drive) {
                               " amplitudes, expected " + std::to_string(layout.size()) + " for layout " +
                               layout.name);
 }
-
-/// One driven transducer, prepared for single precision.
-struct Source {
-  float x, y, z;
-  float nx, ny, nz;
-  float strength, turns;  // P_ref a, Pa m; phi
-};
 
 constexpr std::size_t block_size = 4 * lane_count;  // points that are summed together
 
@@ -50,52 +43,33 @@ void store(const Lanes& a, float* to) {
 /// Sums all sources, in their order, at each point of a block.
 /// \tparam simple the sources lie in one plane of equal z and look along z, and the air takes little
 template <bool simple>
-TACTILE_CLAY_INLINE void sumBlock(const std::vector<Source>& sources, const PistonConstants& air,
+TACTILE_CLAY_INLINE void sumBlock(const std::vector<PistonSource>& sources, const PistonConstants& air,
                                   Block& block) {
   for (std::size_t i = 0; i < block_size; i += lane_count) {
-    const Lanes x = load(&block.x[i]);
-    const Lanes y = load(&block.y[i]);
-    const Lanes z = load(&block.z[i]);
-    const Lanes height = z - sources.front().z;
+    const LanePoints at{load(&block.x[i]), load(&block.y[i]), load(&block.z[i])};
+    const Lanes height = at.z - sources.front().z;
     const Lanes height_squared = height * height;
     Lanes re{};
     Lanes im{};
-    for (const Source& source : sources) {
-      const Lanes dx = x - source.x;
-      const Lanes dy = y - source.y;
-      Lanes amplitude;
-      Lanes turns;
-      Lanes cosine;
-      Lanes sine;
-      if (simple) {
-        pistonWave<true>(air, dx * dx + dy * dy + height_squared, height, amplitude, turns);
-      } else {
-        const Lanes dz = z - source.z;
-        pistonWave<false>(air, dx * dx + dy * dy + dz * dz, dx * source.nx + dy * source.ny + dz * source.nz,
-                          amplitude, turns);
-      }
-      unitCircle(turns + source.turns, cosine, sine);
-      amplitude *= source.strength;
-      re += amplitude * cosine;
-      im += amplitude * sine;
-    }
+    for (const PistonSource& source : sources)
+      addWave<simple>(source, air, at, height, height_squared, re, im);
     store(re, &block.re[i]);
     store(im, &block.im[i]);
   }
 }
 
-TACTILE_CLAY_CLONES void sumSimple(const std::vector<Source>& sources, const PistonConstants& air,
+TACTILE_CLAY_CLONES void sumSimple(const std::vector<PistonSource>& sources, const PistonConstants& air,
                                    Block& block) {
   sumBlock<true>(sources, air, block);
 }
 
-TACTILE_CLAY_CLONES void sumSources(const std::vector<Source>& sources, const PistonConstants& air,
+TACTILE_CLAY_CLONES void sumSources(const std::vector<PistonSource>& sources, const PistonConstants& air,
                                     Block& block) {
   sumBlock<false>(sources, air, block);
 }
 
-bool inOnePlane(const std::vector<Source>& sources) {
-  return std::all_of(sources.begin(), sources.end(), [&](const Source& source) {
+bool inOnePlane(const std::vector<PistonSource>& sources) {
+  return std::all_of(sources.begin(), sources.end(), [&](const PistonSource& source) {
     return source.nx == 0.0f && source.ny == 0.0f && source.nz == 1.0f && source.z == sources.front().z;
   });
 }
@@ -106,10 +80,10 @@ bool reachable(const Eigen::Vector3f& point) {
 }
 
 /// Whether the air takes at most e^{-1/2} on every way from a source to a point in reach.
-bool airTakesLittle(const std::vector<Source>& sources, const std::vector<Eigen::Vector3f>& points,
+bool airTakesLittle(const std::vector<PistonSource>& sources, const std::vector<Eigen::Vector3f>& points,
                     float attenuation) {
   float reach = 0.0f;  // m, in each coordinate
-  for (const Source& source : sources)
+  for (const PistonSource& source : sources)
     reach = std::max({reach, std::abs(source.x), std::abs(source.y), std::abs(source.z)});
   float far = 0.0f;
   for (const Eigen::Vector3f& point : points)
@@ -151,14 +125,10 @@ std::complex<double> pressureAt(const ArrayLayout& layout, const Acoustics& acou
 std::vector<std::complex<float>> pressuresAt(const ArrayLayout& layout, const Acoustics& acoustics,
                                              const Drive& drive, const std::vector<Eigen::Vector3f>& points) {
   checkDrive(layout, drive);
-  std::vector<Source> sources;
+  std::vector<PistonSource> sources;
   for (std::size_t n = 0; n < layout.size(); ++n) {
     if (drive.amplitude[n] == 0.0f) continue;
-    const Eigen::Vector3f x = layout.position[n].cast<float>();
-    const Eigen::Vector3f normal = layout.normal[n].cast<float>();
-    sources.push_back({x.x(), x.y(), x.z(), normal.x(), normal.y(), normal.z(),
-                       static_cast<float>(acoustics.reference_pressure * drive.amplitude[n]),
-                       static_cast<float>(std::remainder(drive.phase[n] / (2.0 * M_PI), 1.0))});
+    sources.push_back(pistonSource(layout, acoustics, drive, n));
   }
   std::vector<std::complex<float>> pressures(points.size());
   if (sources.empty()) return pressures;

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "ultrasound/piston_wave.h"
+#include "ultrasound/piston_source.h"
 
 namespace tactile_clay::ultrasound {
 namespace {
@@ -20,20 +20,10 @@ constexpr std::size_t most_parts = 4096;  // of cells that are followed, at a de
 constexpr std::size_t most_climbs = 12;
 constexpr int climb_steps = 24, climb_halvings = 5;  // from half a cell down to a 64th
 
-struct Source {
-  float x, y, z;
-  float nx, ny, nz;
-  float strength, turns;  // P_ref a, Pa m; phi
-};
-
-struct Points {
-  Lanes x, y, z;
-};
-
 /// Sum over groups of |p| at sixteen points.
 template <bool simple>
-TACTILE_CLAY_INLINE Lanes groupSum(const Source* sources, const std::uint32_t* ends, std::size_t groups,
-                                   const PistonConstants& air, const Points& at) {
+TACTILE_CLAY_INLINE Lanes groupSum(const PistonSource* sources, const std::uint32_t* ends, std::size_t groups,
+                                   const PistonConstants& air, const LanePoints& at) {
   Lanes total{};
   const Lanes height = at.z - sources[0].z;
   const Lanes height_squared = height * height;
@@ -41,39 +31,20 @@ TACTILE_CLAY_INLINE Lanes groupSum(const Source* sources, const std::uint32_t* e
   for (std::size_t group = 0; group < groups; ++group) {
     Lanes re{};
     Lanes im{};
-    for (; n < ends[group]; ++n) {
-      const Source& source = sources[n];
-      const Lanes dx = at.x - source.x;
-      const Lanes dy = at.y - source.y;
-      Lanes amplitude;
-      Lanes turns;
-      Lanes cosine;
-      Lanes sine;
-      if (simple) {
-        pistonWave<true>(air, dx * dx + dy * dy + height_squared, height, amplitude, turns);
-      } else {
-        const Lanes dz = at.z - source.z;
-        pistonWave<false>(air, dx * dx + dy * dy + dz * dz, dx * source.nx + dy * source.ny + dz * source.nz,
-                          amplitude, turns);
-      }
-      unitCircle(turns + source.turns, cosine, sine);
-      amplitude *= source.strength;
-      re += amplitude * cosine;
-      im += amplitude * sine;
-    }
+    for (; n < ends[group]; ++n) addWave<simple>(sources[n], air, at, height, height_squared, re, im);
     const Lanes squared = larger(re * re + im * im, Lanes{} + 1e-30f);
     total += squared * inverseRoot(squared);
   }
   return total;
 }
 
-TACTILE_CLAY_CLONES void sumSimple(const Source* sources, const std::uint32_t* ends, std::size_t groups,
-                                   const PistonConstants& air, const Points& at, Lanes* sums) {
+TACTILE_CLAY_CLONES void sumSimple(const PistonSource* sources, const std::uint32_t* ends, std::size_t groups,
+                                   const PistonConstants& air, const LanePoints& at, Lanes* sums) {
   *sums = groupSum<true>(sources, ends, groups, air, at);
 }
 
-TACTILE_CLAY_CLONES void sumAny(const Source* sources, const std::uint32_t* ends, std::size_t groups,
-                                const PistonConstants& air, const Points& at, Lanes* sums) {
+TACTILE_CLAY_CLONES void sumAny(const PistonSource* sources, const std::uint32_t* ends, std::size_t groups,
+                                const PistonConstants& air, const LanePoints& at, Lanes* sums) {
   *sums = groupSum<false>(sources, ends, groups, air, at);
 }
 
@@ -107,13 +78,13 @@ struct FieldMaximum::Search {
 
 /// The transducers that a drive drives, in order, and the ends of their groups at each depth.
 struct FieldMaximum::Sources {
-  std::vector<Source> source;
+  std::vector<PistonSource> source;
   std::vector<std::vector<std::uint32_t>> ends;
   PistonConstants air;
   bool simple;
 
   /// \param depth of the groups; 0: the whole array
-  Lanes sums(std::size_t depth, const Points& at) const {
+  Lanes sums(std::size_t depth, const LanePoints& at) const {
     Lanes result;
     (simple ? sumSimple : sumAny)(source.data(), ends[depth].data(), ends[depth].size(), air, at, &result);
     return result;
@@ -260,10 +231,7 @@ FieldMaximum::Sources FieldMaximum::sources(const Drive& drive) const {
   for (std::size_t n = 0; n < order_.size(); ++n) {
     const std::size_t t = order_[n];
     if (drive.amplitude[t] != 0.0f) {
-      const Eigen::Vector3f x = layout_.position[t].cast<float>(), normal = layout_.normal[t].cast<float>();
-      result.source.push_back({x.x(), x.y(), x.z(), normal.x(), normal.y(), normal.z(),
-                               static_cast<float>(acoustics_.reference_pressure) * drive.amplitude[t],
-                               static_cast<float>(std::remainder(drive.phase[t] / (2.0 * M_PI), 1.0))});
+      result.source.push_back(pistonSource(layout_, acoustics_, drive, t));
     }
     driven[n + 1] = static_cast<std::uint32_t>(result.source.size());
   }
@@ -289,7 +257,7 @@ FieldMaximum::Peak FieldMaximum::climb(const Sources& sources, const Lobe& from,
   float pressure = from.pressure;
   ++effort.climbs;
   for (int n = 0, halvings = 0; n < climb_steps && halvings <= climb_halvings; ++n) {
-    Points at;
+    LanePoints at;
     std::array<Eigen::Vector3f, lane_count> there;
     for (std::size_t i = 0; i < lane_count; ++i) {
       there[i] = (here + step.cwiseProduct(ways[i])).cwiseMax(low_).cwiseMin(high_);
@@ -320,7 +288,7 @@ std::vector<FieldMaximum::Lobe> FieldMaximum::follow(const Sources& sources, std
                                                      const std::vector<Part>& open, Search& search) const {
   std::vector<Lobe> found;
   for (std::size_t i = 0; i < open.size(); i += lane_count) {
-    Points at;
+    LanePoints at;
     for (std::size_t lane = 0; lane < lane_count; ++lane) {
       const Part& part = open[std::min(i + lane, open.size() - 1)];
       at.x[lane] = part.centre.x();
