@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "nodes/conversions.h"
+#include "support/error_of.h"
 #include "support/scratch_folder.h"
 
 namespace tactile_clay::nodes {
@@ -48,12 +49,7 @@ class Bag : public ScratchFolder {
   }
 
   static std::string refused(const std::string& file, const std::string& topic = "") {
-    try {
-      played(file, topic);
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
-    return "";
+    return errorOf([&] { played(file, topic); });
   }
 };
 

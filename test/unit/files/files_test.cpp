@@ -15,6 +15,7 @@
 
 #include "files/input_file.h"
 #include "files/output_file.h"
+#include "support/error_of.h"
 #include "support/scratch_folder.h"
 
 namespace tactile_clay::files {
@@ -50,16 +51,6 @@ class Files : public ScratchFolder {
   }
 };
 
-template <typename Action>
-std::string fault(Action action) {
-  try {
-    action();
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "";
-}
-
 TEST_F(Files, AreReadWhole) {
   std::string text(300'000, 'x');
   text[70'000] = '\0';
@@ -84,8 +75,8 @@ TEST_F(Files, OnlyRegularOnesAreRead) {
       {path("nowhere/at/all"), "No such file"}};
   for (const auto& [file, words] : cases)
     for (const auto& line :
-         {fault([&, f = file] { readWhole(f, 7); }), fault([&, f = file] { readUnpacked(f, 7); }),
-          fault([&, f = file] { requireInput(f, 7); })}) {
+         {errorOf([&, f = file] { readWhole(f, 7); }), errorOf([&, f = file] { readUnpacked(f, 7); }),
+          errorOf([&, f = file] { requireInput(f, 7); })}) {
       EXPECT_EQ(line.rfind(file + ": ", 0), 0u) << line;
       EXPECT_NE(line.find(words), std::string::npos) << line;
       EXPECT_EQ(line.find('\n'), std::string::npos) << line;
@@ -95,10 +86,10 @@ TEST_F(Files, OnlyRegularOnesAreRead) {
 TEST_F(Files, ABombIsNotUnpacked) {
   const std::string bomb = packed("bomb.gz", std::string(4 * mebibyte, '\n'));
   ASSERT_LT(std::filesystem::file_size(bomb), 8192u);
-  EXPECT_NE(fault([&] { readUnpacked(bomb, mebibyte); }).find("unpacks to more than 1048576 bytes"),
+  EXPECT_NE(errorOf([&] { readUnpacked(bomb, mebibyte); }).find("unpacks to more than 1048576 bytes"),
             std::string::npos);
   std::filesystem::resize_file(bomb, std::filesystem::file_size(bomb) - 9);
-  EXPECT_NE(fault([&] { readUnpacked(bomb, 8 * mebibyte); }).find("cannot be unpacked"), std::string::npos);
+  EXPECT_NE(errorOf([&] { readUnpacked(bomb, 8 * mebibyte); }).find("cannot be unpacked"), std::string::npos);
 }
 
 TEST_F(Files, AreWrittenWhole) {
@@ -109,7 +100,7 @@ TEST_F(Files, AreWrittenWhole) {
 
 TEST_F(Files, NothingIsReplacedUnasked) {
   write("old", "precious");
-  const std::string line = fault([&] { writeWhole(path("old"), "other", Existing::keep); });
+  const std::string line = errorOf([&] { writeWhole(path("old"), "other", Existing::keep); });
   EXPECT_NE(line.find("old: is there already"), std::string::npos) << line;
   EXPECT_EQ(readWhole(path("old"), 100), "precious");
   ASSERT_EQ(::chmod(path("old").c_str(), 0640), 0);
@@ -131,7 +122,7 @@ TEST_F(Files, OnlyRegularOnesAreReplaced) {
   for (const std::string& file :
        {path("fifo"), path("sub"), path("link"), path("loose"), std::string("/dev/null"), path("no/folder"),
         std::string(), write("file", "x") + "/below"}) {
-    const std::string line = fault([&] { writeWhole(file, "text", Existing::replace); });
+    const std::string line = errorOf([&] { writeWhole(file, "text", Existing::replace); });
     EXPECT_NE(line.find("expected"), std::string::npos) << file << ": " << line;
     EXPECT_EQ(line.find('\n'), std::string::npos) << line;
     std::filesystem::remove(path("file"));
@@ -159,7 +150,8 @@ TEST_F(Files, AFullDiskLeavesWhatWasThere) {
   rlimit small = usual;
   small.rlim_cur = 1000;
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
-  const std::string line = fault([&] { writeWhole(path("old"), std::string(5000, 'x'), Existing::replace); });
+  const std::string line =
+      errorOf([&] { writeWhole(path("old"), std::string(5000, 'x'), Existing::replace); });
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &usual), 0);
   ::signal(SIGXFSZ, handler);
   EXPECT_NE(line.find("cannot be written"), std::string::npos) << line;

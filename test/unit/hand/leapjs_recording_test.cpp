@@ -7,6 +7,7 @@
 
 #include "hand/leap_recording.h"
 #include "hand/lz_string.h"
+#include "support/error_of.h"
 #include "support/leap_message.h"
 #include "support/scratch_folder.h"
 
@@ -16,16 +17,6 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t most = 1U << 20U;
-
-template <typename Call>
-std::string errorOf(const Call& call) {
-  try {
-    call();
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "";
-}
 
 TEST(LzString, UnpacksWhatItsOwnTestsPack) {
   EXPECT_EQ(unpackLzString("BYUwNmD2A0AECWsCGBbZtDUzkA==", most), "hello, i am a \xE7\x8C\xAB");

@@ -2,6 +2,7 @@
 
 #include "scene/scene.h"
 #include "scene/text_file.h"
+#include "support/error_of.h"
 #include "support/scratch_folder.h"
 
 #include <sys/stat.h>
@@ -11,15 +12,6 @@ namespace {
 
 namespace fs = std::filesystem;
 const std::string share = TACTILE_CLAY_SHARE;
-
-std::string complaint(const std::function<void()>& act) {
-  try {
-    act();
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "";
-}
 
 class Files : public ScratchFolder {
  protected:
@@ -68,7 +60,7 @@ TEST_F(Files, HomeIsTheFolderOfTheUser) {
 
 TEST_F(Files, WhatIsNotFoundIsNamedWithTheLine) {
   const auto of = [&](const std::string& name) {
-    return complaint([&] { loadScene(writeScene("scene.yaml", name), share, 0.0, lab()); });
+    return errorOf([&] { loadScene(writeScene("scene.yaml", name), share, 0.0, lab()); });
   };
   EXPECT_NE(of("mud.yaml").find("scene.yaml:3: material 'mud.yaml' not found"), std::string::npos)
       << of("mud.yaml");
@@ -83,8 +75,8 @@ TEST_F(Files, WhatIsNotFoundIsNamedWithTheLine) {
 TEST_F(Files, OnlyRegularFilesAreRead) {
   const std::string pipe = (folder / "pipe.yaml").string();
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  EXPECT_NE(complaint([&] { readText(pipe); }).find("is a FIFO"), std::string::npos);
-  EXPECT_NE(complaint([&] { loadScene(pipe, share); }).find("not found"), std::string::npos);
+  EXPECT_NE(errorOf([&] { readText(pipe); }).find("is a FIFO"), std::string::npos);
+  EXPECT_NE(errorOf([&] { loadScene(pipe, share); }).find("not found"), std::string::npos);
 }
 
 TEST_F(Files, TextIsUtf8) {
@@ -100,7 +92,7 @@ TEST_F(Files, TextIsUtf8) {
       {"\n\xe2\x82", "a:2: bytes that are no UTF-8"}};
   for (const auto& [text, words] : wrong) {
     const std::string file = write("a", text);
-    const std::string said = complaint([&] { readText(file); });
+    const std::string said = errorOf([&] { readText(file); });
     EXPECT_NE(said.find(words), std::string::npos) << said;
   }
 }

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "scene/solids.h"
+#include "support/error_of.h"
 
 namespace tactile_clay::scene {
 namespace {
@@ -28,12 +29,7 @@ std::string robot(const std::string& joints) {
   return "<robot name='r'><link name='world'/>" + joints + "</robot>";
 }
 std::string complaint(const std::string& urdf, const std::vector<Motion>& motions) {
-  try {
-    Solids(urdf, motions);
-  } catch (const std::runtime_error& e) {
-    return e.what();
-  }
-  return "";
+  return errorOf([&] { Solids(urdf, motions); });
 }
 bool has(const std::string& text, const std::string& words) {
   return text.find(words) != std::string::npos;

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "clay/solid.h"
+#include "support/error_of.h"
 #include "support/meshes.h"
 #include "support/scratch_folder.h"
 
@@ -78,12 +79,7 @@ const Triangles box = boxOfTriangles(-half, half);
 class MeshFile : public ScratchFolder {
  protected:
   std::string complaint(const std::string& file, const Vector3d& scale = Vector3d::Ones()) const {
-    try {
-      loadMesh(file, scale);
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
-    return "";
+    return errorOf([&] { loadMesh(file, scale); });
   }
   void expectComplaint(const std::string& file, const std::string& words) const {
     const std::string said = complaint(file);

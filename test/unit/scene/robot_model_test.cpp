@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "scene/solids.h"
+#include "support/error_of.h"
 #include "support/meshes.h"
 #include "support/scratch_folder.h"
 
@@ -36,12 +37,7 @@ class RobotModel : public ScratchFolder {
     return loadRobotModel(write(name, xml));
   }
   std::string complaint(const std::string& xml, const std::string& name = "desk.urdf") const {
-    try {
-      Solids(load(xml, name), {});
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
-    return "";
+    return errorOf([&] { Solids(load(xml, name), {}); });
   }
   void expectComplaint(const std::string& xml, const std::string& words) const {
     const std::string said = complaint(xml);

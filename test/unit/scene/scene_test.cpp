@@ -1,4 +1,5 @@
 #include "scene/scene.h"
+#include "support/error_of.h"
 
 #include <gtest/gtest.h>
 
@@ -15,12 +16,7 @@ const std::string share = TACTILE_CLAY_SHARE;
 std::string complaint(const std::string& text) {
   const std::string file = (std::filesystem::temp_directory_path() / "tactile_clay_scene_test.yaml").string();
   std::ofstream(file) << text;
-  try {
-    loadScene(file, share);
-  } catch (const std::runtime_error& e) {
-    return e.what();
-  }
-  return "";
+  return errorOf([&] { loadScene(file, share); });
 }
 
 const std::string good =

@@ -1,6 +1,7 @@
 #include "scene/shape.h"
 
 #include "scene/scene.h"
+#include "support/error_of.h"
 #include "support/meshes.h"
 #include "support/scratch_folder.h"
 
@@ -81,12 +82,7 @@ class Bodies : public ScratchFolder {
         share);
   }
   std::string complaint(const std::string& body) const {
-    try {
-      load(body);
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
-    return "";
+    return errorOf([&] { load(body); });
   }
   void expectComplaint(const std::string& body, const std::string& words) const {
     EXPECT_NE(complaint(body).find("scene.yaml:4: " + words), std::string::npos) << complaint(body);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "scene/robot_model.h"
+#include "support/error_of.h"
 
 namespace tactile_clay::scene {
 namespace {
@@ -75,12 +76,7 @@ std::string complaint(const std::string& urdf) {
   Motion turning;
   turning.joint = "j";
   turning.velocity = M_PI;
-  try {
-    Solids(urdf, {turning});
-  } catch (const std::runtime_error& e) {
-    return e.what();
-  }
-  return "";
+  return errorOf([&] { Solids(urdf, {turning}); });
 }
 
 TEST(Solids, WhatUrdfdomLeavesOutIsAnError) {

@@ -1,6 +1,7 @@
 #include "scene/yaml_reader.h"
 
 #include "scene/scene.h"
+#include "support/error_of.h"
 #include "support/scratch_folder.h"
 
 namespace tactile_clay::scene {
@@ -14,12 +15,7 @@ class YamlAsPeopleWriteIt : public ScratchFolder {
  protected:
   Scene load(const std::string& text) const { return loadScene(write("scene.yaml", text), share); }
   std::string complaint(const std::string& text) const {
-    try {
-      load(text);
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
-    return "";
+    return errorOf([&] { load(text); });
   }
   void expectComplaint(const std::string& text, const std::string& words) const {
     const std::string said = complaint(text);

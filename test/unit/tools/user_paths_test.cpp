@@ -6,22 +6,13 @@
 
 #include <stdexcept>
 
+#include "support/error_of.h"
 #include "support/scratch_folder.h"
 
 namespace tactile_clay::tools {
 namespace {
 
 namespace fs = std::filesystem;
-
-template <typename Call>
-std::string errorOf(const Call& call) {
-  try {
-    call();
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "";
-}
 
 std::string pathError(const std::string& name) {
   return errorOf([&] { userPath(name, "scene", "/here", "/home/me"); });
