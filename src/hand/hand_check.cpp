@@ -69,12 +69,9 @@ class Judgement {
   explicit Judgement(TrackedHand& hand) : hand_(hand) {}
 
   HandFaults verdict() {
-    if (hand_.side != Side::left && hand_.side != Side::right)
-      return noHand(
-          "hand " + std::to_string(hand_.id),
-          "side " + std::to_string(static_cast<int>(hand_.side)) + ", expected 0 (left) or 1 (right)");
-    if (!(hand_.confidence >= 0.0 && hand_.confidence <= 1.0))
-      return noHand(nameOf(hand_), "confidence " + std::to_string(hand_.confidence) + ", expected 0 to 1");
+    const std::string no_hand = faultOfAll();
+    if (!no_hand.empty())
+      return noHand(sideKnown() ? nameOf(hand_) : "hand " + std::to_string(hand_.id), no_hand);
     judgeNumbers();
     for (const Joint joint : {palm, wrist})
       if (!faults_[joint].empty()) return noHand(nameOf(hand_), faults_[joint]);
@@ -101,7 +98,28 @@ class Judgement {
     return faults;
   }
 
+  std::string faultOfNumbers() {
+    std::string fault = faultOfAll();
+    judgeNumbers();
+    for (int joint = 0; joint < joint_count && fault.empty(); ++joint) {
+      fault = faults_[joint];
+      const double radius = hand_.joints[joint].radius;
+      if (fault.empty() && !(radius >= 0.0 && radius < farthest))
+        fault = wrong(joint, "radius", radius, "finite and not negative");
+    }
+    return fault.empty() ? fault : "hand " + std::to_string(hand_.id) + ": " + fault;
+  }
+
  private:
+  bool sideKnown() const { return hand_.side == Side::left || hand_.side == Side::right; }
+  // What is wrong with the hand as a whole.
+  std::string faultOfAll() const {
+    if (!sideKnown())
+      return "side " + std::to_string(static_cast<int>(hand_.side)) + ", expected 0 (left) or 1 (right)";
+    if (!(hand_.confidence >= 0.0 && hand_.confidence <= 1.0))
+      return "confidence " + std::to_string(hand_.confidence) + ", expected 0 to 1";
+    return {};
+  }
   const Vector3d& at(int joint) const { return hand_.joints[joint].position; }
   bool there(int joint) const { return !hand_.missing[joint]; }
 
@@ -274,6 +292,11 @@ std::string faultOf(const TrackedHand& hand) {
   TrackedHand copy = hand;
   const HandFaults faults = judge(copy);
   return faults.lines.empty() ? std::string() : faults.lines.front();
+}
+
+std::string faultOfNumbers(const TrackedHand& hand) {
+  TrackedHand copy = hand;
+  return Judgement(copy).faultOfNumbers();
 }
 
 LeftOut leaveOutBadHands(std::vector<TrackedHand>& hands) {

@@ -41,6 +41,10 @@ HandFaults judge(TrackedHand& hand);
 /// The first line of `judge`, or empty.
 std::string faultOf(const TrackedHand& hand);
 
+/// What is wrong with the numbers of a hand, or empty: side, confidence, and of all joints positions,
+/// orientations and radii. A hand without such faults can be posed; whether it is one is for `judge` to say.
+std::string faultOfNumbers(const TrackedHand& hand);
+
 /// What was taken out of a frame.
 struct LeftOut {
   std::size_t hands = 0, fingers = 0;

@@ -45,7 +45,7 @@ std::shared_ptr<const SkinTemplate> SkinTemplates::of(const TrackedHand& hand) {
 const Skin& KinematicHands::update(const std::vector<TrackedHand>& hands_in_world,
                                    std::chrono::nanoseconds stamp) {
   for (const TrackedHand& hand : hands_in_world) {
-    const std::string fault = faultOf(hand);
+    const std::string fault = faultOfNumbers(hand);
     if (!fault.empty()) throw std::invalid_argument(fault);
   }
   std::vector<TrackedHand> hands = hands_in_world;

@@ -44,7 +44,7 @@ class KinematicHands {
   /// Skin at the next sample of the tracker: the left hand's samples, then the right one's, of hands that are
   /// present; of two hands of one side the more confident one. Velocities are finite differences from the
   /// sample before; zero when a hand appears, when its palm leaps (`palmLeaps`), and when the stamp does not
-  /// advance. \throws std::invalid_argument with hand_check's line for a hand that is not sane; the state is
+  /// advance. \throws std::invalid_argument with the line of `faultOfNumbers` where it has one; the state is
   /// then unchanged
   const Skin& update(const std::vector<TrackedHand>& hands_in_world, std::chrono::nanoseconds stamp);
 

@@ -412,7 +412,7 @@ SoftHands::SoftHands(double spacing, const SoftHandParameters& parameters)
 const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,
                               std::chrono::nanoseconds stamp) {
   for (const TrackedHand& hand : hands_in_world) {
-    const std::string fault = faultOf(hand);
+    const std::string fault = faultOfNumbers(hand);
     if (!fault.empty()) throw std::invalid_argument(fault);
   }
   std::vector<TrackedHand> hands = hands_in_world;

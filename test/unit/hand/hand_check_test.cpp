@@ -193,6 +193,30 @@ TEST(HandCheck, WhatIsNoHandIsLeftOut) {
     }
 }
 
+// What can be posed is for the models of the hand; what is a hand is for the judgement.
+TEST(HandCheck, FaultsOfNumbersAreThoseThatNoModelCanPose) {
+  const TrackedHand hand = bentHand();
+  EXPECT_EQ(faultOfNumbers(hand), "");
+  TrackedHand tiny = hand;
+  for (JointPose& joint : tiny.joints) joint.position *= 1e-3;
+  EXPECT_EQ(faultOfNumbers(tiny), "");
+  EXPECT_NE(faultOf(tiny), "");
+  const auto spoilt = [&](const std::function<void(TrackedHand&)>& spoil) {
+    TrackedHand bad = hand;
+    spoil(bad);
+    return faultOfNumbers(bad);
+  };
+  EXPECT_TRUE(
+      contains(spoilt([](auto& h) { h.joints[index_tip].position.z() = nan; }), "joint index_tip: position"));
+  EXPECT_TRUE(
+      contains(spoilt([](auto& h) { h.joints[wrist].orientation.coeffs().setZero(); }), "orientation"));
+  for (const double radius : {nan, infinity, -0.01})
+    EXPECT_TRUE(
+        contains(spoilt([&](auto& h) { h.joints[thumb_tip].radius = radius; }), "joint thumb_tip: radius"));
+  EXPECT_TRUE(contains(spoilt([](auto& h) { h.confidence = nan; }), "hand 7: confidence"));
+  EXPECT_TRUE(contains(spoilt([](auto& h) { h.side = static_cast<Side>(7); }), "side 7"));
+}
+
 // Each way to spoil one finger, from its knuckle on or all of it.
 struct SpoiltFinger {
   const char* how;
