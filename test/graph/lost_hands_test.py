@@ -13,12 +13,15 @@ SERVER = os.path.join(rig_run.PACKAGE, 'test', 'support', 'leap_server.py')
 TOUCHING = 0.038  # m, of the lowest skin over the table: surely in the clay
 SILENT = 0.15     # s after a hand was last seen
 RATE = 60.0
+SINKING = 0.05     # mm a frame: a finger that goes on pressing is felt, also where clay got out of its way in a late frame
 
 
-def leap_frame(number, hand, hand_id, still=False):
-    """A frame of protocol v6 with this hand of frame `world`, or with none, of a tracker at the world's origin."""
-    tremor = 0.0 if still else 1e-3 * (number % 7)  # mm: a live hand never has the same bits twice
-    leap = lambda p: [-1000.0 * p.y, 1000.0 * p.z + tremor, -1000.0 * p.x]
+def leap_frame(number, hand, hand_id, sunk=0.0):
+    """A frame of protocol v6 with this hand of frame `world`, or with none, of a tracker at the world's origin.
+
+    sunk: mm by which the hand is lower than that.
+    """
+    leap = lambda p: [-1000.0 * p.y, 1000.0 * p.z - sunk, -1000.0 * p.x]
     turned = lambda q, v: (lambda w: [-w[1], w[2], -w[0]])(rig_run.rotate(q, v))
     frame = {'id': 3 * number, 'timestamp': 10000000 + int(1e6 * number / RATE), 'hands': [], 'pointables': []}
     if hand is None:
@@ -104,7 +107,8 @@ class Live(unittest.TestCase):
         with open(path, 'w') as out:
             for number, (hand, hand_id) in enumerate(script):
                 still = at['still'] <= number < at['again still']
-                out.write(json.dumps(leap_frame(number, hand, hand_id, still)) + '\n')
+                sunk = SINKING * max(0, (at['still'] if still else number) - at['pressed'] + 20)
+                out.write(json.dumps(leap_frame(number, hand, hand_id, sunk)) + '\n')
         return at
 
     def test_a_lost_hand_and_a_silent_tracker_silence_the_array_an_id_does_not(self):
@@ -134,9 +138,10 @@ class Live(unittest.TestCase):
         there = [(time, emitting, reason) for time, emitting, reason in states
                  if 0.0 < time < when['lost'] or when['back'] < time < when['still'] or
                  when['back again'] < time < when['silent']]
-        # On a machine that is too busy the gate rejects what is late, which has nothing to do with hands.
+        # On a machine that is too busy the gate rejects what is late, which has nothing to do with hands, and a gap of
+        # two frames may last longer than hands are held. Where an id silenced the array, it would be for 0.15 s each time.
         quiet = [(time, reason) for time, emitting, reason in there if not emitting and not reason.startswith('stale')]
-        self.assertEqual(quiet, [], 'silent although the hand is there')
+        self.assertLess(len(quiet) / RATE, 0.1, 'silent although the hand is there: %s; the rig said:\n%s' % (quiet, words))
         self.assertGreater(sum(emitting for _, emitting, _ in there), 5)
         for loss, until in (('lost', when['again']), ('still', when['again still']), ('silent', float('inf'))):
             after = [time - when[loss] for time, emitting, _ in states if emitting and when[loss] < time < until]
