@@ -128,6 +128,7 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const
   s.statistics.rounds = static_cast<double>(s.rounds_done) / steps;
   s.statistics.rejected_displacements = s.rejected;
   s.countLumps();
+  s.countStrays();
   s.statistics.bonds = s.bond_constraint.size() + s.sleeping_bonds.size() / 2;
   s.statistics.contacts = s.contact_constraint.contacts().size() + s.sleeping_contacts.size();
   s.ghost_forces.clear();

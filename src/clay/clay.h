@@ -68,11 +68,12 @@ struct Statistics {
   std::uint64_t step = 0;  // frames since the start
   std::size_t awake = 0;   // particles
   std::size_t bonds = 0;
-  std::size_t contacts = 0;                  // with ghosts and solids, last substep
-  double iterations = 0.0;                   // of a substep, mean over the last frame
-  double rounds = 0.0;                       // of a substep, mean; between them contacts are looked at anew
-  std::size_t lumps = 0;                     // connected components, awake or asleep
-  std::size_t crumbs = 0;                    // lumps of fewer than `crumb_size` particles
+  std::size_t contacts = 0;  // with ghosts and solids, last substep
+  double iterations = 0.0;   // of a substep, mean over the last frame
+  double rounds = 0.0;       // of a substep, mean; between them contacts are looked at anew
+  std::size_t lumps = 0;     // connected components, awake or asleep
+  std::size_t crumbs = 0;    // lumps of fewer than `crumb_size` particles
+  std::size_t strays = 0;    // particles that left the scene: they lie at the walls of the world
   std::uint64_t rejected_displacements = 0;  // since the start; not finite, or longer than the world is wide
   std::uint64_t ghosts_looked_at = 0;  // in the last frame, by searches for a place that is free of hands
   double density_error_mean = 0.0;     // of max(rho / rho0 - 1, 0)

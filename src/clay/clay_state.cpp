@@ -336,6 +336,13 @@ void Clay::State::countLumps() {
       std::count_if(sizes.begin(), sizes.end(), [](std::size_t size) { return size < crumb_size; }));
 }
 
+void Clay::State::countStrays() {
+  const float wall = static_cast<float>(config.world - config.spacing);
+  statistics.strays = 0;
+  for (std::size_t i = 0; i < everyone.size(); ++i)
+    statistics.strays += everyone.position.at(i).cwiseAbs().maxCoeff() > wall;
+}
+
 void Clay::State::collectForces(int steps) {
   for (const Contact& c : sleeping_contacts)
     if (c.solid < solid_forces.size()) solid_forces[c.solid] -= c.force.cast<double>() / steps;

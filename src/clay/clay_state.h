@@ -40,6 +40,7 @@ struct Clay::State {
   void endStep(float dt);
   void collectForces(int steps);
   void countLumps();
+  void countStrays();
 
   ClayConfig config;
   std::vector<Material> materials;

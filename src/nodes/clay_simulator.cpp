@@ -90,6 +90,7 @@ void ClaySimulator::restart() {
   factor_since_ = ros::WallTime::now();
   factor_time_ = 0.0;
   told_rejected_ = 0;
+  told_strays_ = 0;
 }
 
 bool ClaySimulator::reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
@@ -197,6 +198,11 @@ double ClaySimulator::step(const clay::Ghosts& ghosts, double duration) {
         "the world; these particles stay where they are, expected none",
         static_cast<unsigned long long>(rejected));
   told_rejected_ = rejected;
+  if (clay_->statistics().strays > told_strays_)
+    ROS_WARN_THROTTLE(
+        10.0, "clay_simulator: %zu of %zu particles fell out of the scene and lie at the walls of the world",
+        clay_->statistics().strays, clay_->particles().size());
+  told_strays_ = clay_->statistics().strays;
   const ros::WallTime now = ros::WallTime::now();
   const double computing = (now - start).toSec();
   busy_ += computing;
@@ -315,6 +321,7 @@ void ClaySimulator::publishState(ros::Time stamp) {
   status->crumbs = static_cast<std::uint32_t>(statistics.crumbs);
   status->iterations = static_cast<float>(statistics.iterations);
   status->rounds = static_cast<float>(statistics.rounds);
+  status->strays = static_cast<std::uint32_t>(statistics.strays);
   status->rejected_displacements = statistics.rejected_displacements;
   status->density_error_mean = static_cast<float>(statistics.density_error_mean);
   status->density_error_max = static_cast<float>(statistics.density_error_max);
@@ -345,6 +352,7 @@ void ClaySimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
   status.add("scene", scene_.name);
   status.add("particles", clay_->particles().size());
   status.add("particles awake", clay_->statistics().awake);
+  status.add("particles out of the scene", clay_->statistics().strays);
   status.add("real-time factor", real_time_factor_);
   status.add("simulated s", simulated_);
   status.add("dropped s", dropped_);

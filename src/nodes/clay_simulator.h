@@ -67,6 +67,7 @@ class ClaySimulator {
   double simulated_ = 0.0, dropped_ = 0.0, busy_ = 0.0;  // s, since the last diagnostics
   unsigned bad_skins_ = 0, dropped_skins_ = 0;
   std::uint64_t told_rejected_ = 0;  // displacements
+  std::size_t told_strays_ = 0;
   double real_time_factor_ = 1.0;
   ros::WallTime factor_since_;
   double factor_time_ = 0.0;  // s, simulated since then

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
-#include <filesystem>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -20,6 +19,7 @@
 #include "tools/accuracy_report.h"
 #include "tools/hand_samples.h"
 #include "tools/outcome.h"
+#include "tools/share_folder.h"
 #include "tools/tool_arguments.h"
 
 namespace {
@@ -98,19 +98,6 @@ clay::Budget settingOf(const std::string& option, const std::string& text) {
   return setting;
 }
 
-/// Folder with config/scenes, above the program or beside it.
-std::string findShare() {
-  namespace fs = std::filesystem;
-  std::error_code ignored;
-  for (fs::path at = fs::read_symlink("/proc/self/exe", ignored); at.has_relative_path();
-       at = at.parent_path()) {
-    for (const fs::path& share : {at, at / "share" / "tactile_clay"}) {
-      if (fs::is_directory(share / "config" / "scenes", ignored)) return share.string();
-    }
-  }
-  fail("the package's folder with config/scenes is not above this program, expected --share FOLDER");
-}
-
 Options optionsOf(int argc, char** argv) {
   std::map<std::string, std::string> given = {{"--scene", "incline"},
                                               {"--hands", "none"},
@@ -133,7 +120,7 @@ Options optionsOf(int argc, char** argv) {
   }
   Options o;
   o.scene = given["--scene"], o.hands = given["--hands"], o.csv = given["--csv"];
-  o.share = given["--share"].empty() ? findShare() : given["--share"];
+  o.share = given["--share"].empty() ? shareFolder() : given["--share"];
   o.duration = numberOf("--duration", given["--duration"], 0.0, 3600.0);
   o.threads = whole("--threads", given["--threads"], 1, 1024);
   o.reference = settingOf("--reference", given["--reference"]);

@@ -115,6 +115,24 @@ TEST(SmallLumps, ComeToRestOnTheTable) {
   }
 }
 
+// What falls beside the table lies at the bottom of the world, and is counted from then on.
+TEST(SmallLumps, ThatLeaveTheSceneAreCounted) {
+  constexpr double spacing = 0.005;
+  std::vector<InitialParticle> particles = block(4, 4, 4, spacing);
+  for (const InitialParticle& p : block(3, 1, 1, spacing, {0.3, 0.0, 0.05})) particles.push_back(p);
+  ClayConfig config;
+  config.spacing = spacing;
+  config.world = 0.4;
+  Solid table = ground();
+  table.size = Eigen::Vector3d(0.2, 0.2, table.size.z());
+  Clay clay(config, {Material{}}, particles);
+  clay.advance({}, {table}, 1.0 / 60.0);
+  EXPECT_EQ(clay.statistics().strays, 0U);
+  const double falls = std::sqrt(2.0 * (0.05 + config.world) / 9.81);  // s
+  for (int k = 0; k < 60 * (falls + 0.2); ++k) clay.advance({}, {table}, 1.0 / 60.0);
+  EXPECT_EQ(clay.statistics().strays, 3U);
+}
+
 TEST(SmallLumps, AreCounted) {
   Beside beside(smalls[2], 0.005, {0.1, 0.1, 0.4}, Eigen::Vector3d::Zero());
   beside.advance();

@@ -1,0 +1,95 @@
+// What a long kneading costs: hands do the same again and again, and each stretch of time is told with what
+// its frames were spent on.
+//
+//   measure_kneading --help
+#include <cstdio>
+#include <exception>
+#include <map>
+#include <stdexcept>
+#include <string>
+
+#include "scene/robot_model.h"
+#include "scene/scene.h"
+#include "tools/long_kneading.h"
+#include "tools/share_folder.h"
+#include "tools/tool_arguments.h"
+
+namespace {
+
+using namespace tactile_clay;
+using namespace tactile_clay::tools;
+
+constexpr const char* usage = R"(usage: measure_kneading [OPTION:=VALUE]...
+
+Hands knead a scene again and again. Prints CSV, one line a stretch of simulated time.
+
+  scene:=NAME       a scene of config/scenes, or a file       [kindergarten]
+  hands:=WHICH      knead, potter, press, or a Leap recording         [knead]
+  minutes:=M        of simulated time                                     [1]
+  stretch:=S        simulated seconds a line                             [10]
+  quality:=NAME     of config/quality.yaml                         [balanced]
+  spacing:=M        between particles; 0: the scene's                     [0]
+  live:=true|false  frames follow the wall clock; otherwise lockstep  [false]
+  share:=FOLDER     that holds config/      [found from the program's place]
+
+Columns: s at the end of the stretch; ms of a frame, median and 99th percentile; s dropped (live); means over the
+frames of awake particles, contacts, iterations and rounds a substep, lumps, crumbs; at the end bonds and neighbours a
+particle, volume in cm^3, strays (particles that left the scene), MB of memory; then ms of a frame by stage.
+)";
+
+void run(int argc, char** argv) {
+  const Arguments given(argc, argv,
+                        {{"scene", "kindergarten"},
+                         {"hands", "knead"},
+                         {"minutes", "1"},
+                         {"stretch", "10"},
+                         {"quality", "balanced"},
+                         {"spacing", "0"},
+                         {"live", "false"},
+                         {"share", ""}});
+  const std::string share = given["share"].empty() ? shareFolder() : given["share"];
+  scene::Scene scene = scene::loadScene(given["scene"], share, given.number("spacing", 0.0, 0.1));
+  scene.config.budget = scene::loadQuality(given["quality"], share);
+  const scene::Solids solids(scene::loadRobotModel(scene.urdf), scene.motions);
+  LongKneading how;
+  how.duration = 60.0 * given.number("minutes", 1e-3, 1e4);
+  how.stretch = given.number("stretch", 0.1, 1e6);
+  how.live = given.flag("live");
+  bool head = true;
+  kneadLong(scene, solids, handSamples(given["hands"], 0.0, scene.config.spacing, share), how,
+            [&](const Stretch& s) {
+              if (head) {
+                std::printf(
+                    "s,ms,ms_p99,dropped_s,awake,contacts,iterations,rounds,lumps,crumbs,bonds,neighbours,"
+                    "volume_cm3,"
+                    "strays,memory_mb");
+                for (const clay::Stage& stage : s.stages) std::printf(",%s_ms", stage.name.c_str());
+                std::printf("\n");
+                head = false;
+              }
+              std::printf("%.1f,%.2f,%.2f,%.2f,%.0f,%.0f,%.2f,%.2f,%.2f,%.2f,%.3f,%.3f,%.2f,%zu,%.1f", s.end,
+                          s.ms, s.ms_p99, s.dropped, s.awake, s.contacts, s.iterations, s.rounds, s.lumps,
+                          s.crumbs, s.bonds, s.neighbours, 1e6 * s.volume, s.strays, s.memory);
+              for (const clay::Stage& stage : s.stages) std::printf(",%.3f", stage.ms);
+              std::printf("\n");
+              std::fflush(stdout);
+            });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    for (int k = 1; k < argc; ++k) {
+      if (argv[k] == std::string("--help") || argv[k] == std::string("-h")) {
+        std::printf("%s", usage);
+        return 0;
+      }
+    }
+    run(argc, argv);
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "measure_kneading: %s\n", error.what());
+    return 1;
+  }
+}

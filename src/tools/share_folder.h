@@ -1,0 +1,25 @@
+#pragma once
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
+namespace tactile_clay::tools {
+
+/// The package's folder that holds config/scenes: above the program, or share/tactile_clay beside what is
+/// above it. \throws std::runtime_error if there is none
+inline std::string shareFolder() {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  for (fs::path at = fs::read_symlink("/proc/self/exe", ignored); at.has_relative_path();
+       at = at.parent_path()) {
+    for (const fs::path& share : {at, at / "share" / "tactile_clay"}) {
+      if (fs::is_directory(share / "config" / "scenes", ignored)) return share.string();
+    }
+  }
+  throw std::runtime_error(
+      "the package's folder with config/scenes is not above this program, expected it there or as an "
+      "argument");
+}
+
+}  // namespace tactile_clay::tools
