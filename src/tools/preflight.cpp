@@ -7,12 +7,15 @@
 // files are those of the working directory. With starts:=true, a rig is about to start: the master must have
 // room for it.
 #include <ros/console.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -197,11 +200,31 @@ std::string checkAll(const Arguments& arguments) {
   return urdf;
 }
 
+/// Where the program's output goes. From then on what others print, as ROS_INFO does, goes to the standard
+/// error: roslaunch takes all of the output for the robot model.
+int takeOutput() {
+  const int output = dup(STDOUT_FILENO);
+  if (output < 0 || dup2(STDERR_FILENO, STDOUT_FILENO) < 0)
+    throw std::runtime_error(std::string("no output: ") + std::strerror(errno));
+  return output;
+}
+
+void write(int output, const std::string& text) {
+  for (std::size_t done = 0; done < text.size();) {
+    const ssize_t now = ::write(output, text.data() + done, text.size() - done);
+    if (now < 0 && errno == EINTR) continue;
+    if (now <= 0)
+      throw std::runtime_error(std::string("the robot model is not written: ") + std::strerror(errno));
+    done += static_cast<std::size_t>(now);
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   try {
-    std::cout << checkAll(parse(argc, argv));
+    const int output = takeOutput();
+    write(output, checkAll(parse(argc, argv)));
     return 0;
   } catch (const std::exception& error) {
     std::cerr << "tactile_clay: " << error.what() << std::endl;

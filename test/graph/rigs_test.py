@@ -8,6 +8,7 @@ import subprocess
 import threading
 import time
 import unittest
+import xml.etree.ElementTree
 from xmlrpc.server import SimpleXMLRPCServer
 
 import rosbag
@@ -113,6 +114,19 @@ class Master(unittest.TestCase):
                               capture_output=True, text=True, timeout=60, check=False)
         self.assertLessEqual(len(done.stderr.splitlines()), 1)
         return done.returncode, done.stderr
+
+    def test_the_robot_model_is_all_that_preflight_prints(self):
+        """Also where a source has something to say, as of a bag that was recorded in a namespace."""
+        with rig_run.Graph() as graph:
+            path = os.path.join(graph.folder, 'lab.bag')
+            with rosbag.Bag(rig_run.bag('press_finger')) as read, rosbag.Bag(path, 'w') as written:
+                for _, message, when in read.read_messages('/hands/tracked'):
+                    written.write('/lab/hands/tracked', message, when)
+            done = subprocess.run([os.path.join(PROGRAMS, 'preflight'), 'hands:=bag', 'file:=' + path], env=graph.environment,
+                                  capture_output=True, text=True, timeout=60, check=False)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn('plays its hands of topic /lab/hands/tracked', done.stderr)
+            self.assertEqual(xml.etree.ElementTree.fromstring(done.stdout).tag, 'robot')
 
     def test_use_sim_time_without_a_clock(self):
         with rig_run.Graph() as graph:
