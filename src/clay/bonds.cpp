@@ -1,7 +1,7 @@
 #include "clay/bonds.h"
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
 
 #include "clay/threads.h"
 #include "lanes/lanes.h"
@@ -10,14 +10,13 @@ namespace tactile_clay::clay {
 namespace {
 
 struct Rules {  // of eight pairs
-  Lane bond_rate, unbond_rate, shortest, longest;
+  Lane bond_rate, unbond_rate;
 };
 TACTILE_CLAY_INLINE Rules rulesOf(const BondRule* rules, const std::uint32_t* index) {
   constexpr std::uint32_t stride = slot_size * sizeof(BondRule) / sizeof(float);
   std::uint32_t at[lane_width];
   for (int k = 0; k < lane_width; ++k) at[k] = index[k] * stride;
-  return {gatherNumbers(&rules->bond_rate, at), gatherNumbers(&rules->unbond_rate, at),
-          gatherNumbers(&rules->shortest, at), gatherNumbers(&rules->longest, at)};
+  return {gatherNumbers(&rules->bond_rate, at), gatherNumbers(&rules->unbond_rate, at)};
 }
 
 /// A run of bonds to the particles whose lanes of `mask` are set.
@@ -42,16 +41,15 @@ struct Update {
   float reach;                   // m, within which bonds form
 };
 
-/// The bonds of particle i. \param rules with each material \param old of all particles, the rest lengths of
-/// what bonds i has, else 0 \return their number
+/// Which pairs of particle i are bonded. \param rules with each material \param old of all particles, the
+/// rest lengths of what bonds i has, else 0 \param rest_lengths of its pairs; 0: not bonded
 template <bool alike>
-TACTILE_CLAY_INLINE std::uint32_t updateBonds(const Update& u, std::size_t i, const BondRule* rules,
-                                              const float* old, float* rest_lengths, Bond* bonds) {
+TACTILE_CLAY_INLINE void activateBonds(const Update& u, std::size_t i, const BondRule* rules,
+                                       const float* old, float* rest_lengths) {
   const Lane vx = all(u.velocity[4 * i]), vy = all(u.velocity[4 * i + 1]), vz = all(u.velocity[4 * i + 2]);
   const Lane reach = all(u.reach);
   constexpr std::uint32_t first[lane_width] = {};
   Rules rule = rulesOf(rules, first);
-  std::uint32_t count = 0;
   for (std::uint32_t p = u.near.begin(i); p < u.near.padded(i); p += lane_width) {
     const std::uint32_t* slots = u.near.slots() + p;
     const Lane x = load(u.near.x() + p), y = load(u.near.y() + p), z = load(u.near.z() + p);
@@ -63,31 +61,51 @@ TACTILE_CLAY_INLINE std::uint32_t updateBonds(const Update& u, std::size_t i, co
     }
     const Lane rest_length = gatherNumbers(old, slots);
     const LaneOrder bonded = rest_length > 0.0f;
-    // A bond that is strained beyond its yield has flowed: its elastic strain is on the yield surface.
-    const Lane flowed =
-        least(greatest(bonded ? rest_length : length, length * rule.shortest), length * rule.longest);
     const LaneVector of_other = gather(u.velocity, slots);
     const Lane opening = (vx - of_other.x) * x + (vy - of_other.y) * y + (vz - of_other.z) * z;
     const Lane square = length * length, parting = opening < 0.0f ? -opening : opening;
     const LaneOrder forms = ~bonded & (length < reach) & (parting < rule.bond_rate * square);
     const LaneOrder holds = ((bonded & (parting <= rule.unbond_rate * square)) | forms) & (length > 0.0f);
-    store(rest_lengths + p, holds ? flowed : Lane{});
-    const unsigned mask = bits(holds);
-    storeBonds(bonds + count, slots, flowed, mask);
-    count += selections.count[mask];
+    store(rest_lengths + p, holds ? (bonded ? rest_length : length) : Lane{});
   }
-  return count;
 }
 
 TACTILE_CLAY_MULTIVERSION
-std::uint32_t updateAlike(const Update& u, std::size_t i, const BondRule* rules, const float* old,
-                          float* rest_lengths, Bond* bonds) {
-  return updateBonds<true>(u, i, rules, old, rest_lengths, bonds);
+void activateAlike(const Update& u, std::size_t i, const BondRule* rules, const float* old,
+                   float* rest_lengths) {
+  activateBonds<true>(u, i, rules, old, rest_lengths);
 }
 TACTILE_CLAY_MULTIVERSION
-std::uint32_t updateMixed(const Update& u, std::size_t i, const BondRule* rules, const float* old,
-                          float* rest_lengths, Bond* bonds) {
-  return updateBonds<false>(u, i, rules, old, rest_lengths, bonds);
+void activateMixed(const Update& u, std::size_t i, const BondRule* rules, const float* old,
+                   float* rest_lengths) {
+  activateBonds<false>(u, i, rules, old, rest_lengths);
+}
+
+/// Lets the rest lengths of the pairs of particle i flow. \param flow null: they do not \param bonds gets
+/// those of the particle \return their number
+TACTILE_CLAY_MULTIVERSION
+std::uint32_t flowAndList(const Neighbourhood& near, std::size_t i, const Flow* flow, float* rest_lengths,
+                          Bond* bonds) {
+  const Lane own_share = all(flow != nullptr ? flow->share[i] : 1.0f);
+  const Lane own_dilation = all(flow != nullptr ? flow->dilation[i] : 0.0f);
+  std::uint32_t count = 0;
+  for (std::uint32_t p = near.begin(i); p < near.padded(i); p += lane_width) {
+    const std::uint32_t* slots = near.slots() + p;
+    Lane rest_length = load(rest_lengths + p);
+    const LaneOrder holds = rest_length > 0.0f;
+    if (flow != nullptr) {
+      const Lane share = 0.5f * (own_share + gatherNumbers(flow->share.data(), slots));
+      const Lane strain = 0.5f * (own_dilation + gatherNumbers(flow->dilation.data(), slots));
+      const Lane length = load(near.distances() + p);
+      const Lane flowed = rest_length + (1.0f - share) * (length - rest_length - strain * length);
+      rest_length = holds ? greatest(flowed, all(1e-6f) * length) : Lane{};
+      store(rest_lengths + p, rest_length);
+    }
+    const unsigned mask = bits(holds);
+    storeBonds(bonds + count, slots, rest_length, mask);
+    count += selections.count[mask];
+  }
+  return count;
 }
 
 }  // namespace
@@ -95,19 +113,19 @@ std::uint32_t updateMixed(const Update& u, std::size_t i, const BondRule* rules,
 Bonds::Bonds(float spacing, const std::vector<Material>& materials)
     : reach_(1.5f * spacing), materials_(materials.size()) {
   for (const Material& a : materials) {
+    const double yield_stress = a.stiffness > 0.0 ? 2.0 * a.stiffness * a.yield_strain : INFINITY;
+    yields_.push_back(static_cast<float>(yield_stress * std::pow(static_cast<double>(spacing), 3.0)));
+    flows_ = flows_ || std::isfinite(yield_stress);
     for (const Material& b : materials) {
-      const double yield = std::min(a.yield_strain, b.yield_strain);
       const float stiffness = static_cast<float>(std::min(a.stiffness, b.stiffness) * spacing);
       rules_.push_back(
           {stiffness, stiffness > 0.0f ? static_cast<float>(std::min(a.bond_rate, b.bond_rate)) : -1.0f,
-           stiffness > 0.0f ? static_cast<float>(std::min(a.unbond_rate, b.unbond_rate)) : -1.0f,
-           static_cast<float>(1.0 / (1.0 + yield)),
-           yield < 1.0 ? static_cast<float>(1.0 / (1.0 - yield)) : std::numeric_limits<float>::max()});
+           stiffness > 0.0f ? static_cast<float>(std::min(a.unbond_rate, b.unbond_rate)) : -1.0f});
     }
   }
 }
 
-void Bonds::updateIn(const Neighbourhood& near, const Particles& particles, const VectorField& velocity,
+void Bonds::activate(const Neighbourhood& near, const Particles& particles, const VectorField& velocity,
                      bool form, std::size_t first, std::size_t last) {
   // Of each particle that this one is bonded to, the rest length. All zero between particles.
   thread_local std::vector<float> rest_length_to;
@@ -117,11 +135,17 @@ void Bonds::updateIn(const Neighbourhood& near, const Particles& particles, cons
     const Bond* const begin = before_.bonds.data() + before_.begin[i];
     const Bond* const end = before_.bonds.data() + before_.end[i];
     for (const Bond* b = begin; b != end; ++b) rest_length_to[b->other] = b->rest_length;
-    lists_.begin[i] = near.begin(i);
-    const auto of_one = materials_ == 1 ? updateAlike : updateMixed;
-    lists_.end[i] = near.begin(i) + of_one(update, i, rules(particles.material[i]), rest_length_to.data(),
-                                           rest_lengths_.data(), lists_.bonds.data() + near.begin(i));
+    (materials_ == 1 ? activateAlike : activateMixed)(update, i, rules(particles.material[i]),
+                                                      rest_length_to.data(), rest_lengths_.data());
     for (const Bond* b = begin; b != end; ++b) rest_length_to[b->other] = 0.0f;
+  }
+}
+
+void Bonds::list(const Neighbourhood& near, std::size_t first, std::size_t last) {
+  for (std::size_t i = first; i < last; ++i) {
+    lists_.begin[i] = near.begin(i);
+    lists_.end[i] = near.begin(i) + flowAndList(near, i, flows_ ? &flow_ : nullptr, rest_lengths_.data(),
+                                                lists_.bonds.data() + near.begin(i));
   }
 }
 
@@ -133,8 +157,10 @@ void Bonds::update(const Neighbourhood& near, const Particles& particles, const 
   lists_.begin.resize(n), lists_.end.resize(n);
   lists_.bonds.resize(near.pairs()), rest_lengths_.resize(near.pairs());
   parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
-    updateIn(near, particles, velocity, form, first, last);
+    activate(near, particles, velocity, form, first, last);
   });
+  if (flows_) measureFlow(near, particles, *this, nullptr, flow_);
+  parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) { list(near, first, last); });
 }
 
 void Bonds::restore(const std::vector<std::uint32_t>& begins, std::vector<Bond> all) {

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "clay/flow.h"
 #include "clay/material.h"
 #include "clay/neighbourhood.h"
 #include "clay/particles.h"
@@ -20,22 +21,22 @@ struct Bond {
 struct BondRule {
   float stiffness;               // N/m
   float bond_rate, unbond_rate;  // 1/s, without stiffness such that nothing holds
-  float shortest, longest;       // rest lengths of a bond at its yield, over its length
 };
 
 /// Which pairs hold together (paper, section III-C): bonds form where a pair's projected relative velocity is
-/// low and break where it is high (hysteresis); the rest length of an overstretched bond flows. Velocities
-/// are means of a frame, see doc/method.md.
+/// low and break where it is high (hysteresis); where the stress at a particle is beyond its yield stress,
+/// the rest lengths of its bonds flow (see Flow). Velocities are means of a frame, see doc/method.md.
 ///
 /// Rates are per second, |d ln l / dt|, so that they mean the same at every particle spacing. A bond is a
-/// spring of stiffness k = E d (E the material's stiffness, d the spacing). Between two materials the weaker
-/// one decides. Every bond is listed at both of its ends, with the same bits.
+/// spring of stiffness k = E d (E the material's stiffness, d the spacing), which yields in shear at
+/// tau_y = 2 E y (y the yield strain). Between two materials the weaker one decides. Every bond is listed at
+/// both of its ends, with the same bits.
 class Bonds {
  public:
   /// \param spacing m; pairs closer than 1.5 spacings can bond
   Bonds(float spacing, const std::vector<Material>& materials);
 
-  /// Lets rest lengths follow so that no bond is strained beyond its yield strain, and (de)activates bonds.
+  /// (De)activates bonds, and lets rest lengths flow so that no particle is stressed beyond its yield stress.
   /// Called before a step moves anything.
   /// \param velocity m/s, means over a time that does not depend on the time step \param form whether bonds
   /// may form
@@ -45,6 +46,12 @@ class Bonds {
   float stiffness(std::uint8_t a, std::uint8_t b) const { return rules(a)[b].stiffness; }
   /// Of a material with each of all materials.
   const BondRule* rules(std::uint8_t material) const { return &rules_[material * materials_]; }
+
+  std::size_t materials() const { return materials_; }
+  /// J, yield stress times the volume of a particle, of each material.
+  const std::vector<float>& yields() const { return yields_; }
+  /// Whether any material yields.
+  bool flow() const { return flows_; }
 
   std::size_t size() const;
   /// Bonds of particle i, in the order of its neighbours.
@@ -62,14 +69,18 @@ class Bonds {
     std::vector<std::uint32_t> begin, end;
     std::vector<Bond> bonds;
   };
-  void updateIn(const Neighbourhood& near, const Particles& particles, const VectorField& velocity, bool form,
+  void activate(const Neighbourhood& near, const Particles& particles, const VectorField& velocity, bool form,
                 std::size_t first, std::size_t last);
+  void list(const Neighbourhood& near, std::size_t first, std::size_t last);
 
   float reach_;  // m
   std::size_t materials_;
   std::vector<BondRule> rules_;
+  std::vector<float> yields_;
+  bool flows_ = false;
   Lists lists_, before_;
   std::vector<float> rest_lengths_;
+  Flow flow_;
 };
 
 }  // namespace tactile_clay::clay

@@ -158,6 +158,7 @@ struct Setup {
   const float* dashpot;      // N/m^3, of a displacement in the step, for each two materials
   const Bonds* bonds;        // or null
   const float* rest_length;  // of the bonds, per pair
+  const float* share;        // of the elongations that is left, see Flow; or null
   bool dense, sprung;
   float *x, *y, *z, *spring;         // per pair, see PairArrays
   float *ratio, *amend, *steepness;  // per particle
@@ -205,8 +206,7 @@ TACTILE_CLAY_INLINE void linearise(const Setup s, std::size_t first, std::size_t
     const float* dashpots = s.dashpot + s.material[i] * s.materials;
     const BondRule* rules = s.bonds != nullptr ? s.bonds->rules(s.material[i]) : nullptr;
     Lane damping = all(dashpots[0]), stiffness = all(rules != nullptr ? rules->stiffness : 0.0f);
-    Lane shortest_rest = all(rules != nullptr ? rules->shortest : 0.0f);
-    Lane longest_rest = all(rules != nullptr ? rules->longest : 0.0f);
+    const Lane own_share = all(s.share != nullptr ? s.share[i] : 1.0f);
     LaneVector forces{};
     Lane guessed{}, lag{};
     for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.end[i]; p += lane_width) {
@@ -229,8 +229,6 @@ TACTILE_CLAY_INLINE void linearise(const Setup s, std::size_t first, std::size_t
             const std::uint8_t with = s.material[s.pairs.slot[p + k] / slot_size];
             damping[k] = dashpots[with];
             stiffness[k] = rules != nullptr ? rules[with].stiffness : 0.0f;
-            shortest_rest[k] = rules != nullptr ? rules[with].shortest : 0.0f;
-            longest_rest[k] = rules != nullptr ? rules[with].longest : 0.0f;
           }
         }
         const Lane both = 0.5f * (own + gatherNumbers(s.amend, s.pairs.slot + p));
@@ -240,11 +238,13 @@ TACTILE_CLAY_INLINE void linearise(const Setup s, std::size_t first, std::size_t
         Lane spring = dashpot, push = dashpot * (r - start);
         if (rules != nullptr) {
           const Lane kept = load(s.rest_length + p);
-          // What yields in this step flows in it; at most until nothing is left of the strain at its start.
-          const Lane flowed = least(greatest(kept, length * shortest_rest), length * longest_rest);
-          const Lane rest_length = least(greatest(flowed, least(kept, r)), greatest(kept, r));
-          const Lane bond = (kept > 0.0f ? stiffness : Lane{}) * inverse_square;
-          spring += bond, push += bond * (rest_length - start);
+          // What yields in this step flows in it: its elongation at the guess shrinks, and it is as much less
+          // stiff (the secant of its force), so that it stores no more at u = 0 than it did before.
+          const Lane share =
+              0.5f *
+              (own_share + (s.share != nullptr ? gatherNumbers(s.share, s.pairs.slot + p) : all(1.0f)));
+          const Lane bond = (kept > 0.0f ? share * stiffness : Lane{}) * inverse_square;
+          spring += bond, push += bond * (kept - start);
         }
         const Lane per_compression = greatest(square, shortest) * inverse;
         store(s.spring + p, spring * per_compression * per_compression);
@@ -316,6 +316,8 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
   for (auto* numbers : {&excess_, &beyond_, &ratio_, &active_, &pressure_, &amend_, &steepness_, &growth_,
                         &compression_, &lent_, &pressure_change_})
     numbers->resize(n);
+  const bool flows = bonds != nullptr && bonds->flow();
+  if (flows) measureFlow(near, particles, *bonds, &guess, flow_);
   const Setup setup{
       {near.begins(), near.paddeds(), near.slots(), near.x(), near.y(), near.z(), near.distances()},
       kernel_,
@@ -327,6 +329,7 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
       dashpot_of_step_.data(),
       bonds,
       bonds != nullptr ? bonds->restLengths().data() : nullptr,
+      flows ? flow_.share.data() : nullptr,
       dense_,
       sprung_,
       x_.data(),

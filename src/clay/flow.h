@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "clay/neighbourhood.h"
+#include "clay/particles.h"
+
+namespace tactile_clay::clay {
+
+class Bonds;
+
+/// How the bonds of each particle flow: by the stress at the particle, not by their own strain (von Mises).
+///
+/// Its bonds give a particle of volume V the stress sigma = 1/(2 V) sum_j k (l - d) l n n^T, n their
+/// directions, since half of each bond is its own. Where the deviator s of that is beyond the yield stress,
+/// |s| = sqrt(s:s / 2) > tau_y, the elongations l - d shrink to `share` = tau_y / |s| of themselves, all but
+/// their mean strain, `dilation`: radial return. What is left of them is a stress on the yield surface;
+/// stresses that bonds have among themselves fade with the flow; and a change of volume is never forgotten,
+/// so flow keeps volume. A bond takes the mean of its two ends.
+struct Flow {
+  std::vector<float> share;     // of the elongations; 1: does not flow
+  std::vector<float> dilation;  // mean strain of the bonds
+};
+
+/// Measures them, for the rest lengths that the bonds have. \param displacements of the particles from the
+/// positions of the neighbourhood, m; null: none
+void measureFlow(const Neighbourhood& near, const Particles& particles, const Bonds& bonds,
+                 const VectorField* displacements, Flow& flow);
+
+}  // namespace tactile_clay::clay
