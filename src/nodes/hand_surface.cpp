@@ -29,8 +29,8 @@ constexpr double cell = 0.0032;  // m, of the hands' meshes
 // Of samples that are 4 to 5 mm apart a corner has some ten within this reach, with weights of 3 together.
 constexpr float paint_reach = 0.007f, full_weight = 2.0f;  // m
 constexpr float bend_reach = 0.010f;                       // m, of the displacement of a soft hand
-constexpr float window_radius = 0.030f;                    // m, about skin that touches: a hand is less thick
-constexpr float window_alpha = 0.35f, tracked_alpha = 0.22f;
+constexpr float window_radius = 0.016f;                    // m, about skin that touches
+constexpr float window_alpha = 0.30f, tracked_alpha = 0.22f;
 constexpr float touch = 0.02f;  // share of the full scale from which skin touches
 
 const Vector3f skin_color(0.89f, 0.70f, 0.58f), tracked_color(0.35f, 0.50f, 0.95f);
@@ -160,7 +160,7 @@ void addSkin(visualization_msgs::MarkerArray& markers, surface::TriangleMesh& me
 HandSurface::HandSurface(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : nh_(nh),
       world_(frameName(param<std::string>(private_nh, "world_frame", frame::world))),
-      full_scale_(paramIn(private_nh, "full_scale", 40.0, 0.1, 1000.0)),
+      full_scale_(paramIn(private_nh, "full_scale", 20.0, 0.1, 1000.0)),
       surfaces_{surface::CapsuleSurface(cell), surface::CapsuleSurface(cell)},
       inbox_(private_nh),
       health_(nh, private_nh, "hand surface", [this](auto& status) { diagnose(status); }) {

@@ -3,12 +3,10 @@
 
 #include "nodes/array_driver.h"
 #include "nodes/clay_simulator.h"
-#include "nodes/clay_surface.h"
 #include "nodes/contact_pressure.h"
 #include "nodes/focal_point_renderer.h"
 #include "nodes/hand_simulator.h"
 #include "nodes/hand_skeleton.h"
-#include "nodes/hand_surface.h"
 #include "nodes/hand_tracking.h"
 #include "nodes/run_node.h"
 #include "nodes/simulated_array.h"
@@ -19,8 +17,6 @@ using HandTrackingNodelet = AsNodelet<HandTracking>;
 using HandSimulatorNodelet = AsNodelet<HandSimulator>;
 using HandSkeletonNodelet = AsNodelet<HandSkeleton>;
 using ClaySimulatorNodelet = AsNodelet<ClaySimulator>;
-using HandSurfaceNodelet = AsNodelet<HandSurface>;
-using ClaySurfaceNodelet = AsNodelet<ClaySurface>;
 using ContactPressureNodelet = AsNodelet<ContactPressure>;
 using FocalPointRendererNodelet = AsNodelet<FocalPointRenderer>;
 using ArrayDriverNodelet = AsNodelet<ArrayDriver>;
@@ -32,8 +28,6 @@ PLUGINLIB_EXPORT_CLASS(tactile_clay::nodes::HandTrackingNodelet, nodelet::Nodele
 PLUGINLIB_EXPORT_CLASS(tactile_clay::nodes::HandSimulatorNodelet, nodelet::Nodelet)
 PLUGINLIB_EXPORT_CLASS(tactile_clay::nodes::HandSkeletonNodelet, nodelet::Nodelet)
 PLUGINLIB_EXPORT_CLASS(tactile_clay::nodes::ClaySimulatorNodelet, nodelet::Nodelet)
-PLUGINLIB_EXPORT_CLASS(tactile_clay::nodes::HandSurfaceNodelet, nodelet::Nodelet)
-PLUGINLIB_EXPORT_CLASS(tactile_clay::nodes::ClaySurfaceNodelet, nodelet::Nodelet)
 PLUGINLIB_EXPORT_CLASS(tactile_clay::nodes::ContactPressureNodelet, nodelet::Nodelet)
 PLUGINLIB_EXPORT_CLASS(tactile_clay::nodes::FocalPointRendererNodelet, nodelet::Nodelet)
 PLUGINLIB_EXPORT_CLASS(tactile_clay::nodes::ArrayDriverNodelet, nodelet::Nodelet)
