@@ -3,9 +3,15 @@
 import os
 import shutil
 import stat
+import struct
+import subprocess
 import tempfile
+import threading
 import unittest
+from collections import Counter
 
+import rosbag
+import roslib.packages
 import rospy
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
@@ -14,6 +20,27 @@ from tactile_clay.srv import SculptureFile
 import rig_run
 
 PATIENCE = 30.0  # s
+CLAY = 2114 * 0.5**3  # cm^3, of the scene
+
+
+def stl_volume(file):
+    """Volume of a binary STL file in mm, cm^3. Raises AssertionError where it is not closed."""
+    with open(file, 'rb') as opened:
+        data = opened.read()
+    count, = struct.unpack_from('<I', data, 80)
+    assert len(data) == 84 + 50 * count
+    edges, volume = Counter(), 0.0
+    for k in range(count):
+        a, b, c = corners = [struct.unpack_from('<3f', data, 84 + 50 * k + 12 * (1 + n)) for n in range(3)]
+        edges.update(zip(corners, corners[1:] + corners[:1]))
+        volume += sum(a[i] * (b[i - 2] * c[i - 1] - b[i - 1] * c[i - 2]) for i in range(3)) / 6000.0
+    assert all(n == 1 and edges[to, start] == 1 for (start, to), n in edges.items()), 'each edge has two triangles'
+    return volume
+
+
+def export_mesh(*arguments):
+    program = roslib.packages.find_node('tactile_clay', 'export_mesh')[0]
+    return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=PATIENCE)
 
 
 class Sculpture(unittest.TestCase):
@@ -99,6 +126,58 @@ class Sculpture(unittest.TestCase):
         self.assertTrue(written.success, written.message)
         loaded = self.call('load', file=damaged)
         self.assertTrue(loaded.success, loaded.message)
+
+    def exported(self, service, file):
+        """The answer of clay_surface, while the clay goes on."""
+        answers = []
+        thread = threading.Thread(target=lambda: answers.append(
+            rospy.ServiceProxy('clay_surface/' + service, SculptureFile)(file=file)))
+        rospy.wait_for_service('clay_surface/' + service, PATIENCE)
+        thread.start()
+        while thread.is_alive():
+            self.answers(self.skins[:1])
+            thread.join(0.05)
+        return answers[0]
+
+    def test_its_surface_leaves_as_a_mesh(self):
+        mesh = os.path.join(self.folder, 'mesh.stl')
+        answer = self.exported('export', mesh)
+        self.assertTrue(answer.success, answer.message)
+        self.assertAlmostEqual(stl_volume(mesh) / CLAY, 1.0, delta=0.02)
+        for name, file, words in (('export', mesh, 'is there already'), ('export', 'mesh.ply', 'expected an absolute path'),
+                                  ('overwrite', self.folder + '/mesh.obj', 'ends in .ply or .stl')):
+            answer = self.exported(name, file)
+            self.assertFalse(answer.success)
+            self.assertIn(words, answer.message)
+        self.assertTrue(self.exported('overwrite', mesh).success)
+
+    def test_meshes_of_files(self):
+        sculpture, bag = os.path.join(self.folder, 'some.clay'), os.path.join(self.folder, 'some.bag')
+        self.assertTrue(self.call('save', file=sculpture).success)
+        clouds = []
+        subscriber = rospy.Subscriber('clay/particles', PointCloud2, clouds.append)
+        rig_run.wait_until(lambda: self.answers(self.skins[:1]) and clouds, PATIENCE, 'particles')
+        subscriber.unregister()
+        with rosbag.Bag(bag, 'w') as opened:
+            opened.write('/rig/clay/particles', clouds[0])
+        for file in (sculpture, bag):
+            mesh = file + '.stl'
+            done = export_mesh('in:=' + file, 'out:=' + mesh)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertAlmostEqual(stl_volume(mesh) / CLAY, 1.0, delta=0.02)
+            self.assertIn('cm^3', done.stdout)
+        with open(bag + '.stl', 'rb') as one, open(sculpture + '.stl', 'rb') as other:
+            self.assertEqual(len(one.read()), len(other.read()))
+        for arguments, words in ((('in:=' + sculpture, 'out:=' + mesh), 'is there already'),
+                                 (('in:=' + sculpture,), 'got no out'),
+                                 (('in:=' + sculpture, 'out:=' + mesh + '.obj'), 'ends in .ply or .stl'),
+                                 (('in:=' + mesh, 'out:=' + mesh + '.ply'), 'is not a sculpture'),
+                                 (('in:=' + bag, 'out:=' + mesh + '.ply', 'topic:=hands/skin'), 'no clouds on hands/skin'),
+                                 (('in:=' + sculpture, 'out:=' + mesh + '.ply', 'scene:=potters_wheel'), 'expected scene:=')):
+            done = export_mesh(*arguments)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(words, done.stderr)
+            self.assertEqual(done.stderr.count('\n'), 1)
 
 
 if __name__ == '__main__':

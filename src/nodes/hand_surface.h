@@ -1,0 +1,56 @@
+#pragma once
+
+#include <ros/ros.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <tactile_clay/TrackedHands.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <array>
+#include <string>
+
+#include "nodes/health.h"
+#include "nodes/inbox.h"
+#include "nodes/transforms.h"
+#include "surface/capsule_surface.h"
+
+namespace tactile_clay::nodes {
+
+/// Hands as skin, for the eye: `hands/tracked`, `hands/skin` and `hands/pressure` in, `hands/surface` out,
+/// markers of closed meshes on which the pressure is painted, and a colour bar in kPa beside the table. While
+/// nobody subscribes to it, it does not subscribe either. At most `~rate` (30) times a second; the newest
+/// messages win.
+///
+/// Skin that touches is opaque; skin near it is a window, so that contacts are seen from any side. Where the
+/// hand that the clay meets is not the tracked one (a soft hand), the tracked hand is seen through, in blue.
+/// `~full_scale` is the pressure at the end of the colour bar (20 kPa).
+class HandSurface {
+ public:
+  /// \throws std::runtime_error with one line where a parameter is wrong
+  HandSurface(ros::NodeHandle nh, ros::NodeHandle private_nh);
+
+ private:
+  using Cloud = sensor_msgs::PointCloud2;
+
+  void look();
+  void show();
+  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
+
+  ros::NodeHandle nh_;
+  std::string world_;
+  double full_scale_;  // kPa
+  std::array<surface::CapsuleSurface, 2> surfaces_;
+  TrackedHands::ConstPtr tracked_;
+  Cloud::ConstPtr skin_, pressure_;
+  bool news_ = false;
+  unsigned frames_ = 0;  // since the last report
+  double time_ = 0.0;    // s, for them
+  Transforms transforms_;
+
+  Inbox inbox_;
+  ros::Subscriber tracked_subscriber_, skin_subscriber_, pressure_subscriber_;  // only while somebody looks
+  ros::Publisher publisher_;
+  ros::WallTimer timer_;
+  Health health_;
+};
+
+}  // namespace tactile_clay::nodes

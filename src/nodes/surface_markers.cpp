@@ -1,0 +1,86 @@
+#include "nodes/surface_markers.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "nodes/cloud.h"
+
+namespace tactile_clay::nodes {
+namespace {
+
+// Directions towards the lights, in world, unit: the sun behind the left shoulder of the default view, a weak
+// light from the other side.
+const Eigen::Vector3f sun = Eigen::Vector3f(-0.55f, 0.25f, 0.85f).normalized();
+const Eigen::Vector3f fill = Eigen::Vector3f(-0.45f, -0.75f, 0.25f).normalized();
+constexpr float from_below = 0.34f, from_sky = 0.20f, from_sun = 0.46f, from_fill = 0.14f;
+
+/// Colour in the bits of a float, as PCL and rviz read the field `rgb`.
+Eigen::Vector3f unpacked(float value) {
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &value, 4);
+  return Eigen::Vector3f(static_cast<float>(bits >> 16 & 255u), static_cast<float>(bits >> 8 & 255u),
+                         static_cast<float>(bits & 255u)) /
+         255.0f;
+}
+
+}  // namespace
+
+SurfaceParticles surfaceParticles(const sensor_msgs::PointCloud2& particles) {
+  const auto x = column<float>(particles, "x"), y = column<float>(particles, "y"),
+             z = column<float>(particles, "z"), color = column<float>(particles, "rgb");
+  SurfaceParticles out;
+  const std::size_t n = pointCount(particles);
+  out.position.resize(n);
+  out.color.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    out.position.set(i, {x[i], y[i], z[i]});
+    out.color[i] = unpacked(color[i]);
+  }
+  return out;
+}
+
+Eigen::Vector3f lit(const Eigen::Vector3f& color, const Eigen::Vector3f& normal) {
+  const float light = from_below + from_sky * 0.5f * (1.0f + normal.z()) +
+                      from_sun * std::max(0.0f, normal.dot(sun)) +
+                      from_fill * std::max(0.0f, normal.dot(fill));
+  return (light * color).cwiseMin(1.0f);
+}
+
+visualization_msgs::Marker surfaceMarker(const surface::TriangleMesh& mesh, const std_msgs::Header& header,
+                                         const std::string& name, int id) {
+  return surfaceMarker(mesh, mesh.triangles, 1.0f, header, name, id);
+}
+
+visualization_msgs::Marker surfaceMarker(const surface::TriangleMesh& mesh,
+                                         const std::vector<std::array<std::uint32_t, 3>>& triangles,
+                                         float alpha, const std_msgs::Header& header, const std::string& name,
+                                         int id) {
+  using visualization_msgs::Marker;
+  Marker marker;
+  marker.header = header;
+  marker.ns = name;
+  marker.id = id;
+  marker.type = Marker::TRIANGLE_LIST;
+  marker.action = triangles.empty() ? Marker::DELETE : Marker::ADD;
+  marker.pose.orientation.w = 1.0;
+  marker.scale.x = marker.scale.y = marker.scale.z = 1.0;
+  marker.color.r = marker.color.g = marker.color.b = marker.color.a = 1.0f;
+  std::vector<std_msgs::ColorRGBA> colors(mesh.position.size());
+  for (std::size_t i = 0; i < colors.size(); ++i) {
+    const Eigen::Vector3f color = lit(mesh.color[i], mesh.normal[i]);
+    colors[i].r = color.x(), colors[i].g = color.y(), colors[i].b = color.z(), colors[i].a = alpha;
+  }
+  marker.points.reserve(3 * triangles.size());
+  marker.colors.reserve(3 * triangles.size());
+  for (const auto& triangle : triangles) {
+    for (const std::uint32_t corner : triangle) {
+      const Eigen::Vector3f& at = mesh.position[corner];
+      geometry_msgs::Point& point = marker.points.emplace_back();
+      point.x = at.x(), point.y = at.y(), point.z = at.z();
+      marker.colors.push_back(colors[corner]);
+    }
+  }
+  return marker;
+}
+
+}  // namespace tactile_clay::nodes

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "clay/vector_field.h"
+#include "surface/field_grid.h"
+#include "surface/kernels.h"
+#include "surface/triangle_mesh.h"
+
+namespace tactile_clay::surface {
+
+/// The surface of clay that is given as particles: a closed manifold mesh that encloses the clay's volume.
+///
+/// The field of the kernels (class Kernels) is summed on a grid of half a spacing. The surface is where it
+/// has the level at which it encloses one spacing^3 a particle, between 0.3 and 0.8. Marching cubes (class
+/// CellPolygons) makes the triangles. The same particles give the same bits, wherever and however often.
+class ClaySurface {
+ public:
+  /// \param spacing m, of the particles \throws std::invalid_argument where it is not from 1 to 20 mm
+  explicit ClaySurface(double spacing);
+
+  /// \param position m; particles that are not within a kilometre of the origin are left out
+  /// \param color RGB, 0-1, of each particle; bodies that merge blend over the width of a kernel
+  /// \throws std::invalid_argument where there is not one colour a particle, std::runtime_error with one line
+  /// where the clay is spread too far (FieldGrid)
+  const TriangleMesh& update(const clay::VectorField& position, const std::vector<Eigen::Vector3f>& color);
+
+  float level() const { return level_; }  // of the field, at the surface
+  double spacing() const { return spacing_; }
+
+ private:
+  void paint(const std::vector<EllipsoidKernel>& kernels);
+
+  double spacing_;
+  float level_ = 0.0f;
+  Kernels kernels_;
+  FieldGrid grid_;
+  std::vector<FieldGrid::Box> boxes_;    // of the kernels
+  clay::VectorField position_;           // of those that are not left out
+  std::vector<Eigen::Vector3f> color_;   // theirs
+  std::vector<std::uint32_t> block_of_;  // of each corner of the mesh
+  TriangleMesh mesh_;
+};
+
+}  // namespace tactile_clay::surface

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "clay/neighbourhood.h"
+#include "clay/vector_field.h"
+
+namespace tactile_clay::surface {
+
+/// What one particle adds to the field of the clay at x: weight (1 - q)^3 for q = d^T shape d < 1, d = x -
+/// centre.
+struct EllipsoidKernel {
+  Eigen::Vector3f centre;  // m
+  Eigen::Matrix3f shape;   // 1/m^2, symmetric; its ellipsoid q = 1 is where the kernel ends
+  Eigen::Vector3f reach;   // m, half extents of the ellipsoid's box
+  float weight;            // the field is about 1 inside of the clay
+};
+
+/// Kernels that are wide along the surface of the clay and narrow across it (Yu and Turk 2013,
+/// "Reconstructing surfaces of particle-based fluids using anisotropic kernels",
+/// doi 10.1145/2421636.2421641): flat where the clay is flat, and yet sharp. From the covariance C of a
+/// particle's neighbourhood, weighted with the kernel of a lattice, shape^-1 = R^2 ((1 - b) C / c + b I),
+/// where c is the variance in a full lattice; where theirs bounds the eigenvalues of C, b does so smoothly,
+/// without eigenvectors. The weights make the field 1 at a particle that is alone, and in a full lattice.
+class Kernels {
+ public:
+  /// \param spacing m, of the particles
+  explicit Kernels(double spacing);
+
+  /// \param position m, finite
+  const std::vector<EllipsoidKernel>& update(const clay::VectorField& position);
+
+ private:
+  float radius_;                     // m, R
+  float lattice_sum_, lattice_var_;  // of weights, and variance along an axis (m^2), in a full lattice
+  clay::Neighbourhood near_;
+  std::vector<EllipsoidKernel> kernels_;
+};
+
+}  // namespace tactile_clay::surface

@@ -1,0 +1,117 @@
+// Writes the surface of the clay as a mesh: a closed manifold, ready for a printer.
+//
+//   export_mesh in:=FILE out:=FILE [scene:=kindergarten] [time:=S] [topic:=clay/particles] [overwrite:=false]
+//
+// `in` is a sculpture (`save` of clay_simulator), or a bag with `clay/particles` (`record:=` of the rig), of
+// which the cloud at `time` s after the first is taken, by default the last one. `out` ends in .ply (metres,
+// with colours) or .stl (millimetres). `scene` is that of the clay: it tells the colours of its bodies to a
+// sculpture, and the spacing of the particles to a bag.
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "clay/sculpture.h"
+#include "files/input_file.h"
+#include "files/output_file.h"
+#include "nodes/message_check.h"
+#include "nodes/share.h"
+#include "nodes/surface_markers.h"
+#include "nodes/throttle.h"
+#include "nodes/topics.h"
+#include "scene/scene.h"
+#include "surface/clay_surface.h"
+#include "surface/mesh_export.h"
+#include "tools/tool_arguments.h"
+
+namespace {
+
+using namespace tactile_clay;
+
+struct Clay {
+  nodes::SurfaceParticles particles;
+  double spacing;  // m
+};
+
+Clay ofSculpture(const std::string& file, const scene::Scene& scene) {
+  const clay::Sculpture sculpture = clay::loadSculpture(file);
+  Clay clay{{sculpture.position, {}}, sculpture.spacing};
+  for (const std::uint16_t body : sculpture.body) {
+    if (body >= scene.bodies.size())
+      throw std::runtime_error("sculpture '" + file + "' has a body " + std::to_string(body) + ", scene '" +
+                               scene.name + "' has " + std::to_string(scene.bodies.size()) +
+                               ": expected scene:= with the scene that it is of");
+    clay.particles.color.push_back(scene.bodies[body].color);
+  }
+  return clay;
+}
+
+bool endsWith(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+Clay ofBag(const std::string& file, const std::string& topic, double time, const scene::Scene& scene) {
+  files::requireInput(file, files::most::recording);
+  rosbag::Bag bag(file);
+  const auto isTopic = [&](const rosbag::ConnectionInfo* connection) {
+    return connection->datatype == "sensor_msgs/PointCloud2" &&
+           (connection->topic == topic || endsWith(connection->topic, "/" + topic));
+  };
+  rosbag::View view(bag, isTopic);
+  if (view.size() == 0) throw std::runtime_error("bag '" + file + "' has no clouds on " + topic);
+  const ros::Time from = view.begin()->getTime();
+  sensor_msgs::PointCloud2::ConstPtr cloud;
+  for (const rosbag::MessageInstance& instance : view) {
+    if (cloud && (instance.getTime() - from).toSec() > time) break;
+    cloud = instance.instantiate<sensor_msgs::PointCloud2>();
+  }
+  if (const std::string fault = nodes::faultOf(*cloud); !fault.empty())
+    throw std::runtime_error("bag '" + file + "': " + fault);
+  return {nodes::surfaceParticles(*cloud), scene.config.spacing};
+}
+
+void run(int argc, char** argv) {
+  const tools::Arguments arguments(argc, argv,
+                                   {{"in", ""},
+                                    {"out", ""},
+                                    {"scene", "kindergarten"},
+                                    {"time", ""},
+                                    {"topic", nodes::topic::clay_particles},
+                                    {"overwrite", "false"}});
+  for (const char* needed : {"in", "out"})
+    if (arguments[needed].empty())
+      throw std::runtime_error(std::string("expected in:=FILE out:=FILE, got no ") + needed);
+  const std::string &in = arguments["in"], &out = arguments["out"];
+  surface::meshFile({}, out);  // before working
+  const auto existing = arguments.flag("overwrite") ? files::Existing::replace : files::Existing::keep;
+  const double time = arguments["time"].empty() ? std::numeric_limits<double>::infinity()
+                                                : arguments.number("time", 0.0, 1e9);
+  const scene::Scene scene =
+      scene::loadScene(arguments["scene"], nodes::packageFolder(), 0.0, nodes::folderOfPackage);
+  const Clay clay =
+      endsWith(in, ".bag") ? ofBag(in, arguments["topic"], time, scene) : ofSculpture(in, scene);
+  surface::ClaySurface surface(clay.spacing);
+  const surface::TriangleMesh& mesh = surface.update(clay.particles.position, clay.particles.color);
+  if (mesh.triangles.empty()) throw std::runtime_error("'" + in + "' has no clay");
+  files::writeWhole(out, surface::meshFile(mesh, out), existing);
+  std::printf("export_mesh: %s: %zu triangles, %.1f cm^3\n", out.c_str(), mesh.triangles.size(),
+              1e6 * surface::volumeOf(mesh));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    run(argc, argv);
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "export_mesh: %s\n", nodes::oneLine(error.what()).c_str());
+    return 1;
+  }
+}
