@@ -35,9 +35,9 @@ struct FocalPointConfig {
   Modulation modulation = Modulation::amplitude;  // stm: a path over the contact instead of clusters;
                                                   // field: the skin itself
   std::size_t field_samples = 1000;  // of skin, at most, that stand for all of it in a field; at least 1
-  std::size_t path_points = 32;     // most points of that path, at least 1
-  double path_spacing = 0.006;      // m, least distance of two of them
-  double follow_distance = 0.02;    // m; how far a point may move in a frame and keep its id
+  std::size_t path_points = 32;      // most points of that path, at least 1
+  double path_spacing = 0.006;       // m, least distance of two of them
+  double follow_distance = 0.02;     // m; how far a point may move in a frame and keep its id
 
   /// \throws std::invalid_argument naming the parameter, its value and its range
   void validate() const;

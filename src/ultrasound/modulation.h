@@ -14,8 +14,8 @@ namespace tactile_clay::ultrasound {
 
 /// How focal points are made felt: skin does not feel 40 kHz. Numbers as in FocalPointArray.
 enum class Modulation : std::uint8_t {
-  amplitude = 0,      // all points swell and fade, 200 Hz
-  lateral = 1,        // all points are moved to and fro by some mm, 5-15 Hz: felt as static pressure
+  amplitude = 0,       // all points swell and fade, 200 Hz
+  lateral = 1,         // all points are moved to and fro by some mm, 5-15 Hz: felt as static pressure
   spatiotemporal = 2,  // one point at a time runs round all of them: covers areas
   field = 3            // points are samples of skin: the pressure on all of it swells and fades, 200 Hz
 };
