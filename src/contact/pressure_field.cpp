@@ -9,6 +9,11 @@
 namespace tactile_clay::contact {
 namespace {
 
+void checkArray(const Eigen::Vector3f& position) {
+  if (!position.allFinite())
+    throw std::invalid_argument("pressure field: position of the array is not finite");
+}
+
 void checkSkin(const SkinView& skin) {
   const std::size_t n = skin.position.size();
   if (skin.normal.size() != n || skin.area.size() != n || skin.weight.size() != n) {
@@ -45,14 +50,16 @@ bool usable(const SkinView& skin, std::size_t i) {
          place.normal.allFinite() && std::isfinite(place.area) && place.area >= 0.0f;
 }
 
+bool facesArray(const Place& place, const Eigen::Vector3f& array_position) {
+  return place.normal.dot(array_position - place.position) > 0.0f;
+}
+
 }  // namespace
 
 std::vector<PressureSample> pressureField(const SkinView& skin, const std::vector<ContactForce>& contacts,
                                           const Eigen::Vector3f& array_position, std::size_t* dropped) {
   checkSkin(skin);
-  if (!array_position.allFinite()) {
-    throw std::invalid_argument("pressure field: position of the array is not finite");
-  }
+  checkArray(array_position);
 
   // Contacts are few beside the skin: sorting them avoids a pass over all samples. Stable, so that forces on
   // one sample add up in the order given.
@@ -82,10 +89,11 @@ std::vector<PressureSample> pressureField(const SkinView& skin, const std::vecto
     for (; contact != sorted.end() && contact->index == i; ++contact) force += contact->force.cast<double>();
 
     const Place place = placeOf(skin, i);
-    const bool faces_array = place.normal.dot(array_position - place.position) > 0.0f;
     const double normal_force = std::max(-skin.normal[i].cast<double>().dot(force), 0.0);
     // Other skin covers what has no area.
-    if (!faces_array || !(normal_force > 0.0) || !(skin.area[i] > 0.0f) || !(place.area > 0.0f)) continue;
+    if (!facesArray(place, array_position) || !(normal_force > 0.0) || !(skin.area[i] > 0.0f) ||
+        !(place.area > 0.0f))
+      continue;
     const double pressure = normal_force / skin.area[i];
     if (!(std::max(pressure, normal_force) <= std::numeric_limits<float>::max())) {
       if (dropped != nullptr) ++*dropped;
@@ -95,6 +103,32 @@ std::vector<PressureSample> pressureField(const SkinView& skin, const std::vecto
                        static_cast<float>(normal_force), place.area, skin.weight[i]});
   }
   return samples;
+}
+
+std::vector<PressureSample> skinAround(const SkinView& skin, const std::vector<PressureSample>& pressed,
+                                       const Eigen::Vector3f& array_position, float reach) {
+  checkSkin(skin);
+  checkArray(array_position);
+  if (!std::isfinite(reach))
+    throw std::invalid_argument("pressure field: reach of the skin around contacts is not finite");
+  std::vector<PressureSample> around;
+  auto next = pressed.begin();
+  for (std::size_t i = 0; i < skin.position.size(); ++i) {
+    if (!usable(skin, i)) continue;
+    const Place place = placeOf(skin, i);
+    // Pressed samples came in skin order.
+    if (next != pressed.end() && next->position == place.position) {
+      ++next;
+      continue;
+    }
+    if (!(skin.area[i] > 0.0f && place.area > 0.0f) || !facesArray(place, array_position)) continue;
+    const auto near = [&](const PressureSample& sample) {
+      return (sample.position - place.position).squaredNorm() <= reach * reach;
+    };
+    if (std::any_of(pressed.begin(), pressed.end(), near))
+      around.push_back({place.position, place.normal, 0.0f, 0.0f, place.area, skin.weight[i]});
+  }
+  return around;
 }
 
 }  // namespace tactile_clay::contact

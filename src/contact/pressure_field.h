@@ -59,4 +59,12 @@ std::vector<PressureSample> pressureField(const SkinView& skin, const std::vecto
                                           const Eigen::Vector3f& array_position,
                                           std::size_t* dropped = nullptr);
 
+/// Skin that faces the array within `reach` of a pressed sample and is not pressed itself: samples of
+/// pressure and force 0, in skin order, frame world. Where skin is felt elsewhere (`felt`), places, normals
+/// and areas are those. Samples that are not usable (pressureField) are passed over. \param pressed samples
+/// of the same skin, as pressureField returned them \param reach m \throws std::invalid_argument if the
+/// skin's arrays differ in length, or the array's position or the reach is not finite
+std::vector<PressureSample> skinAround(const SkinView& skin, const std::vector<PressureSample>& pressed,
+                                       const Eigen::Vector3f& array_position, float reach);
+
 }  // namespace tactile_clay::contact

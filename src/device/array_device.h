@@ -8,6 +8,7 @@
 
 #include "ultrasound/acoustic_field.h"
 #include "ultrasound/array_layout.h"
+#include "ultrasound/field_solver.h"
 #include "ultrasound/focal_point.h"
 #include "ultrasound/modulation.h"
 
@@ -15,8 +16,10 @@ namespace tactile_clay::device {
 
 /// What is asked of the array.
 struct Emission {
-  std::vector<ultrasound::FocalPoint> points;  // empty: silence; STM: the path of one focus, in order
-  double modulation_frequency = 200.0;         // Hz; 0: amplitude modulation without it, always on
+  /// Empty: silence; STM: the path of one focus, in order; field: samples of skin, of intensity 0 where
+  /// nothing is to be felt
+  std::vector<ultrasound::FocalPoint> points;
+  double modulation_frequency = 200.0;  // Hz; 0: amplitude modulation without it, always on
   ultrasound::Modulation modulation = ultrasound::Modulation::amplitude;
 };
 
@@ -30,6 +33,7 @@ struct Sound {
     ultrasound::Part what;
     ultrasound::Drive drive;  // of each transducer of the layout, while the part is there at full amplitude
     std::vector<double> target;  // Pa at each of its points, as the phase solver was asked; empty: not known
+                                 // (of a field: wanted of the mean over its patterns, a part each)
   };
   Emission emission;        // as asked for, its points perhaps weaker
   std::vector<Part> parts;  // of a period of its modulation; none: silence
@@ -81,6 +85,16 @@ class ArrayDevice {
   /// phases rounded, its channels on or off. The gate judges it, asks for another one where it is too loud,
   /// and hands the one that passes to submit(). Nothing: the gate solves phases for the layout itself.
   virtual std::optional<ultrasound::Drive> drive(const std::vector<ultrasound::FocalPoint>&) const {
+    return std::nullopt;
+  }
+
+  /// The same for fields, for arrays that name Modulation::field: the patterns to play for samples of skin,
+  /// and what they reach there. \param options of the solver, `amplitude` being the most of each transducer
+  /// that may be spent \param before patterns of the frame before, or none. Nothing: the gate solves them for
+  /// the layout itself.
+  virtual std::optional<ultrasound::FieldSolution> field(
+      const std::vector<ultrasound::FocalPoint>&, const ultrasound::FieldSolverOptions& /*options*/,
+      const std::vector<ultrasound::Drive>& /*before*/) const {
     return std::nullopt;
   }
 

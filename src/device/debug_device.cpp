@@ -58,7 +58,8 @@ void DebugDevice::open(const std::map<std::string, std::string>& options) {
 Capabilities DebugDevice::capabilities() const {
   using ultrasound::Modulation;
   Capabilities capabilities;
-  capabilities.modulations = {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal};
+  capabilities.modulations = {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal,
+                              Modulation::field};
   return capabilities;
 }
 

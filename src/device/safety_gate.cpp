@@ -11,6 +11,8 @@ namespace {
 
 constexpr double max_modulation = 1000.0;  // Hz; nothing is felt above
 constexpr double longest_rise = 0.1;       // s; however long ago the last emission was
+constexpr double same_place = 0.010;       // m; half of a focus, and a hand at 0.6 m/s from frame to frame
+constexpr int rounds = 6;  // of weakening, for a drive need not be proportional to what is asked
 
 constexpr std::pair<Rule, const char*> names[] = {{Rule::emergency_stop, "emergency_stop"},
                                                   {Rule::not_started, "not_started"},
@@ -37,6 +39,29 @@ std::string name(const ultrasound::FocalPoint& point) {
 void require(bool holds, const std::string& what) {
   if (!holds) throw std::invalid_argument("safety gate: " + what);
 }
+
+/// The loudest of several. Unknown or NaN at one instant is unknown or NaN for all.
+class Loudest {
+ public:
+  void add(const Loudness& now) {
+    if (louder(now.pressure, most_.pressure)) {
+      most_.pressure = now.pressure;
+      most_.where = now.where;
+    }
+    if (louder(now.head, most_.head)) most_.head = now.head;
+    first_ = false;
+  }
+  const Loudness& get() const { return most_; }
+
+ private:
+  bool louder(const std::optional<double>& now, const std::optional<double>& most) const {
+    if (first_) return true;
+    return most && (!now || (!(*now <= *most) && !std::isnan(*most)));
+  }
+
+  Loudness most_;
+  bool first_ = true;
+};
 
 }  // namespace
 
@@ -86,6 +111,8 @@ void SafetyGate::stop() {
 void SafetyGate::fallSilent() {
   intensities_.clear();
   last_ = {};
+  field_.clear();
+  given_.clear();
 }
 
 Verdict SafetyGate::tick(double age_since_last) const {
@@ -102,13 +129,14 @@ Verdict SafetyGate::tick(double age_since_last) const {
   return verdict;
 }
 
-std::string SafetyGate::objection(const ultrasound::FocalPoint& point) const {
+std::string SafetyGate::objection(const ultrasound::FocalPoint& point, bool field) const {
   for (int axis = 0; axis < 3; ++axis) {
     const double x = point.position[axis];
     const std::string coordinate = std::string(1, "xyz"[axis]) + " of " + name(point) + " is " + text(x);
     if (applies(Rule::non_finite) && !std::isfinite(x))
       return "non-finite: " + coordinate + ", expected a finite number of m";
-    if (applies(Rule::workspace) && (x < config_.low[axis] || x > config_.high[axis])) {
+    const bool silent = field && point.intensity == 0.0;  // there is skin, and nothing is to be felt
+    if (applies(Rule::workspace) && !silent && (x < config_.low[axis] || x > config_.high[axis])) {
       return "outside the workspace: " + coordinate + " m, expected " + text(config_.low[axis]) + " to " +
              text(config_.high[axis]) + " m";
     }
@@ -138,7 +166,7 @@ std::string SafetyGate::objection(const Emission& emission, const Occasion& occa
            ultrasound::nameOf(emission.modulation);
   for (const ultrasound::Part& part : ultrasound::parts(period(emission))) {
     for (const ultrasound::FocalPoint& point : part.points) {
-      const std::string reason = objection(point);
+      const std::string reason = objection(point, emission.modulation == ultrasound::Modulation::field);
       if (!reason.empty()) return reason;
     }
   }
@@ -163,12 +191,7 @@ bool SafetyGate::limitSlew(Verdict& verdict, double since_last) const {
 
 /// Solves the parts of the emission's period. \return the loudest of them
 Loudness SafetyGate::solve(Sound& sound) const {
-  Loudness loudest;
-  bool first = true;
-  // Unknown or NaN at one instant is unknown or NaN for all.
-  const auto louder = [&first](const std::optional<double>& now, const std::optional<double>& most) {
-    return first || !now || (most && !(*now <= *most) && !std::isnan(*most));
-  };
+  Loudest loudest;
   sound.parts.clear();
   for (ultrasound::Part& part : ultrasound::parts(period(sound.emission))) {
     const ultrasound::Drive* before = sound.parts.empty() ? &last_ : &sound.parts.back().drive;
@@ -185,14 +208,85 @@ Loudness SafetyGate::solve(Sound& sound) const {
     }
     solved.what = std::move(part);
     sound.parts.push_back(std::move(solved));
-    if ((first || loudest.pressure) && louder(now.pressure, loudest.pressure)) {
-      loudest.pressure = now.pressure;
-      loudest.where = now.where;
-    }
-    if ((first || loudest.head) && louder(now.head, loudest.head)) loudest.head = now.head;
-    first = false;
+    loudest.add(now);
   }
-  return loudest;
+  return loudest.get();
+}
+
+/// Solves the patterns of a field: a part each, that take turns. \return the loudest of them
+Loudness SafetyGate::solveField(Sound& sound, double amplitude,
+                                std::optional<ultrasound::FieldSolution>& field) const {
+  Loudest loudest;
+  sound.parts.clear();
+  field.reset();
+  try {
+    field = instrument_.solve_field(sound.emission.points, amplitude, field_);
+    const std::size_t patterns = field->drives.size();
+    const std::vector<ultrasound::Instant> instants = period(sound.emission);
+    for (std::size_t k = 0; k < patterns; ++k) {
+      loudest.add(instrument_.loudness(field->drives[k], sound.emission.points));
+      ultrasound::Part part{sound.emission.points, instants.front().which, {}, 0.0, 0.0};
+      for (std::size_t i = k; i < instants.size(); i += patterns) {
+        const double share = 1.0 / static_cast<double>(instants.size());
+        part.instants.push_back(i);
+        part.time += share;
+        part.power += share * instants[i].amplitude * instants[i].amplitude;
+      }
+      sound.parts.push_back({std::move(part), field->drives[k], field->wanted});
+    }
+  } catch (const std::exception&) {
+    return {};  // not known
+  }
+  return loudest.get();
+}
+
+/// Factor by which a field has to be lowered so that no sample of skin gets louder faster than the slew.
+double SafetyGate::rise(const ultrasound::FieldSolution& field,
+                        const std::vector<ultrasound::FocalPoint>& targets, double since_last) const {
+  const double time = since_last > 0.0 ? std::min(since_last, longest_rise) : 0.0;  // NaN: no time
+  double factor = 1.0;
+  for (std::size_t k = 0; k < targets.size(); ++k) {
+    double before = 0.0;
+    for (const Given& given : given_)
+      if ((given.position - targets[k].position).norm() <= same_place) before = std::max(before, given.share);
+    const double most = (before + config_.intensity_slew * time) * field.reach[k];
+    if (field.reached[k] > most) factor = std::min(factor, most / field.reached[k]);
+  }
+  return factor;
+}
+
+void SafetyGate::limitField(Verdict& verdict, double since_last) const {
+  Sound& sound = verdict.sound;
+  double margin = 0.995;  // as of limitLoudness
+  double amplitude = 1.0;
+  bool anew = true;
+  Loudness loudness;
+  for (int round = 0; round < rounds; ++round, margin *= margin * margin) {
+    if (anew) loudness = solveField(sound, amplitude, verdict.field);
+    verdict.head_spl = loudness.head;
+    verdict.reason.clear();
+    double factor = excess(loudness, verdict.reason);
+    if (!verdict.passes()) {
+      if (!(factor > 0.0)) return;  // not known, or NaN
+      verdict.lowered = verdict.reason;
+      // Less to spend is spent otherwise; after that all of it goes down in proportion, if it can.
+      anew = round == 0 || !instrument_.scalable;
+    } else {
+      if (!verdict.field || !applies(Rule::slew)) return;
+      factor = rise(*verdict.field, sound.emission.points, since_last);
+      if (factor >= 1.0) return;
+      verdict.lowered = "slew: intensity rises by at most " + text(config_.intensity_slew) + " a second";
+      verdict.reason = verdict.lowered;
+      anew = !instrument_.scalable && factor > 0.0;
+    }
+    if (anew) {
+      amplitude *= margin * factor;
+      continue;
+    }
+    weaken(sound, loudness, factor > 0.0 ? margin * factor : 0.0);
+    if (verdict.field)
+      for (double& reached : verdict.field->reached) reached *= factor > 0.0 ? margin * factor : 0.0;
+  }
 }
 
 /// \param reason is set where it is too loud \return factor that the amplitudes have to be lowered by; 1:
@@ -225,9 +319,7 @@ double SafetyGate::excess(const Loudness& loudness, std::string& reason) const {
 }
 
 void SafetyGate::limitLoudness(Verdict& verdict) const {
-  // A few rounds, for a drive need not be proportional to the intensities; a margin, for it is rounded. It
-  // grows, for boards that switch channels off go down in steps.
-  constexpr int rounds = 6;
+  // A margin, for a drive is rounded. It grows, for boards that switch channels off go down in steps.
   double margin = 0.995;
   Loudness loudness;
   for (int round = 0; round < rounds; ++round, margin *= margin * margin) {
@@ -260,22 +352,39 @@ Verdict SafetyGate::check(const Emission& emission, const Occasion& occasion) {
     verdict.sound.emission = emission;
     if (!emission.points.empty()) {
       verdict.reason = objection(emission, occasion);
-      // Loudness first: a rise counts from what was emitted, and so does what it may rise to.
-      if (verdict.passes()) limitLoudness(verdict);
-      if (verdict.passes() && limitSlew(verdict, occasion.since_last)) limitLoudness(verdict);
+      if (verdict.passes() && emission.modulation == ultrasound::Modulation::field) {
+        limitField(verdict, occasion.since_last);
+      } else {
+        // Loudness first: a rise counts from what was emitted, and so does what it may rise to.
+        if (verdict.passes()) limitLoudness(verdict);
+        if (verdict.passes() && limitSlew(verdict, occasion.since_last)) limitLoudness(verdict);
+      }
     }
   }
-  if (verdict.passes() && !verdict.sound.parts.empty()) {
-    intensities_.set(verdict.sound.emission.points, [](const auto& point) { return point.intensity; });
-    last_ = verdict.sound.parts.back().drive;
-  } else {
-    fallSilent();
-  }
+  fallSilent();
   if (!verdict.passes()) {
     verdict.sound = {};
     verdict.head_spl.reset();
+    verdict.field.reset();
   }
+  keep(verdict);
   return verdict;
+}
+
+/// What the next emission rises and starts from.
+void SafetyGate::keep(const Verdict& verdict) {
+  const Sound& sound = verdict.sound;
+  if (sound.parts.empty()) return;
+  if (!verdict.field) {
+    intensities_.set(sound.emission.points, [](const auto& point) { return point.intensity; });
+    last_ = sound.parts.back().drive;
+    return;
+  }
+  for (const Sound::Part& part : sound.parts) field_.push_back(part.drive);
+  for (std::size_t k = 0; k < sound.emission.points.size(); ++k)
+    if (verdict.field->reach[k] > 0.0)
+      given_.push_back(
+          {sound.emission.points[k].position, verdict.field->reached[k] / verdict.field->reach[k]});
 }
 
 }  // namespace tactile_clay::device

@@ -10,6 +10,7 @@
 #include "device/array_device.h"
 #include "device/point_values.h"
 #include "safety/silence_times.h"
+#include "ultrasound/field_solver.h"
 #include "ultrasound/phase_solver.h"
 
 namespace tactile_clay::device {
@@ -68,6 +69,12 @@ struct Instrument {
   /// A drive can be played with any share of its amplitudes: a sound that is too loud is then weakened as it
   /// is. Else it is solved anew for weaker points.
   bool scalable = false;
+  /// The patterns for a field, exactly as the array can play them (Modulation::field). \param amplitude most
+  /// of each transducer, above 0, at most 1 \param before the patterns before; none after silence. \throws as
+  /// `solve`. Empty: the array plays no fields
+  std::function<ultrasound::FieldSolution(const std::vector<ultrasound::FocalPoint>& targets,
+                                          double amplitude, const std::vector<ultrasound::Drive>& before)>
+      solve_field = nullptr;
 };
 
 /// When an emission came, and what is known of the hands at that time.
@@ -81,9 +88,10 @@ struct Occasion {
 /// The gate's answer. Silent where `reason` is not empty; it names the rule, the value and its bound.
 struct Verdict {
   std::string reason;
-  Sound sound;                     // what may sound, and nothing else
-  std::string lowered;             // why its points are weaker than asked for, if so
-  std::optional<double> head_spl;  // of it, dB, if known
+  Sound sound;                                     // what may sound, and nothing else
+  std::string lowered;                             // why its points are weaker than asked for, if so
+  std::optional<double> head_spl;                  // of it, dB, if known
+  std::optional<ultrasound::FieldSolution> field;  // where the sound is one
   bool passes() const { return reason.empty(); }
 };
 
@@ -121,6 +129,11 @@ class SafetyGate {
   ///   at the head keep to their caps at every instant of the period; then a point's intensity rises no
   ///   faster than the slew, from 0 for a new point (STM: each place of the path is a point). Silent where
   ///   they are not known, or where that does not come about
+  ///
+  /// Of a field the points are samples of skin. Those of intensity 0 may lie outside the workspace. Loudness
+  /// is that of each of its patterns, on samples and beside them; the slew holds for what the field does at
+  /// each sample, touched or not: the share of what the whole array could have there rises no faster than the
+  /// slew from the highest that was given within 10 mm of it in the emission before.
   Verdict check(const Emission& emission, const Occasion& occasion);
 
   /// May what the array was last told go on? For a timer of the driver: silent by emergency stop, before the
@@ -131,9 +144,14 @@ class SafetyGate {
  private:
   bool applies(Rule rule) const { return config_.without.count(rule) == 0; }
   std::string objection(const Emission& emission, const Occasion& occasion) const;
-  std::string objection(const ultrasound::FocalPoint& point) const;
+  std::string objection(const ultrasound::FocalPoint& point, bool field) const;
   bool limitSlew(Verdict& verdict, double since_last) const;  // whether it did
   void limitLoudness(Verdict& verdict) const;
+  void limitField(Verdict& verdict, double since_last) const;
+  Loudness solveField(Sound& sound, double amplitude, std::optional<ultrasound::FieldSolution>& field) const;
+  double rise(const ultrasound::FieldSolution& field, const std::vector<ultrasound::FocalPoint>& targets,
+              double since_last) const;
+  void keep(const Verdict& verdict);
   Loudness solve(Sound& sound) const;
   static void weaken(Sound& sound, Loudness& loudness, double factor);
   double excess(const Loudness& loudness, std::string& reason) const;
@@ -142,8 +160,14 @@ class SafetyGate {
   Instrument instrument_;
   bool started_ = false;
   bool stopped_ = false;
-  PointValues intensities_;  // of the points that passed last
-  ultrasound::Drive last_;   // of them; empty after silence
+  PointValues intensities_;               // of the points that passed last
+  ultrasound::Drive last_;                // of them; empty after silence
+  std::vector<ultrasound::Drive> field_;  // the patterns that passed last; empty after silence and points
+  struct Given {
+    Eigen::Vector3d position;
+    double share;  // of what the array could have there, in amplitude
+  };
+  std::vector<Given> given_;  // by them, at each sample
 };
 
 }  // namespace tactile_clay::device

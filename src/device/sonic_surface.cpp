@@ -8,6 +8,7 @@
 #include "device/options.h"
 #include "device/sonic_surface_corrections.h"
 #include "safety/silence_times.h"
+#include "ultrasound/array_reach.h"
 #include "ultrasound/focus_peak.h"
 #include "ultrasound/phase_solver.h"
 
@@ -73,6 +74,19 @@ std::vector<double> addedPhases(const std::map<std::string, std::string>& option
   add("second_corrections", 1, 1.0);
   for (std::size_t board = 0; board < boards; ++board) add("firmware_corrections", board, -1.0);
   return added;
+}
+
+/// The transducers that sound, and which of the layout each of them is.
+std::pair<ultrasound::ArrayLayout, std::vector<std::size_t>> channelsThatAreOn(
+    const ultrasound::ArrayLayout& layout, const ultrasound::Drive& drive) {
+  std::pair<ultrasound::ArrayLayout, std::vector<std::size_t>> on;
+  for (std::size_t n = 0; n < layout.size(); ++n) {
+    if (drive.amplitude[n] == 0.0f) continue;
+    on.first.position.push_back(layout.position[n]);
+    on.first.normal.push_back(layout.normal[n]);
+    on.second.push_back(n);
+  }
+  return on;
 }
 
 }  // namespace
@@ -146,7 +160,7 @@ Capabilities SonicSurface::capabilities() const {
   capabilities.layout = layout_;
   capabilities.max_points = boards_.count * most_points;
   capabilities.max_rate = 1.0 / sonic_surface::secondsOnWire(bytes);
-  capabilities.modulations = {ultrasound::Modulation::amplitude};
+  capabilities.modulations = {ultrasound::Modulation::amplitude, ultrasound::Modulation::field};
   capabilities.remarks = remarks_;
   return capabilities;
 }
@@ -184,14 +198,7 @@ ultrasound::Drive SonicSurface::solve(const std::vector<ultrasound::FocalPoint>&
 /// they were. \param target amplitude of each point, Pa
 void SonicSurface::solveAnew(std::vector<ultrasound::FocalPoint> points, const std::vector<double>& target,
                              ultrasound::Drive& drive) const {
-  ultrasound::ArrayLayout on;
-  std::vector<std::size_t> channel;
-  for (std::size_t n = 0; n < layout_.size(); ++n) {
-    if (drive.amplitude[n] == 0.0f) continue;
-    on.position.push_back(layout_.position[n]);
-    on.normal.push_back(layout_.normal[n]);
-    channel.push_back(n);
-  }
+  const auto [on, channel] = channelsThatAreOn(layout_, drive);
   double strongest = 0.0;
   for (std::size_t k = 0; k < points.size(); ++k) {
     points[k].intensity = target[k] / ultrasound::focusPressure(on, acoustics_, points[k].position);
@@ -208,11 +215,55 @@ std::optional<ultrasound::Drive> SonicSurface::drive(
   return sonic_surface::emitted(solve(points), boards_.firmware, 0, added_);
 }
 
+std::optional<ultrasound::FieldSolution> SonicSurface::field(
+    const std::vector<ultrasound::FocalPoint>& targets, const ultrasound::FieldSolverOptions& options,
+    const std::vector<ultrasound::Drive>& before) const {
+  ultrasound::FieldSolverOptions own = options;
+  own.patterns = 1;  // the wire is too slow for more
+  own.phase_levels = solverOptions(boards_.firmware).phase_levels;
+  own.amplitude_levels = 0;
+  ultrasound::FieldSolution solution = ultrasound::solveField(layout_, acoustics_, targets, own, before);
+  ultrasound::Drive& drive = solution.drives.front();
+  ultrasound::Drive heard = sonic_surface::emitted(drive, boards_.firmware, 0, added_);
+  const auto on = std::count(heard.amplitude.begin(), heard.amplitude.end(), 1.0f);
+  if (on < fewest) {
+    std::fill(heard.amplitude.begin(), heard.amplitude.end(), 0.0f);
+  } else if (on < static_cast<std::ptrdiff_t>(layout_.size())) {
+    solveAnew(targets, solution.wanted, own, heard);
+    heard = sonic_surface::emitted(heard, boards_.firmware, 0, added_);
+  }
+  drive = std::move(heard);
+  ultrasound::judgeField(layout_, acoustics_, targets, solution);
+  return solution;
+}
+
+/// Phases of the channels that are on, for the same field as strong as they can give it. \param wanted
+/// amplitude at each target, Pa
+void SonicSurface::solveAnew(std::vector<ultrasound::FocalPoint> targets, const std::vector<double>& wanted,
+                             ultrasound::FieldSolverOptions options, ultrasound::Drive& drive) const {
+  const auto [on, channel] = channelsThatAreOn(layout_, drive);
+  ultrasound::Drive before{{}, std::vector<float>(channel.size(), 1.0f)};
+  for (const std::size_t n : channel) before.phase.push_back(drive.phase[n]);
+  const ultrasound::ArrayReach reach(on, acoustics_);
+  double strongest = 1.0;
+  for (std::size_t k = 0; k < targets.size(); ++k) {
+    const double most = reach.amplitude(targets[k].position);
+    targets[k].intensity = most > 0.0 ? wanted[k] / most : 0.0;
+    strongest = std::max(strongest, targets[k].intensity);
+  }
+  for (ultrasound::FocalPoint& target : targets) target.intensity /= strongest;
+  options.amplitude = 1.0;
+  const ultrasound::Drive part =
+      ultrasound::solveField(on, acoustics_, targets, options, {before}).drives.front();
+  for (std::size_t n = 0; n < channel.size(); ++n) drive.phase[channel[n]] = part.phase[n];
+}
+
 void SonicSurface::submit(const Sound& sound) {
   const Emission& emission = sound.emission;
-  if (emission.modulation != ultrasound::Modulation::amplitude)
+  if (emission.modulation != ultrasound::Modulation::amplitude &&
+      emission.modulation != ultrasound::Modulation::field)
     throw std::runtime_error(std::string(self) + ": modulation " + ultrasound::nameOf(emission.modulation) +
-                             ", expected am: the wire is too slow to move points");
+                             ", expected am or field: the wire is too slow to move points");
   std::optional<Pattern> pattern;
   if (!sound.parts.empty()) {
     pattern.emplace();

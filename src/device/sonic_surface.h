@@ -26,6 +26,10 @@ namespace tactile_clay::device {
 /// with the channels, so of some patterns of them the first is taken in which all foci are peaks, or the
 /// one with the most. Emissions so weak that fewer than four channels were on are silent: they have no focus.
 ///
+/// A field is one pattern of all channels, which AM swaps with silence as it does focal points. Where it has
+/// to be weaker, channels are off in the same way, the same ones in each frame, and the others are solved
+/// anew.
+///
 /// Silent when told so, at the end, when no emission renews the last one for `hold`, and, by a guard process,
 /// when this process dies or hangs. Silence is sonic_surface::silence: right whatever a program before has
 /// left behind, and it leaves the boards so that programs which know of one board find it. A port that goes
@@ -54,6 +58,9 @@ class SonicSurface : public ArrayDevice {
   void open(const std::map<std::string, std::string>& options) override;
   Capabilities capabilities() const override;
   std::optional<ultrasound::Drive> drive(const std::vector<ultrasound::FocalPoint>& points) const override;
+  std::optional<ultrasound::FieldSolution> field(const std::vector<ultrasound::FocalPoint>& targets,
+                                                 const ultrasound::FieldSolverOptions& options,
+                                                 const std::vector<ultrasound::Drive>& before) const override;
   void submit(const Sound& sound) override;
   void stop() noexcept override;
   std::string fault() const override;
@@ -79,6 +86,8 @@ class SonicSurface : public ArrayDevice {
   ultrasound::Drive solve(const std::vector<ultrasound::FocalPoint>& points) const;
   void solveAnew(std::vector<ultrasound::FocalPoint> points, const std::vector<double>& target,
                  ultrasound::Drive& drive) const;
+  void solveAnew(std::vector<ultrasound::FocalPoint> targets, const std::vector<double>& wanted,
+                 ultrasound::FieldSolverOptions options, ultrasound::Drive& drive) const;
 
   // Set by open().
   std::string path_;

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "ultrasound/skin_disc.h"
+#include "ultrasound/skin_samples.h"
 #include "ultrasound/weighted_k_means.h"
 
 namespace tactile_clay::ultrasound {
@@ -232,6 +233,7 @@ double compress(double share, double knee) {
 void FocalPointConfig::validate() const {
   if (max_points < 1) throw std::invalid_argument("focal points: max_points is 0, expected at least 1");
   requireRange("min_separation", min_separation, 0.0, true);
+  if (field_samples < 1) throw std::invalid_argument("focal points: field_samples is 0, expected at least 1");
   if (path_points < 1) throw std::invalid_argument("focal points: path_points is 0, expected at least 1");
   requireRange("path_spacing", path_spacing, 0.0, false);
   requireRange("min_resolution", min_resolution, 0.0, true);
@@ -267,6 +269,7 @@ void FocalPointRenderer::reset() {
 
 std::vector<FocalPoint> FocalPointRenderer::render(const std::vector<PressureSample>& samples) {
   report_ = {};
+  if (config_.modulation == Modulation::field) return this->field(samples);
   const Field field = gather(samples, config_, report_.ignored_samples);
   if (config_.modulation == Modulation::spatiotemporal) {
     std::vector<FocalPoint> points = path(field.position, field.weight, field.pressure);
@@ -297,6 +300,32 @@ std::vector<FocalPoint> FocalPointRenderer::render(const std::vector<PressureSam
   assignIds(points);
   finish(samples, points);
   previous_ = points;
+  return points;
+}
+
+std::vector<FocalPoint> FocalPointRenderer::field(const std::vector<PressureSample>& samples) {
+  previous_.clear();
+  std::vector<PressureSample> skin;
+  double force = 0.0;
+  for (const PressureSample& sample : samples) {
+    if (!usable(sample) || !(sample.pressure >= 0.0f)) {
+      ++report_.ignored_samples;
+      continue;
+    }
+    skin.push_back(sample);
+    if (skin.back().pressure < config_.minimum_pressure) skin.back().pressure = 0.0f;
+    force += static_cast<double>(skin.back().pressure) * skin.back().area;
+  }
+  std::vector<FocalPoint> points;
+  if (force < config_.minimum_force) return points;
+  for (const SkinSample& sample : skinSamples(skin, config_.field_samples)) {
+    FocalPoint point;
+    point.id = static_cast<std::uint32_t>(points.size());
+    point.position = sample.position;
+    point.pressure = sample.pressure;
+    points.push_back(point);
+  }
+  setIntensities(points);
   return points;
 }
 
@@ -333,7 +362,8 @@ void FocalPointRenderer::setArray(const ArrayReach& array) {
 }
 
 void FocalPointRenderer::setIntensities(std::vector<FocalPoint>& points) {
-  const auto count = static_cast<double>(points.size());
+  const bool field = config_.modulation == Modulation::field;
+  const double count = field ? 1.0 : static_cast<double>(points.size());
   if (array_) report_.gain = radiationPressure(array_->acoustics(), reference_) / config_.full_scale_pressure;
   std::vector<double> limit;  // Pa on the skin
   double strongest = 0.0;     // of what is granted, Pa
@@ -354,7 +384,8 @@ void FocalPointRenderer::setIntensities(std::vector<FocalPoint>& points) {
     report_.granted.push_back(given * limit.back());
     strongest = std::max(strongest, report_.granted.back());
   }
-  if (config_.modulation == Modulation::spatiotemporal) return;  // one focus at a time has no neighbours
+  // One focus at a time has no neighbours, and in a field what is weak is meant to be so.
+  if (field || config_.modulation == Modulation::spatiotemporal) return;
   for (std::size_t k = 0; k < points.size(); ++k) {
     const double least = config_.side_lobe_floor * config_.side_lobe_floor * strongest;
     if (!(limit[k] > 0.0) || report_.granted[k] >= least) continue;

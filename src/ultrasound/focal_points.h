@@ -32,10 +32,12 @@ struct FocalPointConfig {
   double side_lobe_floor = 0.25;  // least amplitude of a point, over the strongest: above their side lobes
   double minimum_pressure = 1.0;  // Pa; samples below it are not rendered
   double minimum_force = 0.001;   // N; contacts that press less in sum get no point
-  Modulation modulation = Modulation::amplitude;  // stm: a path over the contact instead of clusters
-  std::size_t path_points = 32;                   // most points of that path, at least 1
-  double path_spacing = 0.006;                    // m, least distance of two of them
-  double follow_distance = 0.02;                  // m; how far a point may move in a frame and keep its id
+  Modulation modulation = Modulation::amplitude;  // stm: a path over the contact instead of clusters;
+                                                  // field: the skin itself
+  std::size_t field_samples = 1000;  // of skin, at most, that stand for all of it in a field; at least 1
+  std::size_t path_points = 32;      // most points of that path, at least 1
+  double path_spacing = 0.006;       // m, least distance of two of them
+  double follow_distance = 0.02;     // m; how far a point may move in a frame and keep its id
 
   /// \throws std::invalid_argument naming the parameter, its value and its range
   void validate() const;
@@ -73,6 +75,8 @@ double compress(double share, double knee);
 /// With spatiotemporal modulation the points are places of a closed path over the whole contact, in the order
 /// in which one focus visits them (samplePath, tour), and their ids count from 0.
 ///
+/// Of a field the points are samples of skin, touched and not, and their ids count from 0 (skinSamples).
+///
 /// Ids: clustering starts from the points of the frame before as well as from new seeds, and keeps to the
 /// former while its objective (Eq. 8) is within 5 % of the latter's. Then old and new points are paired,
 /// closest first (ties: lower id, then lower index), and a pair not farther apart than `follow_distance`
@@ -102,8 +106,9 @@ class FocalPointRenderer {
   /// for the share (p / full_scale_pressure) R(0, 0, 0.2)^2 M / R(x)^2 of it, is given compress(share), and
   /// has intensity sqrt(compress(share)). Where other points are there at the same time, one that is weaker
   /// than their side lobes could not be told from these, and is raised to side_lobe_floor. Nothing is cut
-  /// without a word: see report(). Without setArray, R(x)^2 / M counts as the same everywhere. \param samples
-  /// of all hands, in the frame of the array
+  /// without a word: see report(). In a field each sample asks for its own pressure, and M is 1: what the
+  /// array can give them together is the solver's matter (solveField). Without setArray, R(x)^2 / M counts as
+  /// the same everywhere. \param samples of all hands, in the frame of the array
   std::vector<FocalPoint> render(const std::vector<contact::PressureSample>& samples);
 
   const RenderReport& report() const { return report_; }
@@ -114,6 +119,7 @@ class FocalPointRenderer {
  private:
   std::vector<FocalPoint> path(const std::vector<Eigen::Vector3d>& position,
                                const std::vector<double>& weight, const std::vector<double>& pressure) const;
+  std::vector<FocalPoint> field(const std::vector<contact::PressureSample>& samples);
   void assignIds(std::vector<FocalPoint>& points);
   void setIntensities(std::vector<FocalPoint>& points);
   void finish(const std::vector<contact::PressureSample>& samples, std::vector<FocalPoint>& points);

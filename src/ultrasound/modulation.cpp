@@ -25,7 +25,8 @@ Modulation modulation(const std::string& name) {
   if (name == "am") return Modulation::amplitude;
   if (name == "lateral") return Modulation::lateral;
   if (name == "stm") return Modulation::spatiotemporal;
-  throw std::invalid_argument("unknown modulation '" + name + "', expected one of: am, lateral, stm");
+  if (name == "field") return Modulation::field;
+  throw std::invalid_argument("unknown modulation '" + name + "', expected one of: am, lateral, stm, field");
 }
 
 const char* nameOf(Modulation modulation) {
@@ -34,6 +35,8 @@ const char* nameOf(Modulation modulation) {
       return "lateral";
     case Modulation::spatiotemporal:
       return "stm";
+    case Modulation::field:
+      return "field";
     default:
       return "am";
   }
@@ -124,7 +127,8 @@ Eigen::Vector3d lateralOffset(double t, double stroke) {
 }
 
 double envelope(Modulation modulation, double t) {
-  return modulation == Modulation::amplitude ? std::abs(std::sin(M_PI * t)) : 1.0;
+  const bool swells = modulation == Modulation::amplitude || modulation == Modulation::field;
+  return swells ? std::abs(std::sin(M_PI * t)) : 1.0;
 }
 
 std::vector<Instant> period(const std::vector<FocalPoint>& points, Modulation modulation, double stroke) {

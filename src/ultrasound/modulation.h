@@ -14,12 +14,13 @@ namespace tactile_clay::ultrasound {
 
 /// How focal points are made felt: skin does not feel 40 kHz. Numbers as in FocalPointArray.
 enum class Modulation : std::uint8_t {
-  amplitude = 0,      // all points swell and fade, 200 Hz
-  lateral = 1,        // all points are moved to and fro by some mm, 5-15 Hz: felt as static pressure
-  spatiotemporal = 2  // one point at a time runs round all of them: covers areas
+  amplitude = 0,       // all points swell and fade, 200 Hz
+  lateral = 1,         // all points are moved to and fro by some mm, 5-15 Hz: felt as static pressure
+  spatiotemporal = 2,  // one point at a time runs round all of them: covers areas
+  field = 3            // points are samples of skin: the pressure on all of it swells and fades, 200 Hz
 };
 
-/// `am`, `lateral` or `stm`. \throws std::invalid_argument listing them
+/// `am`, `lateral`, `stm` or `field`. \throws std::invalid_argument listing them
 Modulation modulation(const std::string& name);
 const char* nameOf(Modulation modulation);
 
@@ -51,8 +52,8 @@ double tourLength(const std::vector<FocalPoint>& points);
 /// -stroke/2 to stroke/2.
 Eigen::Vector3d lateralOffset(double t, double stroke);
 
-/// Share 0-1 of its amplitude that a point has at time t (periods). AM: radiation pressure, its square, is
-/// (1 - cos 2 pi t) / 2. Others: 1.
+/// Share 0-1 of its amplitude that a point has at time t (periods). AM and fields: radiation pressure, its
+/// square, is (1 - cos 2 pi t) / 2. Others: 1.
 double envelope(Modulation modulation, double t);
 
 /// A part of a period: the points that are there at once, and the share of their amplitude.
@@ -79,8 +80,8 @@ struct Part {
   double power = 0.0;                 // mean over the period of the squared amplitude while it is there, 0-1
 };
 
-/// The parts of a period, in the order of their first instants: one of AM, nine of lateral modulation (to and
-/// fro pass the same places), one a place of STM.
+/// The parts of a period, in the order of their first instants: one of AM and of a field, nine of lateral
+/// modulation (to and fro pass the same places), one a place of STM.
 std::vector<Part> parts(const std::vector<Instant>& instants);
 
 /// Period of a tour at the speed at which surface waves run along the skin, where STM is felt most: 5-8 m/s.

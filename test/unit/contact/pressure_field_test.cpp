@@ -52,6 +52,27 @@ TEST_F(PressureField, LeavesOutSkinThatFacesAway) {
   EXPECT_EQ(pressureField({position, normal, area, weight}, contacts, array_above).size(), 1u);
 }
 
+TEST_F(PressureField, SkinAroundIsTheBareSkinNearContactsThatFacesTheArray) {
+  const auto pressed = field({{1, {0, 0, 0.1f}}});
+  ASSERT_EQ(pressed.size(), 1u);
+  const SkinView skin{position, normal, area, weight};
+  const auto around = skinAround(skin, pressed, array_below, 0.006f);
+  ASSERT_EQ(around.size(), 2u) << "the pressed one and the one that faces away are none of it";
+  EXPECT_EQ(around[0].position, position[0]);
+  EXPECT_EQ(around[1].position, position[2]);
+  EXPECT_EQ(around[1].normal, normal[2]);
+  EXPECT_EQ(around[1].pressure, 0.0f);
+  EXPECT_EQ(around[1].force, 0.0f);
+  EXPECT_EQ(around[1].area, area[2]);
+  EXPECT_EQ(around[1].weight, weight[2]);
+  EXPECT_TRUE(skinAround(skin, pressed, array_below, 0.004f).empty());
+  EXPECT_TRUE(skinAround(skin, {}, array_below, 0.06f).empty());
+  position[0].x() = nan;
+  area[2] = 0.0f;  // covered by other skin
+  EXPECT_TRUE(skinAround(skin, pressed, array_below, 0.006f).empty());
+  EXPECT_THROW(skinAround(skin, pressed, array_below, nan), std::invalid_argument);
+}
+
 TEST_F(PressureField, LeavesOutSkinSeenEdgeOn) {
   const Eigen::Vector3f beside(1.0f, 0, 0);  // n . (array - x) = 0
   EXPECT_TRUE(pressureField({position, normal, area, weight}, {{0, {0, 0, 1.0f}}}, beside).empty());

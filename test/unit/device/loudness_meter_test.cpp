@@ -205,6 +205,46 @@ TEST(LoudnessMeter, CapsHoldForBoards) {
   expectBelowTheCap(layout, array, pressureAlone(1200.0), air, sets / 3);
 }
 
+/// Fields: the gate looks at each pattern, on the skin and beside it.
+TEST(LoudnessMeter, CapsHoldForFields) {
+  const ArrayLayout layout = ultrasound::arrayLayout("usx");
+  const ultrasound::Acoustics air;
+  const SafetyGateConfig config = pressureAlone(700.0);
+  Instrument array = solved(layout, air, config);
+  array.solve_field = [&](const Points& targets, double amplitude, const std::vector<Drive>& before) {
+    ultrasound::FieldSolverOptions options;
+    options.amplitude = amplitude;
+    options.patterns = 2;
+    return ultrasound::solveField(layout, air, targets, options, before);
+  };
+  SafetyGate gate(config, array);
+  gate.start();
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> place(-0.05, 0.05);
+  int lowered = 0;
+  for (int k = 0; k < 6; ++k) {
+    gate.fallSilent();
+    Points skin;
+    const Eigen::Vector3d middle(place(random), place(random), 0.18 + 0.5 * place(random));
+    for (int i = -5; i <= 5; ++i)
+      for (int j = -5; j <= 5; ++j) {
+        ultrasound::FocalPoint sample;
+        sample.position = middle + Eigen::Vector3d(0.005 * i, 0.005 * j, 0.0);
+        sample.intensity = std::hypot(i, j) < 2.5 ? 0.6 : 0.0;
+        skin.push_back(sample);
+      }
+    Occasion occasion;
+    occasion.since_last = 1.0;
+    const Verdict verdict = gate.check({skin, 200.0, ultrasound::Modulation::field}, occasion);
+    ASSERT_TRUE(verdict.passes()) << verdict.reason;
+    ASSERT_EQ(verdict.sound.parts.size(), 2u);
+    lowered += verdict.lowered.empty() ? 0 : 1;
+    for (const Sound::Part& part : verdict.sound.parts)
+      EXPECT_LE(highest(layout, air, part.drive, config), (1.0 + tolerance) * config.pressure_cap);
+  }
+  EXPECT_GE(lowered, 3) << "the cap is asked for";
+}
+
 /// Two points 1 mm apart: the highest place is 8 mm beside them.
 TEST(LoudnessMeter, LooksBesideThePoints) {
   const ArrayLayout layout = ultrasound::arrayLayout("usx");

@@ -604,6 +604,172 @@ TEST(SafetyGate, EachRuleIsTheOnlyOneThatHoldsItsOffenceBack) {
   }
 }
 
+/// An array of one transducer that could have 1000 Pa at any sample, and has the share that is asked for
+/// there, of the amplitude that it may spend; at most 3000 Pa and 120 dB with all of it.
+class FieldGate : public ::testing::Test {
+ protected:
+  Instrument array = instrument(quiet);
+  std::vector<double> spent;       // asked of it, one after the other
+  std::vector<std::size_t> known;  // patterns before, that it was told of
+  std::size_t patterns = 1;
+  double beside = 0.0;  // share of what it could have that bare skin gets
+
+  FieldGate() {
+    array.scalable = true;
+    array.solve_field = [this](const Points& targets, double amplitude,
+                               const std::vector<ultrasound::Drive>& before) {
+      spent.push_back(amplitude);
+      known.push_back(before.size());
+      ultrasound::FieldSolution field;
+      field.drives.assign(patterns, {{0.0f}, {static_cast<float>(amplitude)}});
+      for (const auto& target : targets) {
+        field.reach.push_back(1000.0);
+        field.wanted.push_back(1000.0 * target.intensity);
+        field.reached.push_back(1000.0 * amplitude * std::max(target.intensity, beside));
+      }
+      return field;
+    };
+    array.loudness = [](const ultrasound::Drive& drive, const Points&) {
+      const double amplitude = drive.amplitude[0];
+      return Loudness{3000.0 * amplitude, 120.0 + 20.0 * std::log10(std::max(amplitude, 1e-9)), ""};
+    };
+  }
+
+  static SafetyGateConfig loudAllowed() {
+    SafetyGateConfig config;
+    config.pressure_cap = 1e6;
+    config.head_spl_cap = 200.0;
+    return config;
+  }
+
+  static Emission field(const Points& targets) { return {targets, 200.0, ultrasound::Modulation::field}; }
+};
+
+TEST_F(FieldGate, PassesWhatIsSolvedForIt) {
+  SafetyGate gate(loudAllowed(), array);
+  gate.start();
+  const Verdict verdict = gate.check(field({point(0, 0, 0.2, 0.4), point(0.01, 0, 0.2, 0.0)}), now());
+  EXPECT_EQ(verdict.reason, "");
+  EXPECT_EQ(verdict.lowered, "");
+  ASSERT_EQ(verdict.sound.parts.size(), 1u);
+  EXPECT_EQ(verdict.sound.parts[0].what.instants.size(), ultrasound::period_steps);
+  EXPECT_NEAR(verdict.sound.parts[0].what.power, 0.5, 1e-9);
+  EXPECT_EQ(instants(verdict.sound).size(), ultrasound::period_steps);
+  ASSERT_TRUE(verdict.field);
+  EXPECT_EQ(verdict.field->reached[0], 400.0);
+  gate.check(field({point(0, 0, 0.2, 0.4)}), now());
+  gate.fallSilent();
+  gate.check(field({point(0, 0, 0.2, 0.4)}), now());
+  EXPECT_EQ(known, (std::vector<std::size_t>{0, 1, 0})) << "none before after silence";
+}
+
+TEST_F(FieldGate, PatternsShareThePeriod) {
+  patterns = 4;
+  SafetyGate gate(loudAllowed(), array);
+  gate.start();
+  const Verdict verdict = gate.check(field({point(0, 0, 0.2, 0.4)}), now());
+  ASSERT_EQ(verdict.sound.parts.size(), 4u);
+  for (const Sound::Part& part : verdict.sound.parts) {
+    EXPECT_NEAR(part.what.time, 0.25, 1e-9);
+    EXPECT_NEAR(part.what.power, 0.125, 1e-9) << "so that each counts as much in the mean";
+  }
+  const auto played = instants(verdict.sound);
+  for (std::size_t i = 0; i < played.size(); ++i) EXPECT_EQ(played[i], &verdict.sound.parts[i % 4]);
+}
+
+TEST_F(FieldGate, BareSkinMayBeOutsideTheWorkspace) {
+  SafetyGate gate(loudAllowed(), array);
+  gate.start();
+  const auto inside = point(0, 0, 0.2, 0.4);
+  EXPECT_EQ(gate.check(field({inside, point(0, 0, 0.5, 0.0)}), now()).reason, "");
+  EXPECT_TRUE(
+      begins(gate.check(field({inside, point(0, 0, 0.5, 0.1)}), now()).reason, "outside the workspace"));
+  EXPECT_TRUE(begins(gate.check(field({inside, point(nan, 0, 0.2, 0.0)}), now()).reason, "non-finite"));
+  EXPECT_TRUE(
+      begins(gate.check(field({inside, point(0, 0, 0.2, 1.1)}), now()).reason, "intensity out of range"));
+}
+
+TEST_F(FieldGate, AsksAnewForLessWhereItIsTooLoud) {
+  SafetyGateConfig config = loudAllowed();
+  config.pressure_cap = 1500.0;
+  SafetyGate gate(config, array);
+  gate.start();
+  const Verdict verdict = gate.check(field({point(0, 0, 0.2, 0.4)}), now());
+  EXPECT_EQ(verdict.reason, "");
+  EXPECT_TRUE(begins(verdict.lowered, "pressure"));
+  ASSERT_EQ(spent.size(), 2u);
+  EXPECT_NEAR(spent[1], 0.995 * 0.5, 1e-6);
+  EXPECT_LE(verdict.sound.parts[0].drive.amplitude[0], 0.5f);
+
+  config.pressure_cap = 1e6;
+  config.head_spl_cap = 114.0;
+  SafetyGate head(config, array);
+  head.start();
+  const Verdict lower = head.check(field({point(0, 0, 0.2, 0.4)}), now());
+  EXPECT_TRUE(begins(lower.lowered, "head level"));
+  EXPECT_LE(*lower.head_spl, 114.0);
+}
+
+TEST_F(FieldGate, IsWeakenedInProportionWhereAskingDoesNotHelp) {
+  SafetyGateConfig config = loudAllowed();
+  config.pressure_cap = 1500.0;
+  array.loudness = [](const ultrasound::Drive&, const Points&) { return Loudness{3000.0, 0.0, ""}; };
+  SafetyGate gate(config, array);
+  gate.start();
+  const Verdict verdict = gate.check(field({point(0, 0, 0.2, 0.4)}), now());
+  EXPECT_EQ(verdict.reason, "");
+  ASSERT_EQ(spent.size(), 2u);
+  EXPECT_NEAR(verdict.field->reached[0], 0.5 * 1000.0 * spent[1] * 0.4, 10.0) << "and tells so";
+
+  array.scalable = false;  // then it cannot be had
+  SafetyGate boards(config, array);
+  boards.start();
+  EXPECT_TRUE(begins(boards.check(field({point(0, 0, 0.2, 0.4)}), now()).reason, "pressure"));
+}
+
+TEST_F(FieldGate, NoSampleGetsLouderFasterThanTheSlew) {
+  SafetyGate gate(loudAllowed(), array);
+  gate.start();
+  constexpr double frame = 0.01;  // s: a rise of 0.2
+  const auto share = [](const Verdict& verdict, std::size_t k) {
+    return verdict.field->reached.at(k) / 1000.0;
+  };
+  const Points still{point(0, 0, 0.2, 0.5)};
+  EXPECT_NEAR(share(gate.check(field(still), now(frame)), 0), 0.2, 2e-3);
+  EXPECT_NEAR(share(gate.check(field(still), now(frame)), 0), 0.4, 4e-3);
+  EXPECT_NEAR(share(gate.check(field(still), now(frame)), 0), 0.5, 5e-3);
+  const Points moved{point(0.008, 0, 0.2, 0.5)};
+  const Verdict next = gate.check(field(moved), now(frame));
+  EXPECT_NEAR(share(next, 0), 0.5, 5e-3) << "what was within 10 mm may go on";
+  EXPECT_EQ(next.lowered, "");
+  const Verdict leap = gate.check(field({point(0.05, 0, 0.2, 0.5)}), now(frame));
+  EXPECT_NEAR(share(leap, 0), 0.2, 2e-3);
+  EXPECT_TRUE(begins(leap.lowered, "slew"));
+
+  gate.fallSilent();
+  beside = 0.6;  // bare skin counts as well
+  EXPECT_NEAR(share(gate.check(field({point(0, 0, 0.2, 0.1), point(0.05, 0, 0.2, 0.0)}), now(frame)), 1), 0.2,
+              2e-3);
+  gate.fallSilent();
+  const Verdict first = gate.check(field(still), now(0.0));
+  EXPECT_EQ(first.reason, "");
+  EXPECT_EQ(share(first, 0), 0.0) << "no time, no rise";
+}
+
+TEST_F(FieldGate, IsSilentWhereNothingIsKnown) {
+  array.solve_field = [](const Points&, double,
+                         const std::vector<ultrasound::Drive>&) -> ultrasound::FieldSolution {
+    throw std::runtime_error("none");
+  };
+  SafetyGate gate({}, array);
+  gate.start();
+  EXPECT_TRUE(begins(gate.check(field({point(0, 0, 0.2, 0.4)}), now()).reason, "pressure: not known"));
+  array.solve_field = nullptr;
+  SafetyGate without({}, array);
+  without.start();
+  EXPECT_TRUE(begins(without.check(field({point(0, 0, 0.2, 0.4)}), now()).reason, "pressure: not known"));
+}
+
 TEST(SafetyGate, RulesHaveNames) {
   for (const Offence& offence : offences()) EXPECT_EQ(ruleOf(nameOf(offence.rule)), offence.rule);
   EXPECT_EQ(nameOf(Rule::head_level), "head_level");

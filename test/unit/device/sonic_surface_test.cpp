@@ -507,10 +507,59 @@ TEST_F(SonicSurfaceOnATerminal, DoesNotPlayWhatTheWireIsTooSlowFor) {
   SonicSurface device;
   device.open(options);
   EXPECT_EQ(device.capabilities().modulations,
-            std::vector<ultrasound::Modulation>{ultrasound::Modulation::amplitude});
+            (std::vector<ultrasound::Modulation>{ultrasound::Modulation::amplitude,
+                                                 ultrasound::Modulation::field}));
   Emission path = focus();
   path.modulation = ultrasound::Modulation::spatiotemporal;
   EXPECT_THROW(device.submit(soundOf(path, &device)), std::runtime_error);
+}
+
+// What goes over the wire is the pattern that was judged, channel by channel.
+TEST_F(SonicSurfaceOnATerminal, PlaysAField) {
+  options["guard"] = "false";
+  SonicSurface device;
+  device.open(options);
+  read(sonic_surface::silence(one_board).size());
+  Emission field{{}, 200.0, ultrasound::Modulation::field};
+  for (int i = -4; i <= 4; ++i)
+    for (int j = -4; j <= 4; ++j) {
+      ultrasound::FocalPoint sample;
+      sample.position = {0.005 * i, 0.005 * j, 0.2};
+      sample.intensity = std::hypot(i, j) < 2.5 ? 0.3 : 0.0;
+      field.points.push_back(sample);
+    }
+  for (const double amplitude : {1.0, 0.4}) {
+    ultrasound::FieldSolverOptions most;
+    most.amplitude = amplitude;
+    const auto solution = device.field(field.points, most, {});
+    ASSERT_TRUE(solution);
+    const ultrasound::Drive& drive = solution->drives.at(0);
+    const auto on = static_cast<double>(std::count(drive.amplitude.begin(), drive.amplitude.end(), 1.0f));
+    EXPECT_LE(on, 256.0 * amplitude + 1.0);
+    EXPECT_GT(on, 100.0 * amplitude);
+    EXPECT_LT(solution->error, 0.7);
+    ultrasound::FieldSolution judged = *solution;
+    ultrasound::judgeField(device.capabilities().layout, {}, field.points, judged);
+    EXPECT_NEAR(judged.error, solution->error, 1e-6);
+
+    Sound sound{field, {}};
+    Sound::Part part;
+    part.what.points = field.points;
+    part.drive = drive;
+    sound.parts.push_back(part);
+    device.submit(sound);
+    const std::vector<std::uint8_t> expected = sonic_surface::frame(drive, one_board);
+    std::vector<std::uint8_t> bytes = read(expected.size());  // swaps of the pattern before may come first
+    for (int more = 0; more < 2000 && !std::equal(expected.rbegin(), expected.rend(), bytes.rbegin()); ++more)
+      bytes.push_back(read(1).at(0));
+    EXPECT_TRUE(std::equal(expected.rbegin(), expected.rend(), bytes.rbegin())) << amplitude;
+    for (std::size_t n = 0; n < 256; ++n) {
+      EXPECT_EQ(expected[n + 2] == 32, drive.amplitude[n] == 0.0f) << n;
+      if (drive.amplitude[n] == 0.0f) continue;
+      EXPECT_NEAR(std::remainder(expected[n + 2] / 32.0 - drive.phase[n] / (2.0 * M_PI), 1.0), 0.0, 1e-5)
+          << n;
+    }
+  }
 }
 
 TEST_F(SonicSurfaceOnATerminal, GoesSilentWhenNotRenewed) {

@@ -1,6 +1,7 @@
 // Compiled twice, in namespaces `ultrasound` and `ultrasound_plain`: see processor_test.cpp.
 #include <random>
 
+#include "ultrasound/field_solver.h"
 #include "ultrasound/phase_solver.h"
 
 std::vector<float> TACTILE_CLAY_RESULTS() {
@@ -22,6 +23,10 @@ std::vector<float> TACTILE_CLAY_RESULTS() {
     const PhaseSolution solution = solvePhases(layout, {}, foci, options);
     results.insert(results.end(), solution.drive.phase.begin(), solution.drive.phase.end());
     results.insert(results.end(), solution.drive.amplitude.begin(), solution.drive.amplitude.end());
+    FieldSolverOptions field_options;
+    field_options.patterns = trial % 2 == 0 ? 1 : 2;
+    for (const Drive& drive : solveField(layout, {}, foci, field_options).drives)
+      results.insert(results.end(), drive.phase.begin(), drive.phase.end());
     std::vector<Eigen::Vector3f> points;
     for (int i = 0; i < 100; ++i) {
       points.push_back(

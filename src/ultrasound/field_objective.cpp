@@ -1,0 +1,187 @@
+#include "ultrasound/field_objective.h"
+
+#include <algorithm>
+
+#include "ultrasound/piston_wave.h"
+#include "ultrasound/propagator.h"
+
+namespace tactile_clay::ultrasound {
+namespace {
+
+constexpr std::size_t block = 4;      // targets that are worked on together: their lanes fit the registers
+constexpr double enough_width = 0.5;  // d of the objective
+constexpr auto two_pi = static_cast<float>(2.0 * M_PI);
+
+/// The waves of all transducers at a point. \return sum of their amplitudes
+TACTILE_CLAY_CLONES float fillRow(const TransducerLanes& t, const PistonConstants& air, float strength,
+                                  const float* point, ComplexLanes* row) {
+  Lanes total{};
+  for (std::size_t i = 0; i < t.x.size(); ++i) {
+    const Lanes x = point[0] - t.x[i];
+    const Lanes y = point[1] - t.y[i];
+    const Lanes z = point[2] - t.z[i];
+    Lanes amplitude;
+    Lanes turns;
+    Lanes cosine;
+    Lanes sine;
+    pistonWave<false>(air, x * x + y * y + z * z, x * t.nx[i] + y * t.ny[i] + z * t.nz[i], amplitude, turns);
+    unitCircle(turns, cosine, sine);
+    amplitude *= strength;
+    row[i] = {amplitude * cosine, amplitude * sine};
+    total += amplitude;
+  }
+  return sum(total);
+}
+
+TACTILE_CLAY_CLONES void scaleRow(float factor, std::size_t width, ComplexLanes* row) {
+  for (std::size_t i = 0; i < width; ++i) {
+    row[i].re *= factor;
+    row[i].im *= factor;
+  }
+}
+
+/// p = G q of `block` rows.
+TACTILE_CLAY_CLONES void pressuresOf(const ComplexLanes* rows, const ComplexLanes* q, std::size_t width,
+                                     float* re, float* im) {
+  Lanes sum_re[block] = {};
+  Lanes sum_im[block] = {};
+  for (std::size_t i = 0; i < width; ++i) {
+    for (std::size_t m = 0; m < block; ++m) {
+      const ComplexLanes& g = rows[m * width + i];
+      sum_re[m] += g.re * q[i].re - g.im * q[i].im;
+      sum_im[m] += g.re * q[i].im + g.im * q[i].re;
+    }
+  }
+  for (std::size_t m = 0; m < block; ++m) {
+    re[m] = sum(sum_re[m]);
+    im[m] = sum(sum_im[m]);
+  }
+}
+
+/// Adds G^T u of `block` rows to z.
+TACTILE_CLAY_CLONES void addTransposed(const ComplexLanes* rows, std::size_t width, const float* re,
+                                       const float* im, ComplexLanes* z) {
+  for (std::size_t i = 0; i < width; ++i) {
+    ComplexLanes a = z[i];
+    for (std::size_t m = 0; m < block; ++m) {
+      const ComplexLanes& g = rows[m * width + i];
+      a.re += g.re * re[m] - g.im * im[m];
+      a.im += g.re * im[m] + g.im * re[m];
+    }
+    z[i] = a;
+  }
+}
+
+TACTILE_CLAY_CLONES void toUnit(const Turns& turns, LaneArray<ComplexLanes>& q) {
+  for (std::size_t i = 0; i < turns.size(); ++i) unitCircle(turns[i], q[i].re, q[i].im);
+}
+
+TACTILE_CLAY_CLONES void toTurns(const ComplexLanes* z, std::size_t width, Lanes* turns) {
+  for (std::size_t i = 0; i < width; ++i) turns[i] = turnsOf(z[i].re, z[i].im);
+}
+
+/// factor Im(q z), a transducer each.
+TACTILE_CLAY_CLONES void imaginaryPart(const LaneArray<ComplexLanes>& q, const LaneArray<ComplexLanes>& z,
+                                       float factor, Turns& out) {
+  for (std::size_t i = 0; i < q.size(); ++i) out[i] = factor * (q[i].re * z[i].im + q[i].im * z[i].re);
+}
+
+}  // namespace
+
+FieldObjective::FieldObjective(const ArrayLayout& layout, const Acoustics& acoustics,
+                               const std::vector<FocalPoint>& targets, const FieldSolverOptions& options)
+    : strength_(options.strength),
+      patterns_(static_cast<std::size_t>(options.patterns)),
+      width_(lanesFor(layout.size())),
+      count_(targets.size()),
+      rows_((count_ + block - 1) / block * block),
+      g_(rows_ * width_, ComplexLanes{}),
+      wanted_(rows_, 0.0f),
+      intensity_(rows_, 0.0f),
+      re_(rows_ * patterns_, 0.0f),
+      im_(rows_ * patterns_, 0.0f),
+      q_(width_ * patterns_),
+      z_(width_ * patterns_) {
+  const TransducerLanes transducers(layout);
+  const PistonConstants air(acoustics);
+  for (std::size_t m = 0; m < count_; ++m) {
+    const Eigen::Vector3f at = targets[m].position.cast<float>();
+    reach_.push_back(fillRow(transducers, air, static_cast<float>(acoustics.reference_pressure), at.data(),
+                             &g_[m * width_]));
+    unit_ = std::max(unit_, targets[m].intensity * reach_[m]);
+  }
+  if (!(unit_ > 0.0)) return;
+  for (std::size_t m = 0; m < count_; ++m) {
+    scaleRow(static_cast<float>(options.amplitude / unit_), width_, &g_[m * width_]);
+    wanted_[m] = static_cast<float>(std::pow(targets[m].intensity * reach_[m] / unit_, 2));
+    wanted_square_ += static_cast<double>(wanted_[m]) * wanted_[m];
+  }
+}
+
+Turns FieldObjective::start() {
+  Turns turns(size());
+  constexpr double golden = 0.6180339887498949;  // parts that no pattern repeats
+  for (std::size_t k = 0; k < patterns_; ++k) {
+    ComplexLanes* z = &z_[k * width_];
+    std::fill(z, z + width_, ComplexLanes{});
+    for (std::size_t m = 0; m < rows_; ++m) {
+      const double angle = 2.0 * M_PI * std::fmod(golden * static_cast<double>(k * (m + 1)), 1.0);
+      re_[m] = std::sqrt(wanted_[m]) * static_cast<float>(std::cos(angle));
+      im_[m] = std::sqrt(wanted_[m]) * static_cast<float>(std::sin(angle));
+    }
+    for (std::size_t m = 0; m < rows_; m += block) addTransposed(row(m), width_, &re_[m], &im_[m], z);
+    toTurns(z, width_, &turns[k * width_]);
+  }
+  // What arrives in phase was sent earlier by the way: the phases of G^H, the negative ones of G^T.
+  for (Lanes& lane : turns) lane *= -1.0f;
+  return turns;
+}
+
+double FieldObjective::operator()(const Turns& turns, Turns* gradient) {
+  toUnit(turns, q_);
+  std::fill(intensity_.begin(), intensity_.end(), 0.0f);
+  const float share = 1.0f / static_cast<float>(patterns_);
+  for (std::size_t k = 0; k < patterns_; ++k) {
+    float* re = &re_[k * rows_];
+    float* im = &im_[k * rows_];
+    for (std::size_t m = 0; m < rows_; m += block)
+      pressuresOf(row(m), &q_[k * width_], width_, re + m, im + m);
+    for (std::size_t m = 0; m < rows_; ++m) intensity_[m] += share * (re[m] * re[m] + im[m] * im[m]);
+  }
+  double both = 0.0;
+  double had = 0.0;
+  for (std::size_t m = 0; m < count_; ++m) {
+    both += static_cast<double>(intensity_[m]) * wanted_[m];
+    had += static_cast<double>(intensity_[m]) * intensity_[m];
+  }
+  constexpr double tiny = 1e-30;  // of a field that misses all targets
+  both = std::max(both / wanted_square_, tiny);
+  had = std::max(had / wanted_square_, tiny);
+  scale_ = both;
+  square_error_ = 1.0 - both * both / had;
+  const double missing = std::max(-std::log(both), 0.0);
+  const bool much = missing > enough_width;
+  const double price = much ? missing - 0.5 * enough_width : missing * missing / (2.0 * enough_width);
+  if (gradient == nullptr) return square_error_ + strength_ * price;
+
+  const double price_slope = much ? 1.0 : missing / enough_width;
+  const double on_wanted = (-2.0 * both / had - strength_ * price_slope / both) / wanted_square_;
+  const double on_intensity = 2.0 * std::pow(both / had, 2) / wanted_square_;
+  std::fill(z_.begin(), z_.end(), ComplexLanes{});
+  for (std::size_t k = 0; k < patterns_; ++k) {
+    float* re = &re_[k * rows_];
+    float* im = &im_[k * rows_];
+    for (std::size_t m = 0; m < count_; ++m) {
+      const auto slope = static_cast<float>(on_wanted * wanted_[m] + on_intensity * intensity_[m]);
+      re[m] *= slope;
+      im[m] *= -slope;
+    }
+    for (std::size_t m = 0; m < rows_; m += block)
+      addTransposed(row(m), width_, re + m, im + m, &z_[k * width_]);
+  }
+  // dI/dphi = 2 Re(conj(p) i G q) = -2 Im(conj(p) G q), and 2 pi of them a turn.
+  imaginaryPart(q_, z_, -2.0f * two_pi * share, *gradient);
+  return square_error_ + strength_ * price;
+}
+
+}  // namespace tactile_clay::ultrasound

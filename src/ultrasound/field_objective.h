@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "ultrasound/field_solver.h"
+#include "ultrasound/lanes.h"
+
+namespace tactile_clay::ultrasound {
+
+/// Phases of all patterns in turns, one pattern after the other, sixteen transducers a lane.
+using Turns = LaneArray<Lanes>;
+
+/// The objective of solveField and its gradient. Pressures are counted in the largest amplitude that is
+/// wanted.
+class FieldObjective {
+ public:
+  FieldObjective(const ArrayLayout& layout, const Acoustics& acoustics,
+                 const std::vector<FocalPoint>& targets, const FieldSolverOptions& options);
+
+  /// Nothing is wanted, or nothing can be had: there is nothing to evaluate.
+  bool silent() const { return !(unit_ > 0.0); }
+  std::size_t width() const { return width_; }                 // lanes of a pattern
+  std::size_t size() const { return width_ * patterns_; }      // lanes of all
+  const std::vector<double>& reach() const { return reach_; }  // FieldSolution::reach
+
+  /// Phases that send the root of what is wanted to all targets, in phase in the first pattern and each
+  /// otherwise in the next ones.
+  Turns start();
+
+  /// \param gradient if given, receives the derivatives by the phases, a turn each
+  double operator()(const Turns& turns, Turns* gradient);
+
+  /// Of the last evaluation: FieldSolution's error, scale and amplitude (Pa) at target m.
+  double error() const { return std::sqrt(std::max(square_error_, 0.0)); }
+  double scale() const { return scale_; }
+  double amplitude(std::size_t m) const { return unit_ * std::sqrt(static_cast<double>(intensity_[m])); }
+
+ private:
+  const ComplexLanes* row(std::size_t m) const { return &g_[m * width_]; }
+
+  double strength_;
+  std::size_t patterns_, width_, count_, rows_;  // rows: targets, and some of nothing up to a whole block
+  LaneArray<ComplexLanes> g_;
+  std::vector<double> reach_;
+  std::vector<float> wanted_, intensity_;  // squares of amplitudes
+  std::vector<float> re_, im_;             // pressures at the targets, a pattern after the other
+  LaneArray<ComplexLanes> q_, z_;          // of the transducers, a pattern after the other
+  double unit_ = 0.0, wanted_square_ = 0.0, square_error_ = 0.0, scale_ = 0.0;
+};
+
+}  // namespace tactile_clay::ultrasound

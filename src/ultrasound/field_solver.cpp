@@ -1,0 +1,253 @@
+#include "ultrasound/field_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "ultrasound/field_objective.h"
+
+namespace tactile_clay::ultrasound {
+namespace {
+
+constexpr std::size_t memory = 6;    // pairs of L-BFGS; more gain nothing in 20 evaluations
+constexpr double first_step = 0.03;  // turns, root mean square over the transducers
+constexpr double armijo = 1e-4;      // least decrease of a step, over that of the slope (Nocedal & Wright)
+constexpr auto two_pi = static_cast<float>(2.0 * M_PI);
+constexpr auto over_turn = static_cast<float>(0.5 / M_PI);
+
+void require(bool holds, const std::string& what) {
+  if (!holds) throw std::invalid_argument("field solver: " + what);
+}
+
+void requireRange(const char* name, int value, int low, int high, bool zero) {
+  require((value >= low && value <= high) || (zero && value == 0),
+          std::string(name) + " is " + std::to_string(value) + ", expected " + std::to_string(low) + " to " +
+              std::to_string(high) + (zero ? ", or 0" : ""));
+}
+
+void check(const ArrayLayout& layout, const std::vector<FocalPoint>& targets,
+           const FieldSolverOptions& options, const std::vector<Drive>& before) {
+  options.validate();
+  for (const FocalPoint& target : targets) {
+    const std::string name = " of target " + std::to_string(target.id);
+    require(target.position.allFinite(), "position" + name + " is not finite");
+    require(target.intensity >= 0.0 && target.intensity <= 1.0,
+            "intensity" + name + " is " + std::to_string(target.intensity) + ", expected 0 to 1");
+  }
+  for (const Drive& drive : before)
+    require(
+        drive.phase.size() == layout.size() && drive.amplitude.size() == layout.size() &&
+            std::all_of(drive.phase.begin(), drive.phase.end(), [](float x) { return std::abs(x) < 1e4f; }),
+        "a drive before has " + std::to_string(drive.phase.size()) + " phases, expected " +
+            std::to_string(layout.size()) + ", each within 10000 rad");
+}
+
+TACTILE_CLAY_CLONES float dot(const Turns& a, const Turns& b) {
+  Lanes total{};
+  for (std::size_t i = 0; i < a.size(); ++i) total += a[i] * b[i];
+  return sum(total);
+}
+
+TACTILE_CLAY_CLONES void addScaled(const Turns& a, float factor, Turns& to) {
+  for (std::size_t i = 0; i < a.size(); ++i) to[i] += factor * a[i];
+}
+
+TACTILE_CLAY_CLONES void scale(float factor, Turns& a) {
+  for (Lanes& lane : a) lane *= factor;
+}
+
+TACTILE_CLAY_CLONES void roundTurns(float levels, Turns& turns) {
+  for (Lanes& lane : turns) lane = nearest(lane * levels) / levels;
+}
+
+/// Turns by the shorter way from `before` to `turns`, at most `most` of it.
+TACTILE_CLAY_CLONES void limitChange(const Turns& before, float most, Turns& turns) {
+  for (std::size_t i = 0; i < turns.size(); ++i) {
+    const Lanes way = turns[i] - before[i];
+    const Lanes shorter = way - nearest(way);
+    turns[i] = before[i] + smaller(larger(shorter, Lanes{} - most), Lanes{} + most);
+  }
+}
+
+struct Pair {
+  Turns step, change;  // of the phases, of the gradient
+  float inverse;       // of their product
+};
+
+/// -H^-1 gradient, by the two loops of L-BFGS.
+Turns newtonStep(const Turns& gradient, const std::vector<Pair>& pairs) {
+  Turns step = gradient;
+  std::vector<float> along(pairs.size());
+  for (std::size_t k = pairs.size(); k-- > 0;) {
+    along[k] = pairs[k].inverse * dot(pairs[k].step, step);
+    addScaled(pairs[k].change, -along[k], step);
+  }
+  if (!pairs.empty()) {
+    const Pair& last = pairs.back();
+    scale(1.0f / (last.inverse * dot(last.change, last.change)), step);
+  }
+  for (std::size_t k = 0; k < pairs.size(); ++k)
+    addScaled(pairs[k].step, along[k] - pairs[k].inverse * dot(pairs[k].change, step), step);
+  scale(-1.0f, step);
+  return step;
+}
+
+/// Lowers the objective by so many evaluations. \return its value there
+double descend(FieldObjective& objective, int evaluations, Turns& turns) {
+  Turns gradient(turns.size()), next(turns.size()), next_gradient(turns.size());
+  std::vector<Pair> pairs;
+  double value = objective(turns, &gradient);
+  for (int used = 1; used < evaluations;) {
+    Turns step = newtonStep(gradient, pairs);
+    double slope = dot(gradient, step);
+    if (!(slope < 0.0) && !pairs.empty()) {  // rounding: start over
+      pairs.clear();
+      step = newtonStep(gradient, pairs);
+      slope = dot(gradient, step);
+    }
+    if (!(slope < 0.0)) break;  // a minimum
+    const auto numbers = static_cast<double>(turns.size() * lane_count);
+    double length = pairs.empty() ? first_step / std::sqrt(dot(step, step) / numbers) : 1.0;
+    for (bool lower = false; !lower && used < evaluations; ++used) {
+      next = turns;
+      addScaled(step, static_cast<float>(length), next);
+      const double next_value = objective(next, &next_gradient);
+      lower = next_value <= value + armijo * length * slope;
+      if (!lower) {  // to the minimum of the parabola
+        const double bend = next_value - value - length * slope;
+        length *= std::clamp(-length * slope / (2.0 * bend), 0.1, 0.6);
+        continue;
+      }
+      Pair pair{next, next_gradient, 0.0f};
+      addScaled(turns, -1.0f, pair.step);
+      addScaled(gradient, -1.0f, pair.change);
+      const float product = dot(pair.step, pair.change);
+      constexpr float least = 1e-12f;  // a bend that is lost in rounding tells nothing
+      if (product > least) {
+        pair.inverse = 1.0f / product;
+        if (pairs.size() == memory) pairs.erase(pairs.begin());
+        pairs.push_back(std::move(pair));
+      }
+      std::swap(turns, next);
+      std::swap(gradient, next_gradient);
+      value = next_value;
+    }
+  }
+  return value;
+}
+
+Turns turnsOf(const std::vector<Drive>& drives, std::size_t width) {
+  Turns turns(drives.size() * width, Lanes{});
+  for (std::size_t k = 0; k < drives.size(); ++k)
+    for (std::size_t n = 0; n < drives[k].phase.size(); ++n)
+      turns[k * width + n / lane_count][n % lane_count] = drives[k].phase[n] * over_turn;
+  return turns;
+}
+
+/// The amplitude of all transducers, such that no more pressure is had than is wanted.
+float amplitudeOf(const FieldSolverOptions& options, double scale) {
+  const double share = std::min(1.0, std::sqrt(1.0 / scale));
+  const double amplitude = options.amplitude * share;
+  if (options.amplitude_levels == 0) return static_cast<float>(amplitude);
+  constexpr double rounding = 1e-4;  // of a level: what is one already stays it
+  const double most = std::floor(options.amplitude * options.amplitude_levels + rounding);
+  return static_cast<float>(std::min(std::ceil(amplitude * options.amplitude_levels - rounding), most) /
+                            options.amplitude_levels);
+}
+
+}  // namespace
+
+void FieldSolverOptions::validate() const {
+  require(strength >= 0.0 && std::isfinite(strength),
+          "strength is " + std::to_string(strength) + ", expected 0 or a positive number");
+  require(patterns == 1 || patterns == 2 || patterns == 4 || patterns == 8,
+          "patterns is " + std::to_string(patterns) + ", expected 1, 2, 4 or 8");
+  requireRange("evaluations", evaluations, 1, 10000, false);
+  require(amplitude > 0.0 && amplitude <= 1.0,
+          "amplitude is " + std::to_string(amplitude) + ", expected above 0 and at most 1");
+  requireRange("phase_levels", phase_levels, 2, 65536, true);
+  requireRange("amplitude_levels", amplitude_levels, 1, 65536, true);
+  require(max_phase_change >= 0.0,
+          "max_phase_change is " + std::to_string(max_phase_change) + ", expected at least 0");
+}
+
+FieldSolution solveField(const ArrayLayout& layout, const Acoustics& acoustics,
+                         const std::vector<FocalPoint>& targets, const FieldSolverOptions& options,
+                         const std::vector<Drive>& before) {
+  check(layout, targets, options, before);
+  FieldObjective objective(layout, acoustics, targets, options);
+  FieldSolution solution;
+  solution.reach = objective.reach();
+  for (std::size_t m = 0; m < targets.size(); ++m)
+    solution.wanted.push_back(targets[m].intensity * solution.reach[m]);
+  solution.reached.assign(targets.size(), 0.0);
+  const auto patterns = static_cast<std::size_t>(options.patterns);
+  solution.drives.assign(patterns,
+                         {std::vector<float>(layout.size(), 0.0f), std::vector<float>(layout.size(), 0.0f)});
+  if (objective.silent()) return solution;
+
+  const bool follows = before.size() == patterns;
+  const bool limited = follows && options.max_phase_change > 0.0;
+  Turns turns;
+  Turns last;
+  if (follows) turns = last = turnsOf(before, objective.width());
+  if (limited) {
+    descend(objective, 2 * options.evaluations, turns);
+    limitChange(last, static_cast<float>(std::min(options.max_phase_change, M_PI)) * over_turn, turns);
+  } else {
+    Turns fresh = objective.start();
+    const double anew = descend(objective, (follows ? 1 : 2) * options.evaluations, fresh);
+    if (!follows || anew < descend(objective, options.evaluations, turns)) turns = std::move(fresh);
+  }
+  if (options.phase_levels > 0) roundTurns(static_cast<float>(options.phase_levels), turns);
+
+  objective(turns, nullptr);
+  solution.error = objective.error();
+  const float amplitude = amplitudeOf(options, objective.scale());
+  const double share = amplitude / options.amplitude;
+  solution.scale = share * share * objective.scale();
+  for (std::size_t m = 0; m < targets.size(); ++m) solution.reached[m] = share * objective.amplitude(m);
+  for (std::size_t k = 0; k < patterns; ++k) {
+    for (std::size_t n = 0; n < layout.size(); ++n) {
+      const float t = turns[k * objective.width() + n / lane_count][n % lane_count];
+      solution.drives[k].phase[n] = two_pi * (t - std::floor(t));
+      solution.drives[k].amplitude[n] = amplitude;
+    }
+  }
+  return solution;
+}
+
+FieldFit fieldFit(const std::vector<double>& wanted, const std::vector<double>& reached) {
+  double both = 0.0;
+  double had = 0.0;
+  double square = 0.0;
+  for (std::size_t m = 0; m < wanted.size(); ++m) {
+    const double w = std::pow(wanted[m], 2);
+    const double r = std::pow(reached[m], 2);
+    both += w * r;
+    had += r * r;
+    square += w * w;
+  }
+  if (!(square > 0.0)) return {};
+  if (!(had > 0.0)) return {1.0, 0.0};
+  return {std::sqrt(std::max(0.0, 1.0 - both * both / (had * square))), both / square};
+}
+
+void judgeField(const ArrayLayout& layout, const Acoustics& acoustics, const std::vector<FocalPoint>& targets,
+                FieldSolution& solution) {
+  std::vector<Eigen::Vector3f> at;
+  for (const FocalPoint& target : targets) at.push_back(target.position.cast<float>());
+  std::vector<double> square(targets.size(), 0.0);
+  for (const Drive& drive : solution.drives) {
+    const auto field = pressuresAt(layout, acoustics, drive, at);
+    for (std::size_t m = 0; m < at.size(); ++m)
+      square[m] += static_cast<double>(std::norm(field[m])) / static_cast<double>(solution.drives.size());
+  }
+  for (std::size_t m = 0; m < at.size(); ++m) solution.reached[m] = std::sqrt(square[m]);
+  const FieldFit fit = fieldFit(solution.wanted, solution.reached);
+  solution.error = fit.error;
+  solution.scale = fit.scale;
+}
+
+}  // namespace tactile_clay::ultrasound

@@ -1,0 +1,86 @@
+#include "ultrasound/skin_samples.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <tuple>
+
+namespace tactile_clay::ultrasound {
+namespace {
+
+using contact::PressureSample;
+
+constexpr double cell = 0.004;            // m, of the curve; below the distance of samples
+constexpr std::int64_t middle = 1 << 20;  // of 21 bits a coordinate: 4 km to either side
+
+/// The bits of the cell's coordinates in turn.
+std::uint64_t placeOnCurve(const Eigen::Vector3f& position) {
+  std::uint64_t place = 0;
+  std::uint64_t coordinate[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto at = static_cast<std::int64_t>(std::floor(static_cast<double>(position[axis]) / cell));
+    coordinate[axis] = static_cast<std::uint64_t>(std::clamp<std::int64_t>(at + middle, 0, 2 * middle - 1));
+  }
+  for (int bit = 20; bit >= 0; --bit)
+    for (const std::uint64_t x : coordinate) place = place << 1 | (x >> bit & 1);
+  return place;
+}
+
+/// Adds the pieces of such an area of a part of the skin that is sorted along the curve.
+void cut(std::vector<PressureSample>::const_iterator begin, std::vector<PressureSample>::const_iterator end,
+         double area, std::vector<SkinSample>& pieces) {
+  double total = 0.0;
+  for (auto sample = begin; sample != end; ++sample) total += sample->area;
+  if (!(total > 0.0)) return;
+  const auto count = static_cast<std::size_t>(std::max(1.0, std::floor(total / area * (1.0 + 1e-9))));
+  double passed = 0.0;  // of the area
+  auto sample = begin;
+  for (std::size_t k = 0; k < count && sample != end; ++k) {
+    const double last = total * static_cast<double>(k + 1) / static_cast<double>(count);
+    const double centre = 0.5 * (passed + last);
+    SkinSample piece{sample->position.cast<double>(), 0.0};
+    double felt = 0.0, taken = 0.0;
+    // A sample belongs to the piece in which its middle lies.
+    for (; sample != end && (passed + 0.5 * sample->area <= last || k + 1 == count); ++sample) {
+      const double here = sample->area;
+      if (passed <= centre) piece.position = sample->position.cast<double>();
+      felt += here * sample->pressure;
+      taken += here;
+      passed += here;
+    }
+    if (!(taken > 0.0)) continue;
+    piece.pressure = felt / taken;
+    pieces.push_back(piece);
+  }
+}
+
+}  // namespace
+
+std::vector<SkinSample> skinSamples(const std::vector<PressureSample>& skin, std::size_t most) {
+  std::vector<std::pair<std::uint64_t, PressureSample>> sorted;
+  double total = 0.0, square = 0.0;
+  for (const PressureSample& sample : skin) {
+    sorted.emplace_back(placeOnCurve(sample.position), sample);
+    const double area = sample.area;
+    square += area * area;
+    total += area;
+  }
+  const auto key = [](const auto& entry) {
+    const PressureSample& s = entry.second;
+    return std::make_tuple(!(s.pressure > 0.0f), entry.first, s.position.x(), s.position.y(), s.position.z(),
+                           s.pressure, s.area, s.weight);
+  };
+  std::sort(sorted.begin(), sorted.end(), [&key](const auto& a, const auto& b) { return key(a) < key(b); });
+  std::vector<PressureSample> ordered;
+  for (const auto& entry : sorted) ordered.push_back(entry.second);
+  const auto bare = std::find_if(ordered.cbegin(), ordered.cend(),
+                                 [](const PressureSample& sample) { return !(sample.pressure > 0.0f); });
+  std::vector<SkinSample> pieces;
+  if (!(total > 0.0)) return pieces;
+  const double area = std::max(total / static_cast<double>(most), square / total);
+  cut(ordered.cbegin(), bare, area, pieces);
+  cut(bare, ordered.cend(), area, pieces);
+  return pieces;
+}
+
+}  // namespace tactile_clay::ultrasound
