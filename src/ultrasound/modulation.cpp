@@ -25,8 +25,7 @@ Modulation modulation(const std::string& name) {
   if (name == "am") return Modulation::amplitude;
   if (name == "lateral") return Modulation::lateral;
   if (name == "stm") return Modulation::spatiotemporal;
-  if (name == "field") return Modulation::field;
-  throw std::invalid_argument("unknown modulation '" + name + "', expected one of: am, lateral, stm, field");
+  throw std::invalid_argument("unknown modulation '" + name + "', expected one of: am, lateral, stm");
 }
 
 const char* nameOf(Modulation modulation) {
