@@ -1,5 +1,5 @@
-// Minutes of kneading: what a frame is spent on does not grow, and the clay stays clay. By counts, which are the same on
-// every machine; what they cost in milliseconds is for measure_kneading.
+// Minutes of kneading: what a frame is spent on does not grow, and the clay stays clay. By counts, which are
+// the same on every machine; what they cost in milliseconds is for measure_kneading.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -23,9 +23,11 @@ TEST(LongKneading, TheThirdMinuteCostsNoMoreThanTheSecond) {
   std::vector<Stretch> minutes;
   kneadLong(scene, solids, hands, how, [&](const Stretch& minute) {
     minutes.push_back(minute);
-    std::printf("  %3.0f s: %.2f ms, %.0f awake, %.2f iterations, %.2f crumbs, %.3f bonds, %.2f neighbours, %.1f cm^3\n",
-                minute.end, minute.ms, minute.awake, minute.iterations, minute.crumbs, minute.bonds, minute.neighbours,
-                1e6 * minute.volume);
+    std::printf(
+        "  %3.0f s: %.2f ms, %.0f awake, %.2f iterations, %.2f crumbs, %.3f bonds, %.2f neighbours, %.1f "
+        "cm^3\n",
+        minute.end, minute.ms, minute.awake, minute.iterations, minute.crumbs, minute.bonds,
+        minute.neighbours, 1e6 * minute.volume);
   });
   ASSERT_EQ(minutes.size(), 3U);
   const Stretch &first = minutes[0], &second = minutes[1], &third = minutes[2];
