@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "ultrasound/piston_wave.h"
 #include "ultrasound/propagator.h"
 
 namespace tactile_clay::ultrasound {
@@ -17,27 +16,11 @@ TACTILE_CLAY_CLONES float fillRow(const TransducerLanes& t, const PistonConstant
                                   const float* point, ComplexLanes* row) {
   Lanes total{};
   for (std::size_t i = 0; i < t.x.size(); ++i) {
-    const Lanes x = point[0] - t.x[i];
-    const Lanes y = point[1] - t.y[i];
-    const Lanes z = point[2] - t.z[i];
-    Lanes amplitude;
-    Lanes turns;
-    Lanes cosine;
-    Lanes sine;
-    pistonWave<false>(air, x * x + y * y + z * z, x * t.nx[i] + y * t.ny[i] + z * t.nz[i], amplitude, turns);
-    unitCircle(turns, cosine, sine);
-    amplitude *= strength;
-    row[i] = {amplitude * cosine, amplitude * sine};
-    total += amplitude;
+    const LaneWaves w = wavesAt(t, i, air, strength, point);
+    row[i] = w.pressure;
+    total += w.amplitude;
   }
   return sum(total);
-}
-
-TACTILE_CLAY_CLONES void scaleRow(float factor, std::size_t width, ComplexLanes* row) {
-  for (std::size_t i = 0; i < width; ++i) {
-    row[i].re *= factor;
-    row[i].im *= factor;
-  }
 }
 
 /// p = G q of `block` rows.
@@ -112,7 +95,7 @@ FieldObjective::FieldObjective(const ArrayLayout& layout, const Acoustics& acous
   }
   if (!(unit_ > 0.0)) return;
   for (std::size_t m = 0; m < count_; ++m) {
-    scaleRow(static_cast<float>(options.amplitude / unit_), width_, &g_[m * width_]);
+    scaleLanes(&g_[m * width_], width_, static_cast<float>(options.amplitude / unit_));
     wanted_[m] = static_cast<float>(std::pow(targets[m].intensity * reach_[m] / unit_, 2));
     wanted_square_ += static_cast<double>(wanted_[m]) * wanted_[m];
   }

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "ultrasound/piston_wave.h"
-
 namespace tactile_clay::ultrasound {
 namespace {
 
@@ -13,24 +11,14 @@ TACTILE_CLAY_CLONES void fillRow(const TransducerLanes& t, const PistonConstants
                                  float* moments) {
   Lanes total[10] = {};
   for (std::size_t i = 0; i < t.x.size(); ++i) {
-    const Lanes x = point[0] - t.x[i];
-    const Lanes y = point[1] - t.y[i];
-    const Lanes z = point[2] - t.z[i];
-    Lanes amplitude;
-    Lanes turns;
-    Lanes cosine;
-    Lanes sine;
-    const Lanes squared = x * x + y * y + z * z;
-    pistonWave<false>(air, squared, x * t.nx[i] + y * t.ny[i] + z * t.nz[i], amplitude, turns);
-    unitCircle(turns, cosine, sine);
-    amplitude *= strength;
-    row[i] = {amplitude * cosine, amplitude * sine};
-    const Lanes one_over = inverseRoot(larger(squared, Lanes{} + 1e-12f));
-    const Lanes s[3] = {x * one_over, y * one_over, z * one_over};
+    const LaneWaves w = wavesAt(t, i, air, strength, point);
+    row[i] = w.pressure;
+    const Lanes one_over = inverseRoot(larger(w.squared, Lanes{} + 1e-12f));
+    const Lanes s[3] = {w.x * one_over, w.y * one_over, w.z * one_over};
     direction[i] = {s[0], s[1]};
-    total[0] += amplitude;
+    total[0] += w.amplitude;
     for (std::size_t a = 0, n = 4; a < 3; ++a) {
-      const Lanes weighted = amplitude * s[a];
+      const Lanes weighted = w.amplitude * s[a];
       total[1 + a] += weighted;
       for (std::size_t b = a; b < 3; ++b, ++n) total[n] += weighted * s[b];
     }
@@ -145,13 +133,6 @@ TACTILE_CLAY_CLONES void rowProductsOf(const Lanes* const* rows, std::size_t wid
   }
 }
 
-TACTILE_CLAY_CLONES void scaleLanes(ComplexLanes* a, std::size_t count, float factor) {
-  for (std::size_t i = 0; i < count; ++i) {
-    a[i].re *= factor;
-    a[i].im *= factor;
-  }
-}
-
 }  // namespace
 
 TransducerLanes::TransducerLanes(const ArrayLayout& layout) {
@@ -186,6 +167,13 @@ FocusBeam Propagator::addFocus(const TransducerLanes& transducers, const Acousti
       moments[6], moments[8], moments[9];
   beam.spread -= mean * mean.transpose();
   return beam;
+}
+
+TACTILE_CLAY_CLONES void scaleLanes(ComplexLanes* a, std::size_t count, float factor) {
+  for (std::size_t i = 0; i < count; ++i) {
+    a[i].re *= factor;
+    a[i].im *= factor;
+  }
 }
 
 void Propagator::scaleRow(std::size_t m, float factor) {

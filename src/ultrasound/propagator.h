@@ -7,6 +7,7 @@
 #include "ultrasound/array_layout.h"
 #include "ultrasound/focus_beam.h"
 #include "ultrasound/lanes.h"
+#include "ultrasound/piston_wave.h"
 
 namespace tactile_clay::ultrasound {
 
@@ -17,6 +18,33 @@ struct TransducerLanes {
 
   explicit TransducerLanes(const ArrayLayout& layout);
 };
+
+/// The waves of sixteen transducers at a point, at full drive.
+struct LaneWaves {
+  Lanes x, y, z, squared;  // m, from the transducers to the point; m^2, their distance
+  Lanes amplitude;         // Pa
+  ComplexLanes pressure;   // Pa
+};
+/// \param i which sixteen \param strength P_ref, Pa m \param point m
+TACTILE_CLAY_INLINE LaneWaves wavesAt(const TransducerLanes& t, std::size_t i, const PistonConstants& air,
+                                      float strength, const float* point) {
+  LaneWaves w;
+  w.x = point[0] - t.x[i];
+  w.y = point[1] - t.y[i];
+  w.z = point[2] - t.z[i];
+  w.squared = w.x * w.x + w.y * w.y + w.z * w.z;
+  Lanes turns;
+  Lanes cosine;
+  Lanes sine;
+  pistonWave<false>(air, w.squared, w.x * t.nx[i] + w.y * t.ny[i] + w.z * t.nz[i], w.amplitude, turns);
+  unitCircle(turns, cosine, sine);
+  w.amplitude *= strength;
+  w.pressure = {w.amplitude * cosine, w.amplitude * sine};
+  return w;
+}
+
+/// Multiplies the lanes of a row.
+void scaleLanes(ComplexLanes* row, std::size_t width, float factor);
 
 /// G of p = G q: a row a focus, its transducers in lanes (propagator scaled as its user likes).
 struct Propagator {
