@@ -5,12 +5,12 @@
 
 namespace tactile_clay {
 
-/// What a call says where it throws a std::runtime_error; empty where it throws nothing.
-template <typename Call>
+/// What a call says where it throws an Error; empty where it throws nothing.
+template <typename Error = std::runtime_error, typename Call>
 std::string errorOf(const Call& call) {
   try {
     call();
-  } catch (const std::runtime_error& error) {
+  } catch (const Error& error) {
     return error.what();
   }
   return "";

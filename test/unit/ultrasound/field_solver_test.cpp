@@ -6,6 +6,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "support/error_of.h"
 #include "ultrasound/array_reach.h"
 #include "ultrasound/field_objective.h"
 #include "ultrasound/focal_points.h"
@@ -18,6 +19,13 @@ class FieldSolver : public ::testing::Test {
  protected:
   ArrayLayout layout = arrayLayout("usx");
   Acoustics air;
+
+  /// \param most Pa, in the middle of the contact \param d distance from there, radii of the contact
+  static contact::PressureSample pressed(const Eigen::Vector3d& at, double most, double d, double step) {
+    const auto area = static_cast<float>(step * step);
+    const auto pressure = static_cast<float>(d < 1.0 ? most * std::sqrt(1.0 - d * d) : 0.0);
+    return {at.cast<float>(), {0, 0, -1}, pressure, pressure * area, area, 1.0f};
+  }
 
   /// Fingers of 8 mm in radius that look down, 33 mm of each, at places that follow from the seed.
   /// \param step m, of the samples \return samples of equal area, pressed with up to 30 kPa
@@ -40,14 +48,7 @@ class FieldSolver : public ::testing::Test {
           const double end = std::max(y, 0.0);
           const double depth = 0.008 - std::sqrt(std::max(6.4e-5 - x * x - end * end, 0.0));
           const double d = std::hypot(x, y) / radius;
-          const auto area = static_cast<float>(step * step);
-          const auto pressure = static_cast<float>(d < 1.0 ? most * std::sqrt(1.0 - d * d) : 0.0);
-          skin.push_back({(tip + Eigen::Vector3d(x, y, depth)).cast<float>(),
-                          {0, 0, -1},
-                          pressure,
-                          pressure * area,
-                          area,
-                          1.0f});
+          skin.push_back(pressed(tip + Eigen::Vector3d(x, y, depth), most, d, step));
         }
       }
     }
@@ -64,14 +65,7 @@ class FieldSolver : public ::testing::Test {
     for (double x = -0.035; x < 0.0351; x += step) {
       for (double y = -0.035; y < 0.0351; y += step) {
         const double d = std::hypot(x, y) / radius;
-        const auto area = static_cast<float>(step * step);
-        const auto pressure = static_cast<float>(d < 1.0 ? 10000.0 * std::sqrt(1.0 - d * d) : 0.0);
-        skin.push_back({(middle + Eigen::Vector3d(x, y, slope * x)).cast<float>(),
-                        {0, 0, -1},
-                        pressure,
-                        pressure * area,
-                        area,
-                        1.0f});
+        skin.push_back(pressed(middle + Eigen::Vector3d(x, y, slope * x), 10000.0, d, step));
       }
     }
     return skin;
@@ -336,33 +330,23 @@ TEST_F(FieldSolver, IsSilentWhereNothingIsWantedOrCanBeHad) {
   }
 }
 
-template <typename Call>
-std::string refusal(const Call& call) {
-  try {
-    call();
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
-}
-
 TEST_F(FieldSolver, RefusesWhatIsOutOfRange) {
   FocalPoint point;
   point.id = 5;
   point.position = {0, 0, 0.2};
   point.intensity = 1.5;
-  EXPECT_EQ(refusal([&] { solveField(layout, air, {point}); }),
+  EXPECT_EQ(errorOf<std::invalid_argument>([&] { solveField(layout, air, {point}); }),
             "field solver: intensity of target 5 is 1.500000, expected 0 to 1");
   point.intensity = 0.5;
   point.position.x() = std::nan("");
-  EXPECT_EQ(refusal([&] { solveField(layout, air, {point}); }),
+  EXPECT_EQ(errorOf<std::invalid_argument>([&] { solveField(layout, air, {point}); }),
             "field solver: position of target 5 is not finite");
   point.position.x() = 0.0;
   FieldSolverOptions options;
   options.patterns = 3;
-  EXPECT_EQ(refusal([&] { solveField(layout, air, {point}, options); }),
+  EXPECT_EQ(errorOf<std::invalid_argument>([&] { solveField(layout, air, {point}, options); }),
             "field solver: patterns is 3, expected 1, 2, 4 or 8");
-  EXPECT_NE(refusal([&] {
+  EXPECT_NE(errorOf<std::invalid_argument>([&] {
               solveField(layout, air, {point}, {}, {Drive{{1.0f}, {1.0f}}});
             }).find("expected 256"),
             std::string::npos);
