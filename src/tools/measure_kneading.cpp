@@ -3,7 +3,6 @@
 //
 //   measure_kneading --help
 #include <cstdio>
-#include <exception>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -79,17 +78,5 @@ void run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    for (int k = 1; k < argc; ++k) {
-      if (argv[k] == std::string("--help") || argv[k] == std::string("-h")) {
-        std::printf("%s", usage);
-        return 0;
-      }
-    }
-    run(argc, argv);
-    return 0;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "measure_kneading: %s\n", error.what());
-    return 1;
-  }
+  return runTool("measure_kneading", usage, argc, argv, [&] { run(argc, argv); });
 }

@@ -4,7 +4,6 @@
 //   speed_accuracy --help
 #include <cmath>
 #include <cstdio>
-#include <exception>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -205,17 +204,5 @@ void run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    for (int k = 1; k < argc; ++k) {
-      if (argv[k] == std::string("--help") || argv[k] == std::string("-h")) {
-        std::printf("%s", usage);
-        return 0;
-      }
-    }
-    run(optionsOf(argc, argv));
-    return 0;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "speed_accuracy: %s\n", error.what());
-    return 1;
-  }
+  return runTool("speed_accuracy", usage, argc, argv, [&] { run(optionsOf(argc, argv)); });
 }

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cmath>
+#include <cstdio>
+#include <exception>
 #include <map>
 #include <sstream>
 #include <stdexcept>
@@ -19,6 +21,25 @@ inline double numberOf(const std::string& name, const std::string& text, double 
     throw std::runtime_error(line.str());
   }
   return number;
+}
+
+/// The main function of a tool: `--help` or `-h` prints the usage; what `run` throws is told in one line,
+/// with the tool's name, and ends it with 1.
+template <typename Run>
+int runTool(const char* name, const char* usage, int argc, char** argv, const Run& run) {
+  try {
+    for (int k = 1; k < argc; ++k) {
+      if (argv[k] == std::string("--help") || argv[k] == std::string("-h")) {
+        std::printf("%s", usage);
+        return 0;
+      }
+    }
+    run();
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s: %s\n", name, error.what());
+    return 1;
+  }
 }
 
 /// Arguments "key:=value" of a program, as roslaunch has them. Every key must be known.
