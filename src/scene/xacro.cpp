@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "files/ends_with.h"
 #include "files/input_file.h"
 #include "scene/text_file.h"
 
@@ -71,15 +72,12 @@ int run(const std::vector<std::string>& words, std::FILE* out, std::FILE* err) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
 }
 
-bool endsWith(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
 }  // namespace
 
 bool hasMacros(const std::string& xml, const std::string& file) {
   const auto has = [&](const char* words) { return xml.find(words) != std::string::npos; };
-  return endsWith(file, ".xacro") || has("<xacro:") || (has("xmlns:xacro") && (has("${") || has("$(")));
+  return files::endsWith(file, ".xacro") || has("<xacro:") ||
+         (has("xmlns:xacro") && (has("${") || has("$(")));
 }
 
 std::string expandMacros(const std::string& file) {

@@ -5,6 +5,8 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "files/ends_with.h"
+
 namespace tactile_clay::surface {
 namespace {
 
@@ -18,10 +20,6 @@ void put(std::string& out, const T& value) {
 
 void put(std::string& out, const Eigen::Vector3f& v) {
   for (int a = 0; a < 3; ++a) put(out, v[a]);
-}
-
-bool endsWith(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
 }  // namespace
@@ -64,8 +62,8 @@ std::string stl(const TriangleMesh& mesh) {
 }
 
 std::string meshFile(const TriangleMesh& mesh, const std::string& file) {
-  if (endsWith(file, ".ply")) return ply(mesh);
-  if (endsWith(file, ".stl")) return stl(mesh);
+  if (files::endsWith(file, ".ply")) return ply(mesh);
+  if (files::endsWith(file, ".stl")) return stl(mesh);
   throw std::runtime_error("mesh '" + file + "': expected a name that ends in .ply or .stl");
 }
 

@@ -18,6 +18,7 @@
 #include <string>
 
 #include "clay/sculpture.h"
+#include "files/ends_with.h"
 #include "files/input_file.h"
 #include "files/output_file.h"
 #include "nodes/message_check.h"
@@ -52,16 +53,12 @@ Clay ofSculpture(const std::string& file, const scene::Scene& scene) {
   return clay;
 }
 
-bool endsWith(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
 Clay ofBag(const std::string& file, const std::string& topic, double time, const scene::Scene& scene) {
   files::requireInput(file, files::most::recording);
   rosbag::Bag bag(file);
   const auto isTopic = [&](const rosbag::ConnectionInfo* connection) {
     return connection->datatype == "sensor_msgs/PointCloud2" &&
-           (connection->topic == topic || endsWith(connection->topic, "/" + topic));
+           (connection->topic == topic || files::endsWith(connection->topic, "/" + topic));
   };
   rosbag::View view(bag, isTopic);
   if (view.size() == 0) throw std::runtime_error("bag '" + file + "' has no clouds on " + topic);
@@ -95,7 +92,7 @@ void run(int argc, char** argv) {
   const scene::Scene scene =
       scene::loadScene(arguments["scene"], nodes::packageFolder(), 0.0, nodes::folderOfPackage);
   const Clay clay =
-      endsWith(in, ".bag") ? ofBag(in, arguments["topic"], time, scene) : ofSculpture(in, scene);
+      files::endsWith(in, ".bag") ? ofBag(in, arguments["topic"], time, scene) : ofSculpture(in, scene);
   surface::ClaySurface surface(clay.spacing);
   const surface::TriangleMesh& mesh = surface.update(clay.particles.position, clay.particles.color);
   if (mesh.triangles.empty()) throw std::runtime_error("'" + in + "' has no clay");
