@@ -202,29 +202,21 @@ std::string checkAll(const Arguments& arguments) {
 
 /// Where the program's output goes. From then on what others print, as ROS_INFO does, goes to the standard
 /// error: roslaunch takes all of the output for the robot model.
-int takeOutput() {
-  const int output = dup(STDOUT_FILENO);
-  if (output < 0 || dup2(STDERR_FILENO, STDOUT_FILENO) < 0)
+std::FILE* takeOutput() {
+  std::FILE* const output = fdopen(dup(STDOUT_FILENO), "w");
+  if (output == nullptr || dup2(STDERR_FILENO, STDOUT_FILENO) < 0)
     throw std::runtime_error(std::string("no output: ") + std::strerror(errno));
   return output;
-}
-
-void write(int output, const std::string& text) {
-  for (std::size_t done = 0; done < text.size();) {
-    const ssize_t now = ::write(output, text.data() + done, text.size() - done);
-    if (now < 0 && errno == EINTR) continue;
-    if (now <= 0)
-      throw std::runtime_error(std::string("the robot model is not written: ") + std::strerror(errno));
-    done += static_cast<std::size_t>(now);
-  }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   try {
-    const int output = takeOutput();
-    write(output, checkAll(parse(argc, argv)));
+    std::FILE* const output = takeOutput();
+    const std::string model = checkAll(parse(argc, argv));
+    if (std::fputs(model.c_str(), output) == EOF || std::fclose(output) != 0)
+      throw std::runtime_error(std::string("the robot model is not written: ") + std::strerror(errno));
     return 0;
   } catch (const std::exception& error) {
     std::cerr << "tactile_clay: " << error.what() << std::endl;
