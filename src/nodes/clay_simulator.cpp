@@ -7,12 +7,13 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "clay/live_pace.h"
 #include "clay/sculpture_file.h"
 #include "nodes/cloud.h"
 #include "nodes/conversions.h"
 #include "nodes/exit_code.h"
+#include "nodes/file_service.h"
 #include "nodes/frame_name.h"
-#include "nodes/live_pace.h"
 #include "nodes/params.h"
 #include "nodes/share.h"
 #include "nodes/topics.h"
@@ -24,12 +25,6 @@ namespace {
 constexpr double skin_lifetime = 0.15;     // s; a hand without news is out of the clay by then
 constexpr double longest_gap = 1.0;        // s; lockstep simulates at most this between two skins
 constexpr std::size_t lockstep_queue = 0;  // unlimited
-
-// A node has a working folder of its own, which is not that of who calls.
-void requireAbsolute(const std::string& file) {
-  if (file.empty() || file.front() != '/')
-    throw std::runtime_error("sculpture '" + file + "', expected an absolute path");
-}
 
 }  // namespace
 
@@ -118,29 +113,21 @@ void ClaySimulator::write(const std::string& file, files::Existing existing,
     const std::lock_guard<std::mutex> lock(clay_mutex_);
     sculpture = clay_->sculpture();
   }
-  try {
-    requireAbsolute(file);
+  answer(response, [&] {
+    requireAbsolute("sculpture", file);
     clay::save(sculpture, file, existing);
-    response.success = true;
-    response.message = "scene '" + scene_.name + "' saved in " + file;
-  } catch (const std::exception& error) {
-    response.message = oneLine(error.what());
-    if (response.message.find("is there already") != std::string::npos)
-      response.message += ", or a call of the service overwrite";
-  }
+    return "scene '" + scene_.name + "' saved in " + file;
+  });
 }
 
 bool ClaySimulator::load(SculptureFile::Request& request, SculptureFile::Response& response) {
-  try {
-    requireAbsolute(request.file);
+  answer(response, [&] {
+    requireAbsolute("sculpture", request.file);
     const clay::Sculpture sculpture = clay::loadSculpture(request.file);
     const std::lock_guard<std::mutex> lock(clay_mutex_);
     clay_->restore(sculpture);
-    response.success = true;
-    response.message = "scene '" + scene_.name + "' goes on from " + request.file;
-  } catch (const std::exception& error) {
-    response.message = oneLine(error.what());
-  }
+    return "scene '" + scene_.name + "' goes on from " + request.file;
+  });
   return true;
 }
 
@@ -247,7 +234,7 @@ void ClaySimulator::runLive() {
   const std::chrono::duration<double> period(period_);
   Clock::time_point before = Clock::now(), skin_at = before - std::chrono::hours(1);
   clay::Ghosts held;
-  LivePace pace(period_, scene_.config.timeStep());
+  clay::LivePace pace(period_, scene_.config.timeStep());
   while (true) {
     Cloud::ConstPtr skin;
     {

@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 
+#include "nodes/file_service.h"
 #include "nodes/params.h"
 #include "nodes/share.h"
 #include "nodes/surface_markers.h"
@@ -75,9 +76,8 @@ void ClaySurface::show(const Cloud& cloud) {
 
 void ClaySurface::write(const std::string& file, files::Existing existing,
                         SculptureFile::Response& response) {
-  try {
-    if (file.empty() || file.front() != '/')
-      throw std::runtime_error("mesh '" + file + "', expected an absolute path");
+  answer(response, [&] {
+    requireAbsolute("mesh", file);
     surface::meshFile({}, file);  // before waiting
     const Cloud::ConstPtr cloud =
         ros::topic::waitForMessage<Cloud>(topic::clay_particles, nh_, export_patience);
@@ -87,13 +87,8 @@ void ClaySurface::write(const std::string& file, files::Existing existing,
     const SurfaceParticles particles = surfaceParticles(*cloud);
     const surface::TriangleMesh& mesh = surface_.update(particles.position, particles.color);
     files::writeWhole(file, surface::meshFile(mesh, file), existing);
-    response.success = true;
-    response.message = std::to_string(mesh.triangles.size()) + " triangles written to " + file;
-  } catch (const std::exception& error) {
-    response.message = oneLine(error.what());
-    if (response.message.find("is there already") != std::string::npos)
-      response.message += ", or a call of the service overwrite";
-  }
+    return std::to_string(mesh.triangles.size()) + " triangles written to " + file;
+  });
 }
 
 void ClaySurface::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {

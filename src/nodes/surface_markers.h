@@ -11,11 +11,6 @@
 
 namespace tactile_clay::nodes {
 
-namespace topic {
-constexpr char clay_surface[] = "clay/surface";
-constexpr char hands_surface[] = "hands/surface";
-}  // namespace topic
-
 /// clay/particles as its surface needs them.
 struct SurfaceParticles {
   clay::VectorField position;          // m

@@ -6,12 +6,14 @@ namespace tactile_clay::nodes {
 namespace topic {
 constexpr char hands_tracked[] = "hands/tracked";
 constexpr char hands_skin[] = "hands/skin";
+constexpr char hands_surface[] = "hands/surface";
 constexpr char hands_bones[] = "hands/bones";
 constexpr char joint_states_left[] = "hands/joint_states_left";
 constexpr char joint_states_right[] = "hands/joint_states_right";
 constexpr char hands_pressure[] = "hands/pressure";
 constexpr char clay_particles[] = "clay/particles";
 constexpr char clay_contacts[] = "clay/contacts";
+constexpr char clay_surface[] = "clay/surface";
 constexpr char clay_status[] = "clay/status";
 constexpr char joint_states[] = "joint_states";
 constexpr char focal_points[] = "array/focal_points";

@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "clay/live_pace.h"
 #include "clay/neighbourhood.h"
-#include "nodes/live_pace.h"
 #include "tools/clay_shape.h"
 #include "tools/quantile.h"
 
@@ -81,7 +81,7 @@ void kneadLong(const scene::Scene& scene, const scene::Solids& solids, const std
                const LongKneading& how, const std::function<void(const Stretch&)>& tell) {
   if (samples.empty()) throw std::invalid_argument("long kneading: no hand sample, expected one at least");
   clay::Clay clay(scene.config, scene.materials, scene.particles);
-  nodes::LivePace pace(scene.config.frame, scene.config.timeStep());
+  clay::LivePace pace(scene.config.frame, scene.config.timeStep());
   Sums sums;
   double due = 0.0, next_stretch = how.stretch;  // s; when the next sample comes, since the start
   Clock::time_point before = Clock::now();

@@ -1,11 +1,11 @@
-#include "nodes/live_pace.h"
+#include "clay/live_pace.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-namespace tactile_clay::nodes {
+namespace tactile_clay::clay {
 namespace {
 
 constexpr double period = 1.0 / 60.0, step = period / 4.0;
@@ -128,4 +128,4 @@ TEST(LivePace, WhatCannotBeSimulatedIsDroppedAndTold) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::nodes
+}  // namespace tactile_clay::clay

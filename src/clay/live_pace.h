@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace tactile_clay::nodes {
+namespace tactile_clay::clay {
 
 /// How much time each frame of a live simulation gets, so that simulated time follows the wall clock, and
 /// frames are even and short: as many whole steps as usual, and a quarter of a period more or less where
@@ -57,4 +57,4 @@ class LivePace {
   double owed_ = 0.0, dropped_ = 0.0;
 };
 
-}  // namespace tactile_clay::nodes
+}  // namespace tactile_clay::clay
