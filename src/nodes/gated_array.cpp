@@ -322,7 +322,10 @@ std::string GatedArray::emit(const device::Sound& sound) {
   ++sent_;
   open_ = true;
   emitting_ = !sound.parts.empty();
-  silent_reason_ = emitting_ ? "" : "no focal points";
+  // In lockstep the hands of this frame may come after its points, so that the reason would differ between
+  // runs.
+  const bool no_hand = !lockstep_ && hands_came_ && !hands_tracked_;
+  silent_reason_ = emitting_ ? "" : no_hand ? "no focal points: no hand is tracked" : "no focal points";
   return "";
 }
 
@@ -408,7 +411,7 @@ void GatedArray::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
     else if (emitting_ && !lowered_.empty())
       status.summary(Level::OK, "emitting, made weaker by " + lowered_);
     else
-      status.summary(Level::OK, emitting_ ? "emitting" : "silent: no focal points");
+      status.summary(Level::OK, emitting_ ? "emitting" : "silent: " + silent_reason_);
     status.add("device", device_);
     status.add("frames a second", frames_);
     status.add("frames sent", sent_);

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <ctime>
 #include <fstream>
 #include <stdexcept>
 #include <thread>
@@ -37,8 +38,9 @@ double neighboursOf(const clay::Clay& clay) {
 /// Sums of the frames of a stretch.
 class Sums {
  public:
-  void add(const clay::Statistics& s, double ms) {
+  void add(const clay::Statistics& s, double ms, double cpu_ms) {
     ms_.push_back(ms);
+    sum_.cpu_ms += cpu_ms;
     sum_.awake += static_cast<double>(s.awake);
     sum_.contacts += static_cast<double>(s.contacts);
     sum_.iterations += s.iterations;
@@ -56,7 +58,7 @@ class Sums {
     const auto frames = static_cast<double>(ms_.size()),
                particles = static_cast<double>(clay.particles().size());
     Stretch s = sum_;
-    for (double* value : {&s.awake, &s.contacts, &s.iterations, &s.rounds, &s.lumps, &s.crumbs})
+    for (double* value : {&s.cpu_ms, &s.awake, &s.contacts, &s.iterations, &s.rounds, &s.lumps, &s.crumbs})
       *value /= frames;
     for (clay::Stage& stage : s.stages) stage.ms /= frames;
     s.end = clay.time();
@@ -101,10 +103,12 @@ void kneadLong(const scene::Scene& scene, const scene::Solids& solids, const std
       before = Clock::now();
     }
     const Clock::time_point begun = Clock::now();
+    const std::clock_t cpu_begun = std::clock();
     clay.advance(sample->skin, solids.solids(), solids.motion(), duration);
     const double took = Seconds(Clock::now() - begun).count();
     pace.took(duration, took);
-    sums.add(clay.statistics(), 1e3 * took);
+    sums.add(clay.statistics(), 1e3 * took,
+             1e3 * static_cast<double>(std::clock() - cpu_begun) / CLOCKS_PER_SEC);
     if (clay.time() < next_stretch) continue;
     next_stretch += how.stretch;
     tell(sums.of(clay, pace.takeDropped()));

@@ -14,6 +14,7 @@ namespace tactile_clay::tools {
 struct Stretch {
   double end = 0.0;               // s, simulated
   double ms = 0.0, ms_p99 = 0.0;  // of a frame: median, 99th percentile
+  double cpu_ms = 0.0;            // of all threads, a frame: what other programs take does not count
   double dropped = 0.0;           // s that a live run did not simulate
   double awake = 0.0, contacts = 0.0, iterations = 0.0, rounds = 0.0, lumps = 0.0, crumbs = 0.0;
   double bonds = 0.0, neighbours = 0.0;  // of a particle, at the end

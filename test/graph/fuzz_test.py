@@ -15,7 +15,7 @@ from rig_run import wait_until
 
 PROGRAMS = os.path.join(rig_run.build_space(), 'devel', 'lib', 'tactile_clay')
 CHAIN = ['hand_simulator', 'clay_simulator', 'contact_pressure', 'focal_point_renderer', 'simulated_array']
-MESSAGES = 150       # to each topic
+MESSAGES = int(os.environ.get('TACTILE_CLAY_FUZZ_MESSAGES', '150'))  # to each topic
 PATIENCE = 30.0      # s
 LINES = 1.0          # at most, a second and topic
 TOPICS = 17          # that the fuzzer knows
@@ -25,7 +25,7 @@ def fuzz(graph, *arguments):
     """Runs the fuzzer. Returns its exit code, its words, and how many s it took."""
     start = time.monotonic()
     done = subprocess.run([os.path.join(rig_run.PACKAGE, 'scripts', 'fuzz_topics')] + list(arguments), env=graph.environment,
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=120, check=False)
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=60 + MESSAGES, check=False)
     return done.returncode, done.stdout.decode(errors='replace'), time.monotonic() - start
 
 

@@ -150,7 +150,7 @@ class Live(unittest.TestCase):
         self.assertIn('the tracker stands still', words)
         reasons = {reason for time, emitting, reason in states
                    if when['still'] + SILENT < time < when['again still'] and not emitting}
-        self.assertIn('no focal points', reasons)
+        self.assertIn('no focal points: no hand is tracked', reasons)
         # In the end nobody is there, although the tracker never said so.
         self.assertEqual(messages['/hands/tracked'][-1].hands, [])
         self.assertEqual({hand.id for message in messages['/hands/tracked'] for hand in message.hands}, {1, 2, 3, 4, 5})

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <cmath>
+#include <utility>
 #include <vector>
 
 #include "clay/clay.h"
@@ -9,158 +9,47 @@
 namespace tactile_clay::clay {
 
 /// A block on a cubic lattice, nx x ny x nz particles, standing on `foot`, the middle of its bottom face.
-inline std::vector<InitialParticle> block(int nx, int ny, int nz, double spacing,
-                                          const Eigen::Vector3d& foot = Eigen::Vector3d::Zero(),
-                                          const Eigen::Matrix3d& rotation = Eigen::Matrix3d::Identity(),
-                                          std::uint8_t material = 0) {
-  std::vector<InitialParticle> particles;
-  for (int z = 0; z < nz; ++z) {
-    for (int y = 0; y < ny; ++y) {
-      for (int x = 0; x < nx; ++x) {
-        const Eigen::Vector3d local =
-            spacing * Eigen::Vector3d(x - 0.5 * (nx - 1), y - 0.5 * (ny - 1), z + 0.5);
-        InitialParticle p;
-        p.position = (foot + rotation * local).cast<float>();
-        p.velocity.setZero();
-        p.material = material;
-        particles.push_back(p);
-      }
-    }
-  }
-  return particles;
-}
+std::vector<InitialParticle> block(int nx, int ny, int nz, double spacing,
+                                   const Eigen::Vector3d& foot = Eigen::Vector3d::Zero(),
+                                   const Eigen::Matrix3d& rotation = Eigen::Matrix3d::Identity(),
+                                   std::uint8_t material = 0);
 
 /// A thick slab whose top passes through the origin of the world, sloping down along x by `slope` rad.
-inline Solid ground(double slope = 0.0) {
-  Solid solid;
-  solid.name = "ground";
-  solid.shape = Solid::Shape::box;
-  solid.size = {2.0, 2.0, 0.1};
-  solid.pose.linear() = Eigen::AngleAxisd(slope, Eigen::Vector3d::UnitY()).toRotationMatrix();
-  solid.pose.translation() = solid.pose.linear() * Eigen::Vector3d(0.0, 0.0, -0.1);
-  return solid;
-}
+Solid ground(double slope = 0.0);
 
 /// A square skin of ghosts about `centre`, one every `pitch`, facing along `normal`.
-inline Ghosts ghostPlane(const Eigen::Vector3d& centre, const Eigen::Vector3d& normal, double half,
-                         double pitch, const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero()) {
-  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal);
-  const int reach = static_cast<int>(std::lround(half / pitch));
-  Ghosts ghosts;
-  for (int j = -reach; j <= reach; ++j) {
-    for (int i = -reach; i <= reach; ++i) {
-      ghosts.position.push_back((centre + turn * Eigen::Vector3d(pitch * i, pitch * j, 0.0)).cast<float>());
-      ghosts.normal.push_back(normal.normalized().cast<float>());
-      ghosts.velocity.push_back(velocity.cast<float>());
-    }
-  }
-  return ghosts;
-}
+Ghosts ghostPlane(const Eigen::Vector3d& centre, const Eigen::Vector3d& normal, double half, double pitch,
+                  const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero());
 
 /// The skin of a ball: points of a Fibonacci lattice about `pitch` apart.
-inline Ghosts ghostBall(const Eigen::Vector3d& centre, double radius, double pitch,
-                        const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero()) {
-  const int count = static_cast<int>(std::ceil(4.0 * M_PI * radius * radius / (pitch * pitch)));
-  Ghosts ghosts;
-  for (int k = 0; k < count; ++k) {
-    const double z = 1.0 - (2.0 * k + 1.0) / count, rho = std::sqrt(1.0 - z * z);
-    const double angle = M_PI * (3.0 - std::sqrt(5.0)) * k;
-    const Eigen::Vector3d normal(rho * std::cos(angle), rho * std::sin(angle), z);
-    ghosts.position.push_back((centre + radius * normal).cast<float>());
-    ghosts.normal.push_back(normal.cast<float>());
-    ghosts.velocity.push_back(velocity.cast<float>());
-  }
-  return ghosts;
-}
+Ghosts ghostBall(const Eigen::Vector3d& centre, double radius, double pitch,
+                 const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero());
 
-inline void append(Ghosts& ghosts, const Ghosts& more) {
-  ghosts.position.insert(ghosts.position.end(), more.position.begin(), more.position.end());
-  ghosts.normal.insert(ghosts.normal.end(), more.normal.begin(), more.normal.end());
-  ghosts.velocity.insert(ghosts.velocity.end(), more.velocity.begin(), more.velocity.end());
-}
+void append(Ghosts& ghosts, const Ghosts& more);
 
 // Sums over the particles, in double precision.
 
-inline double mass(const Particles& p, std::size_t i) {
-  return 1.0 / static_cast<double>(p.inverse_mass[i]);
-}
+double mass(const Particles& p, std::size_t i);
 
-inline double totalMass(const Particles& p) {
-  double total = 0.0;
-  for (std::size_t i = 0; i < p.size(); ++i) total += mass(p, i);
-  return total;
-}
+double totalMass(const Particles& p);
 
-inline Eigen::Vector3d centreOfMass(const Particles& p) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < p.size(); ++i) sum += mass(p, i) * p.position.at(i).cast<double>();
-  return sum / totalMass(p);
-}
+Eigen::Vector3d centreOfMass(const Particles& p);
 
-inline Eigen::Vector3d momentum(const Particles& p) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < p.size(); ++i) sum += mass(p, i) * p.velocity.at(i).cast<double>();
-  return sum;
-}
+Eigen::Vector3d momentum(const Particles& p);
 
 /// About the centre of mass, kg m^2/s.
-inline Eigen::Vector3d angularMomentum(const Particles& p) {
-  const Eigen::Vector3d centre = centreOfMass(p);
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < p.size(); ++i) {
-    const Eigen::Vector3d r = p.position.at(i).cast<double>() - centre;
-    sum += mass(p, i) * r.cross(p.velocity.at(i).cast<double>());
-  }
-  return sum;
-}
+Eigen::Vector3d angularMomentum(const Particles& p);
 
-inline double kineticEnergy(const Particles& p) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < p.size(); ++i) {
-    sum += 0.5 * mass(p, i) * p.velocity.at(i).cast<double>().squaredNorm();
-  }
-  return sum;
-}
+double kineticEnergy(const Particles& p);
 
-inline double meanSpeed(const Particles& p) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < p.size(); ++i) sum += p.velocity.at(i).norm();
-  return sum / static_cast<double>(std::max<std::size_t>(p.size(), 1));
-}
+double meanSpeed(const Particles& p);
 
 /// Root mean square speed about the best rigid motion: 0 where the clay moves as one piece, m/s.
-inline double internalSpeed(const Particles& p) {
-  const std::size_t n = p.size();
-  const Eigen::Vector3d centre = centreOfMass(p), drift = momentum(p) / totalMass(p);
-  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < n; ++i) {
-    const Eigen::Vector3d r = p.position.at(i).cast<double>() - centre;
-    inertia += mass(p, i) * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
-  }
-  const Eigen::Vector3d spin = inertia.ldlt().solve(angularMomentum(p));
-  double sum = 0.0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Eigen::Vector3d r = p.position.at(i).cast<double>() - centre;
-    sum += (p.velocity.at(i).cast<double>() - drift - spin.cross(r)).squaredNorm();
-  }
-  return std::sqrt(sum / static_cast<double>(n));
-}
+double internalSpeed(const Particles& p);
 
 /// Extent of the particles along a direction: {lowest, highest}, m.
-inline std::pair<double, double> extent(const Particles& p, const Eigen::Vector3d& direction) {
-  double low = INFINITY, high = -INFINITY;
-  for (std::size_t i = 0; i < p.size(); ++i) {
-    const double x = direction.dot(p.position.at(i).cast<double>());
-    low = std::min(low, x), high = std::max(high, x);
-  }
-  return {low, high};
-}
+std::pair<double, double> extent(const Particles& p, const Eigen::Vector3d& direction);
 
-inline bool allFinite(const Particles& p) {
-  for (std::size_t i = 0; i < p.size(); ++i) {
-    if (!p.position.at(i).allFinite() || !p.velocity.at(i).allFinite()) return false;
-  }
-  return true;
-}
+bool allFinite(const Particles& p);
 
 }  // namespace tactile_clay::clay
