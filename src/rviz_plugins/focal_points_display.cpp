@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <pluginlib/class_list_macros.hpp>
 
 #include "nodes/frame_name.h"
@@ -22,6 +23,7 @@ namespace {
 
 constexpr float beam_diameter = 0.0015f;  // m
 constexpr float beam_alpha = 0.35f;
+constexpr float text_height = 0.008f;  // m
 
 /// Lets a shape shine through what lies before it: focal points lie between hand and clay, hidden by both.
 void showThrough(rviz::Shape& shape) {
@@ -44,14 +46,27 @@ FocalPointsDisplay::FocalPointsDisplay() {
                                     SLOT(redraw()));
   beams_ = new rviz::BoolProperty("Beams", true, "A line from the centre of the array to each point.", this,
                                   SLOT(redraw()));
+  numbers_ = new rviz::BoolProperty("Numbers", true, "Id and wanted pressure beside each point: 3: 812 Pa.",
+                                    this, SLOT(redraw()));
 }
 
-FocalPointsDisplay::~FocalPointsDisplay() = default;
+FocalPointsDisplay::~FocalPointsDisplay() {
+  clear();
+}
+
+void FocalPointsDisplay::clear() {
+  shapes_.clear();
+  for (const Label& label : labels_) {
+    label.node->detachAllObjects();
+    scene_manager_->destroySceneNode(label.node);
+  }
+  labels_.clear();
+}
 
 void FocalPointsDisplay::reset() {
   MFDClass::reset();
   message_.reset();
-  shapes_.clear();
+  clear();
 }
 
 void FocalPointsDisplay::processMessage(const tactile_clay::FocalPointArray::ConstPtr& message) {
@@ -60,7 +75,7 @@ void FocalPointsDisplay::processMessage(const tactile_clay::FocalPointArray::Con
 }
 
 void FocalPointsDisplay::redraw() {
-  shapes_.clear();
+  clear();
   if (!message_) return;
   Ogre::Vector3 position;
   Ogre::Quaternion orientation;
@@ -89,6 +104,7 @@ void FocalPointsDisplay::redraw() {
     sphere->setColor(color.r, color.g, color.b, 1.0f);
     if (through_->getBool()) showThrough(*sphere);
     shapes_.push_back(std::move(sphere));
+    if (numbers_->getBool()) label(point, diameter);
     if (!beams_->getBool()) continue;
     auto beam = std::make_unique<rviz::Shape>(rviz::Shape::Cylinder, scene_manager_, scene_node_);
     beam->setPosition(at * 0.5f);
@@ -99,6 +115,21 @@ void FocalPointsDisplay::redraw() {
     if (through_->getBool()) showThrough(*beam);
     shapes_.push_back(std::move(beam));
   }
+}
+
+void FocalPointsDisplay::label(const tactile_clay::FocalPoint& point, float diameter) {
+  char words[48];
+  std::snprintf(words, sizeof words, "%u: %.0f Pa", point.id, static_cast<double>(point.pressure));
+  Label label{scene_node_->createChildSceneNode(),
+              std::make_unique<rviz::MovableText>(words, "Liberation Sans", text_height,
+                                                  Ogre::ColourValue(0.1f, 0.1f, 0.1f))};
+  label.text->setTextAlignment(rviz::MovableText::H_CENTER, rviz::MovableText::V_ABOVE);
+  label.text->setLocalTranslation(Ogre::Vector3(0.0f, 0.0f, 0.5f * diameter));
+  label.text->showOnTop(through_->getBool());
+  label.node->setPosition(static_cast<float>(point.position.x), static_cast<float>(point.position.y),
+                          static_cast<float>(point.position.z));
+  label.node->attachObject(label.text.get());
+  labels_.push_back(std::move(label));
 }
 
 }  // namespace tactile_clay::rviz_plugins

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <rviz/message_filter_display.h>
+#include <rviz/ogre_helpers/movable_text.h>
 #include <rviz/ogre_helpers/shape.h>
 #include <tactile_clay/FocalPointArray.h>
 
@@ -15,7 +16,8 @@ class FloatProperty;
 
 namespace tactile_clay::rviz_plugins {
 
-/// Focal points as spheres whose volume goes with intensity, each on a thin beam from the array.
+/// Focal points as spheres whose volume goes with intensity, each on a thin beam from the array, with its id
+/// and wanted pressure beside it.
 class FocalPointsDisplay : public rviz::MessageFilterDisplay<tactile_clay::FocalPointArray> {
   Q_OBJECT
  public:
@@ -32,12 +34,24 @@ class FocalPointsDisplay : public rviz::MessageFilterDisplay<tactile_clay::Focal
   void processMessage(const tactile_clay::FocalPointArray::ConstPtr& message) override;
 
   tactile_clay::FocalPointArray::ConstPtr message_;
+  void clear();
+  /// Writes beside the point, above a sphere of that diameter, m.
+  void label(const tactile_clay::FocalPoint& point, float diameter);
+
+  /// Text on a node of its own, where the point is.
+  struct Label {
+    Ogre::SceneNode* node;
+    std::unique_ptr<rviz::MovableText> text;
+  };
+
   std::vector<std::unique_ptr<rviz::Shape>> shapes_;
+  std::vector<Label> labels_;
   rviz::FloatProperty* diameter_;
   rviz::ColorProperty* weak_;
   rviz::ColorProperty* strong_;
   rviz::BoolProperty* through_;
   rviz::BoolProperty* beams_;
+  rviz::BoolProperty* numbers_;
 };
 
 }  // namespace tactile_clay::rviz_plugins

@@ -1,0 +1,198 @@
+#!/usr/bin/env python3
+"""What the default view shows: see display.test."""
+import math
+import os
+import re
+import shutil
+import struct
+import subprocess
+import unittest
+
+import rosbag
+import roslib.packages
+
+import rig_run
+
+MOMENT = '2.35'  # s into the bag; both hands knead
+WIDTH, HEIGHT = 1000, 640
+PATIENCE = 120.0  # s
+SPACING = 0.005   # m
+BACKGROUND = (236, 238, 241)
+OVERLAY = (420, 110)  # pixels; the state of the rig is written above and left of these
+FIELD_OF_VIEW = math.radians(45.0)  # of rviz, from the bottom to the top
+CONFIG = os.path.join(rig_run.PACKAGE, 'rviz', 'rig.rviz')
+HANDS = ('/hands/tracked', '/hands/skin', '/hands/pressure')
+
+
+class Camera:
+    """The orbit view of an rviz configuration."""
+
+    def __init__(self, config):
+        with open(config) as file:
+            text = file.read()
+        number = lambda name: float(re.search(r'^ +%s: (\S+)$' % name, text, re.MULTILINE).group(1))
+        pitch, yaw, distance = number('Pitch'), number('Yaw'), number('Distance')
+        self.focus = [number(axis) for axis in 'XYZ']
+        self.back = (math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), math.sin(pitch))
+        self.right = (-math.sin(yaw), math.cos(yaw), 0.0)
+        self.up = (-math.cos(yaw) * math.sin(pitch), -math.sin(yaw) * math.sin(pitch), math.cos(pitch))
+        self.distance = distance
+        self.scale = 0.5 * HEIGHT / math.tan(0.5 * FIELD_OF_VIEW)
+
+    def project(self, point):
+        """Pixel (x, y) of a point of the world, and pixels a metre there."""
+        d = [a - b for a, b in zip(point, self.focus)]
+        along = lambda axis: sum(a * b for a, b in zip(d, axis))
+        depth = self.distance - along(self.back)
+        return (0.5 * WIDTH + self.scale * along(self.right) / depth, 0.5 * HEIGHT - self.scale * along(self.up) / depth,
+                self.scale / depth)
+
+
+class Picture:
+    def __init__(self, rgb):
+        self.rgb = rgb
+
+    def __getitem__(self, at):
+        offset = 3 * (at[1] * WIDTH + at[0])
+        return tuple(self.rgb[offset:offset + 3])
+
+    def pixels(self, condition):
+        """Set of the pixels of whose colour that is true."""
+        return {(x, y) for y in range(HEIGHT) for x in range(WIDTH) if condition(self[x, y])}
+
+    def around(self, at, radius):
+        x, y = round(at[0]), round(at[1])
+        return [self[i, j] for j in range(max(0, y - radius), min(HEIGHT, y + radius + 1))
+                for i in range(max(0, x - radius), min(WIDTH, x + radius + 1))]
+
+
+def differs(a, b, by=24):
+    return max(abs(p - q) for p, q in zip(a, b)) > by
+
+
+class Window:
+    """rviz on a screen of its own, as scripts/rig shows it, in a graph."""
+
+    def __init__(self, graph):
+        self.graph = graph
+        reading, writing = os.pipe()
+        graph.start(['Xvfb', '-displayfd', str(writing), '-screen', '0', '%dx%dx24' % (WIDTH, HEIGHT), '+extension', 'GLX'],
+                    pass_fds=[writing])
+        os.close(writing)
+        with os.fdopen(reading) as opened:
+            self.environment = {'DISPLAY': ':' + opened.readline().strip(), 'LIBGL_ALWAYS_SOFTWARE': '1',
+                                'QT_X11_NO_MITSHM': '1', 'HOME': graph.folder, 'XDG_RUNTIME_DIR': graph.folder}
+        self.log = open(os.path.join(graph.folder, 'rviz.log'), 'wb')
+        self.rviz = graph.start([roslib.packages.find_node('rviz', 'rviz')[0], '--fullscreen', '-d', CONFIG],
+                                environment=self.environment, stdout=self.log, stderr=subprocess.STDOUT)
+
+    def picture(self):
+        done = subprocess.run(['import', '-window', 'root', '-depth', '8', 'rgb:-'], capture_output=True, timeout=PATIENCE,
+                              env=dict(os.environ, **self.environment))
+        return Picture(done.stdout) if len(done.stdout) == 3 * WIDTH * HEIGHT else None
+
+    def settled(self, condition):
+        """The picture once `condition` is true of it, and it stays the same. Raises AssertionError after `PATIENCE`."""
+        seen = [None]
+
+        def still():
+            before, seen[0] = seen[0], self.picture()
+            return before is not None and seen[0] is not None and before.rgb == seen[0].rgb and condition(seen[0])
+        rig_run.wait_until(still, PATIENCE, 'a picture that shows what it should')
+        return seen[0]
+
+
+class Display(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        for program in ('Xvfb', 'import'):
+            if not shutil.which(program):
+                raise AssertionError('%s is missing, expected the packages of scripts/setup' % program)
+        cls.run_of_bag = rig_run.Run(dict(rig_run.LOCKSTEP, hands='bag', file=rig_run.bag('knead'), duration=MOMENT),
+                                     rig_run.CHAIN + ['/tf_static', '/clay/particles'])
+        messages = cls.run_of_bag.messages
+        cls.last = {topic: found[-1] for topic, found in messages.by_topic.items() if topic != '/tf_static'}
+        frames = messages['/tf_static'][-1]
+        for message in messages['/tf_static'][:-1]:
+            frames.transforms += message.transforms
+        cls.last['/tf_static'] = frames
+        cls.camera = Camera(CONFIG)
+        cls.clay, cls.hands, cls.sound = cls.show(['/clay/particles'], HANDS, ['/array/focal_points'])
+
+    @classmethod
+    def show(cls, *steps):
+        """Pictures of the default view as topics of the moment are added step by step."""
+        pictures, topics = [], ['/tf_static']
+        with rig_run.Graph() as graph:
+            window = Window(graph)
+            for node in ('clay_surface', 'hand_surface'):
+                graph.start([roslib.packages.find_node('tactile_clay', node)[0]])
+            program = roslib.packages.find_node('tactile_clay', 'show_last_messages')[0]
+            for k, step in enumerate(steps):
+                topics += step
+                bag = os.path.join(graph.folder, 'step%d.bag' % k)
+                with rosbag.Bag(bag, 'w') as opened:
+                    for topic in topics:
+                        opened.write(topic, cls.last[topic])
+                publisher = graph.start([program, '_bag:=' + bag])
+                before = pictures[-1] if pictures else None
+                pictures.append(window.settled(
+                    lambda picture: len(picture.pixels(lambda c: differs(c, BACKGROUND))) > 5000 and
+                    (before is None or any(differs(picture[x, y], before[x, y]) for y in range(OVERLAY[1], HEIGHT)
+                                           for x in range(OVERLAY[0], WIDTH)))))
+                graph.stop(publisher)
+        return pictures
+
+    def particles(self):
+        cloud = self.last['/clay/particles']
+        return [struct.unpack_from('<3f', cloud.data, k * cloud.point_step) for k in range(cloud.width)]
+
+    def test_silhouette_of_the_clay(self):
+        expected = set()
+        for particle in self.particles():
+            x, y, scale = self.camera.project(particle)
+            radius = 0.62 * SPACING * scale  # of a ball of one spacing^3
+            for j in range(math.ceil(y - radius), math.floor(y + radius) + 1):
+                half = math.sqrt(radius * radius - (j - y) ** 2)
+                expected.update((i, j) for i in range(math.ceil(x - half), math.floor(x + half) + 1))
+        shown = {at for at in self.clay.pixels(lambda color: differs(color, BACKGROUND))
+                 if at[0] > OVERLAY[0] or at[1] > OVERLAY[1]}
+        self.assertGreater(len(expected & shown) / len(expected | shown), 0.9)
+
+    def test_each_body_has_its_colour(self):
+        strong = [(0, 1, 2), (2, 1, 0), (1, 0, 2)]  # red, blue and green: channels by strength
+        for first, *others in strong:
+            count = len(self.clay.pixels(lambda c: all(c[first] > 1.3 * c[k] for k in others)))
+            self.assertGreater(count, 300)
+
+    def test_colour_bar(self):
+        ends = {0.05: (255, 237, 115), 0.33: (255, 160, 30), 0.65: (222, 40, 42), 0.97: (105, 5, 57)}
+        for share, color in ends.items():
+            x, y, _ = self.camera.project((0.10, 0.205, 0.01 + 0.13 * share))
+            self.assertTrue(any(not differs(seen, color, 30) for seen in self.hands.around((x, y), 2)), (share, color))
+
+    def test_pressure_is_seen(self):
+        to_world = rig_run.array_to_world(self.run_of_bag)
+        cloud = self.last['/hands/pressure']
+        field = {f.name: f.offset for f in cloud.fields}
+        samples = [(struct.unpack_from('<f', cloud.data, k * cloud.point_step + field['pressure'])[0],
+                    struct.unpack_from('<3f', cloud.data, k * cloud.point_step)) for k in range(cloud.width)]
+        pressure, place = max(samples)
+        self.assertGreater(pressure, 3000.0)
+        point = type('Point', (), dict(zip('xyz', place)))
+        x, y, _ = self.camera.project(to_world(point))
+        seen = max(color[0] - color[2] for color in self.hands.around((x, y), 20))
+        self.assertGreater(seen, 110, 'no skin in the colours of pressure')
+
+    def test_focal_points(self):
+        to_world = rig_run.array_to_world(self.run_of_bag)
+        points = self.last['/array/focal_points'].points
+        self.assertTrue(points)
+        for point in points:
+            x, y, _ = self.camera.project(to_world(point.position))
+            changed = [a for a, b in zip(self.sound.around((x, y), 2), self.hands.around((x, y), 2)) if differs(a, b)]
+            self.assertGreater(len(changed), 12, 'a focal point at %d, %d' % (x, y))
+
+
+if __name__ == '__main__':
+    rig_run.main('display')
