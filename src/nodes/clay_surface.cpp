@@ -68,7 +68,7 @@ void ClaySurface::show(const Cloud& cloud) {
   const auto start = ros::SteadyTime::now();
   const SurfaceParticles particles = surfaceParticles(cloud);
   const surface::TriangleMesh& mesh = surface_.update(particles.position, particles.color);
-  publisher_.publish(surfaceMarker(mesh, cloud.header, "clay", 0));
+  publisher_.publish(surfaceMarker(mesh, lit(mesh), mesh.triangles, 1.0f, cloud.header, "clay", 0));
   ++frames_;
   triangles_ = mesh.triangles.size();
   time_ += (ros::SteadyTime::now() - start).toSec();

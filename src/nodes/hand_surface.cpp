@@ -29,7 +29,7 @@ constexpr double cell = 0.0032;  // m, of the hands' meshes
 // Of samples that are 4 to 5 mm apart a corner has some ten within this reach, with weights of 3 together.
 constexpr float paint_reach = 0.007f, full_weight = 2.0f;  // m
 constexpr float bend_reach = 0.010f;                       // m, of the displacement of a soft hand
-constexpr float window_radius = 0.016f;                    // m, about skin that touches
+constexpr float window_radius = 0.045f;  // m, about skin that touches: thicker than the ball of a thumb
 constexpr float window_alpha = 0.30f, tracked_alpha = 0.22f;
 constexpr float touch = 0.02f;  // share of the full scale from which skin touches
 
@@ -110,13 +110,7 @@ void addColorBar(visualization_msgs::MarkerArray& markers, double full_scale, st
     bar.triangles.push_back({n - 2, n - 1, n});
     bar.triangles.push_back({n - 1, n + 1, n});
   }
-  Marker& marker = markers.markers.emplace_back();
-  bar.normal.assign(bar.position.size(), Vector3f::UnitZ());
-  marker = surfaceMarker(bar, header, "pressure, kPa", 0);
-  for (std::size_t i = 0; i < marker.colors.size(); ++i) {  // as they are, not lit
-    const Vector3f& color = bar.color[bar.triangles[i / 3][i % 3]];
-    marker.colors[i].r = color.x(), marker.colors[i].g = color.y(), marker.colors[i].b = color.z();
-  }
+  markers.markers.push_back(surfaceMarker(bar, bar.color, bar.triangles, 1.0f, header, "pressure, kPa", 0));
   for (int k = 0; k < numbers; ++k) {
     const float share = static_cast<float>(k) / (numbers - 1);
     char text[32];
@@ -127,17 +121,17 @@ void addColorBar(visualization_msgs::MarkerArray& markers, double full_scale, st
 }
 
 /// Skin of one hand: opaque where it touches and far from there, a window between.
-void addSkin(visualization_msgs::MarkerArray& markers, surface::TriangleMesh& mesh,
+void addSkin(visualization_msgs::MarkerArray& markers, const surface::TriangleMesh& mesh,
              const std::vector<float>& pressure, const Pressure& touching, const std_msgs::Header& header,
              int side) {
-  mesh.color.resize(mesh.position.size());
+  std::vector<Vector3f> color(mesh.position.size());
   std::vector<char> touched(mesh.position.size(), 0), near(mesh.position.size(), 0);
   for (std::size_t c = 0; c < mesh.position.size(); ++c) {
     const float share = c < pressure.size() ? pressure[c] : 0.0f;
     touched[c] = share > touch;
     // The colours of pressure rise out of the skin's.
     const float blend = std::min(1.0f, share / (4.0f * touch));
-    mesh.color[c] = (1.0f - blend) * skin_color + blend * pressureColor(share);
+    color[c] = (1.0f - blend) * lit(skin_color, mesh.normal[c]) + blend * pressureColor(share);
   }
   std::vector<std::size_t> seeds;
   for (std::size_t s = 0; s < touching.position.size(); ++s)
@@ -151,8 +145,9 @@ void addSkin(visualization_msgs::MarkerArray& markers, surface::TriangleMesh& me
     const bool touches = touched[t[0]] || touched[t[1]] || touched[t[2]];
     (!touches && near[t[0]] && near[t[1]] && near[t[2]] ? window : opaque).push_back(t);
   }
-  markers.markers.push_back(surfaceMarker(mesh, opaque, 1.0f, header, "skin", side));
-  markers.markers.push_back(surfaceMarker(mesh, window, window_alpha, header, "skin over a contact", side));
+  markers.markers.push_back(surfaceMarker(mesh, color, opaque, 1.0f, header, "skin", side));
+  markers.markers.push_back(
+      surfaceMarker(mesh, color, window, window_alpha, header, "skin over a contact", side));
 }
 
 }  // namespace
@@ -160,7 +155,7 @@ void addSkin(visualization_msgs::MarkerArray& markers, surface::TriangleMesh& me
 HandSurface::HandSurface(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : nh_(nh),
       world_(frameName(param<std::string>(private_nh, "world_frame", frame::world))),
-      full_scale_(paramIn(private_nh, "full_scale", 20.0, 0.1, 1000.0)),
+      full_scale_(paramIn(private_nh, "full_scale", 40.0, 0.1, 1000.0)),
       surfaces_{surface::CapsuleSurface(cell), surface::CapsuleSurface(cell)},
       inbox_(private_nh),
       health_(nh, private_nh, "hand surface", [this](auto& status) { diagnose(status); }) {
@@ -239,7 +234,8 @@ void HandSurface::show() {
     // The tracked hand beside the one that the clay meets.
     mesh.color.assign(mesh.position.size(), tracked_color);
     if (samples.position.empty()) mesh.triangles.clear();
-    markers.markers.push_back(surfaceMarker(mesh, mesh.triangles, tracked_alpha, header, "tracked hand", s));
+    markers.markers.push_back(
+        surfaceMarker(mesh, lit(mesh), mesh.triangles, tracked_alpha, header, "tracked hand", s));
   }
   addColorBar(markers, full_scale_, header);
   publisher_.publish(markers);

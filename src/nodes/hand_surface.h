@@ -22,7 +22,7 @@ namespace tactile_clay::nodes {
 ///
 /// Skin that touches is opaque; skin near it is a window, so that contacts are seen from any side. Where the
 /// hand that the clay meets is not the tracked one (a soft hand), the tracked hand is seen through, in blue.
-/// `~full_scale` is the pressure at the end of the colour bar (20 kPa).
+/// `~full_scale` is the pressure at the end of the colour bar (40 kPa).
 class HandSurface {
  public:
   /// \throws std::runtime_error with one line where a parameter is wrong

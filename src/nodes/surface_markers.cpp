@@ -46,12 +46,14 @@ Eigen::Vector3f lit(const Eigen::Vector3f& color, const Eigen::Vector3f& normal)
   return (light * color).cwiseMin(1.0f);
 }
 
-visualization_msgs::Marker surfaceMarker(const surface::TriangleMesh& mesh, const std_msgs::Header& header,
-                                         const std::string& name, int id) {
-  return surfaceMarker(mesh, mesh.triangles, 1.0f, header, name, id);
+std::vector<Eigen::Vector3f> lit(const surface::TriangleMesh& mesh) {
+  std::vector<Eigen::Vector3f> colors(mesh.position.size());
+  for (std::size_t i = 0; i < colors.size(); ++i) colors[i] = lit(mesh.color[i], mesh.normal[i]);
+  return colors;
 }
 
 visualization_msgs::Marker surfaceMarker(const surface::TriangleMesh& mesh,
+                                         const std::vector<Eigen::Vector3f>& colors,
                                          const std::vector<std::array<std::uint32_t, 3>>& triangles,
                                          float alpha, const std_msgs::Header& header, const std::string& name,
                                          int id) {
@@ -65,11 +67,6 @@ visualization_msgs::Marker surfaceMarker(const surface::TriangleMesh& mesh,
   marker.pose.orientation.w = 1.0;
   marker.scale.x = marker.scale.y = marker.scale.z = 1.0;
   marker.color.r = marker.color.g = marker.color.b = marker.color.a = 1.0f;
-  std::vector<std_msgs::ColorRGBA> colors(mesh.position.size());
-  for (std::size_t i = 0; i < colors.size(); ++i) {
-    const Eigen::Vector3f color = lit(mesh.color[i], mesh.normal[i]);
-    colors[i].r = color.x(), colors[i].g = color.y(), colors[i].b = color.z(), colors[i].a = alpha;
-  }
   marker.points.reserve(3 * triangles.size());
   marker.colors.reserve(3 * triangles.size());
   for (const auto& triangle : triangles) {
@@ -77,7 +74,9 @@ visualization_msgs::Marker surfaceMarker(const surface::TriangleMesh& mesh,
       const Eigen::Vector3f& at = mesh.position[corner];
       geometry_msgs::Point& point = marker.points.emplace_back();
       point.x = at.x(), point.y = at.y(), point.z = at.z();
-      marker.colors.push_back(colors[corner]);
+      std_msgs::ColorRGBA& color = marker.colors.emplace_back();
+      color.r = colors[corner].x(), color.g = colors[corner].y(), color.b = colors[corner].z(),
+      color.a = alpha;
     }
   }
   return marker;

@@ -23,12 +23,14 @@ SurfaceParticles surfaceParticles(const sensor_msgs::PointCloud2& particles);
 /// \param normal unit, in world
 Eigen::Vector3f lit(const Eigen::Vector3f& color, const Eigen::Vector3f& normal);
 
-/// A mesh as a marker of triangles, lit; a mesh of none deletes the marker.
-visualization_msgs::Marker surfaceMarker(const surface::TriangleMesh& mesh, const std_msgs::Header& header,
-                                         const std::string& name, int id);
+/// The colours of all vertices of a mesh in that light.
+std::vector<Eigen::Vector3f> lit(const surface::TriangleMesh& mesh);
 
-/// The same of some of its triangles. \param alpha 0-1
+/// Triangles of a mesh as a marker; none deletes the marker.
+/// \param colors RGB of each vertex, 0-1, shown as they are: what is read from a colour bar must not be lit
+/// \param alpha 0-1
 visualization_msgs::Marker surfaceMarker(const surface::TriangleMesh& mesh,
+                                         const std::vector<Eigen::Vector3f>& colors,
                                          const std::vector<std::array<std::uint32_t, 3>>& triangles,
                                          float alpha, const std_msgs::Header& header, const std::string& name,
                                          int id);

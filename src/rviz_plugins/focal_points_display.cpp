@@ -46,8 +46,8 @@ FocalPointsDisplay::FocalPointsDisplay() {
                                     SLOT(redraw()));
   beams_ = new rviz::BoolProperty("Beams", true, "A line from the centre of the array to each point.", this,
                                   SLOT(redraw()));
-  numbers_ = new rviz::BoolProperty("Numbers", true, "Id and wanted pressure beside each point: 3: 812 Pa.",
-                                    this, SLOT(redraw()));
+  numbers_ = new rviz::BoolProperty(
+      "Numbers", true, "Id and wanted pressure beside each point, such as 3: 0.8 kPa.", this, SLOT(redraw()));
 }
 
 FocalPointsDisplay::~FocalPointsDisplay() {
@@ -119,7 +119,7 @@ void FocalPointsDisplay::redraw() {
 
 void FocalPointsDisplay::label(const tactile_clay::FocalPoint& point, float diameter) {
   char words[48];
-  std::snprintf(words, sizeof words, "%u: %.0f Pa", point.id, static_cast<double>(point.pressure));
+  std::snprintf(words, sizeof words, "%u: %.1f kPa", point.id, 1e-3 * static_cast<double>(point.pressure));
   Label label{scene_node_->createChildSceneNode(),
               std::make_unique<rviz::MovableText>(words, "Liberation Sans", text_height,
                                                   Ogre::ColourValue(0.1f, 0.1f, 0.1f))};
