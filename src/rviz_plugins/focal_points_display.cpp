@@ -124,7 +124,7 @@ void FocalPointsDisplay::label(const tactile_clay::FocalPoint& point, float diam
               std::make_unique<rviz::MovableText>(words, "Liberation Sans", text_height,
                                                   Ogre::ColourValue(0.1f, 0.1f, 0.1f))};
   label.text->setTextAlignment(rviz::MovableText::H_CENTER, rviz::MovableText::V_ABOVE);
-  label.text->setLocalTranslation(Ogre::Vector3(0.0f, 0.0f, 0.5f * diameter));
+  label.text->setLocalTranslation(Ogre::Vector3(0.0f, 0.0f, diameter));
   label.text->showOnTop(through_->getBool());
   label.node->setPosition(static_cast<float>(point.position.x), static_cast<float>(point.position.y),
                           static_cast<float>(point.position.z));

@@ -47,7 +47,7 @@ RigStateDisplay::~RigStateDisplay() = default;
 void RigStateDisplay::onInitialize() {
   static int count = 0;
   overlay_ = std::make_unique<Overlay>("tactile_clay rig state " + std::to_string(count++));
-  overlay_->place(margin, margin);
+  overlay_->place(margin, -margin);
 }
 
 void RigStateDisplay::onEnable() {

@@ -18,7 +18,7 @@ WIDTH, HEIGHT = 1400, 900  # of rig.rviz: without a window manager rviz keeps th
 PATIENCE = 120.0  # s
 SPACING = 0.005   # m
 BACKGROUND = (236, 238, 241)
-OVERLAY = (420, 110)  # pixels; the state of the rig is written above and left of these
+OVERLAY = (420, HEIGHT - 110)  # pixels; the state of the rig is written left of and below these
 FIELD_OF_VIEW = math.radians(45.0)  # of rviz, from the bottom to the top
 CONFIG = os.path.join(rig_run.PACKAGE, 'rviz', 'rig.rviz')
 HANDS = ('/hands/tracked', '/hands/skin', '/hands/pressure')
@@ -141,8 +141,8 @@ class Display(unittest.TestCase):
                 before = pictures[-1] if pictures else None
                 pictures.append(window.settled(
                     lambda picture: not differs(picture[WIDTH - 1, HEIGHT - 1], BACKGROUND) and len(picture.pixels(lambda c: differs(c, BACKGROUND))) > 5000 and
-                    (before is None or any(differs(picture[x, y], before[x, y]) for y in range(OVERLAY[1], HEIGHT)
-                                           for x in range(OVERLAY[0], WIDTH)))))
+                    (before is None or any(differs(picture[x, y], before[x, y]) for y in range(OVERLAY[1])
+                                           for x in range(WIDTH)))))
                 pictures[-1].save(os.path.join(os.environ.get('ROS_HOME', graph.folder), 'step%d.png' % k))  # for who looks
                 graph.stop(publisher)
         return pictures
@@ -160,12 +160,12 @@ class Display(unittest.TestCase):
                 half = math.sqrt(radius * radius - (j - y) ** 2)
                 expected.update((i, j) for i in range(math.ceil(x - half), math.floor(x + half) + 1))
         shown = {at for at in self.clay.pixels(lambda color: differs(color, BACKGROUND))
-                 if at[0] > OVERLAY[0] or at[1] > OVERLAY[1]}
+                 if at[0] > OVERLAY[0] or at[1] < OVERLAY[1]}
         self.assertGreater(len(expected & shown) / len(expected | shown), 0.9)
 
     def test_state_of_the_rig(self):
         panel = self.clay.pixels(lambda color: min(color) > 247)
-        self.assertGreater(len([at for at in panel if at[0] < OVERLAY[0] and at[1] < OVERLAY[1]]), 1500)
+        self.assertGreater(len([at for at in panel if at[0] < OVERLAY[0] and at[1] > OVERLAY[1]]), 1500)
 
     def test_each_body_has_its_colour(self):
         strong = [(0, 1, 2), (2, 1, 0), (1, 0, 2)]  # red, blue and green: channels by strength
