@@ -1,5 +1,8 @@
 #include "clay/flow.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "clay/bonds.h"
 #include "clay/threads.h"
 #include "lanes/lane_matrix.h"
@@ -16,6 +19,8 @@ struct Measure {
   const BondRule* rules;                 // of each two materials
   std::size_t materials;
   const float* yield;       // J, yield stress times volume, of each material
+  const float* fading;      // time over relaxation time, of each material
+  const float* fresh;       // J, Strained::square in the initial lattice, of each material
   float *share, *dilation;  // of each particle
 };
 
@@ -52,18 +57,23 @@ template <bool alike>
 TACTILE_CLAY_INLINE void measure(const Measure& m, std::size_t first, std::size_t last) {
   for (std::size_t i = first; i < last; i += lane_width) {
     Totals<Strained> totals(last - i);
-    Lane yield{};
+    Lane yield{}, kept = all(1.0f);
     for (int k = 0; k < lane_width && i + k < last; ++k) {
       yield[k] = m.yield[m.material[i + k]];
       totals.set(k, strainedBonds<alike>(m, i + k));
     }
     const Strained total = totals.get();
+    for (int k = 0; k < lane_width && i + k < last; ++k) {
+      const std::uint8_t material = m.material[i + k];
+      if (m.fading[material] > 0.0f)
+        kept[k] = std::exp(-m.fading[material] * std::max(total.square[k] / m.fresh[material], 1.0f));
+    }
     const Symmetric& s = total.stress;
     const Lane trace = s.xx + s.yy + s.zz, mean = trace / 3.0f;
     const Lane xx = s.xx - mean, yy = s.yy - mean, zz = s.zz - mean;
     const Lane shear = s.yz * s.yz + s.zx * s.zx + s.xy * s.xy;
     const Lane size = 0.5f * root(0.5f * (xx * xx + yy * yy + zz * zz) + shear);  // J, |s| V
-    store(m.share + i, size > yield ? yield / size : all(1.0f));
+    store(m.share + i, kept * (size > yield ? yield / size : all(1.0f)));
     store(m.dilation + i, total.square > 0.0f ? trace / total.square : Lane{});
   }
 }
@@ -79,10 +89,11 @@ void measureMixed(const Measure m, std::size_t first, std::size_t last) {
 }  // namespace
 
 void measureFlow(const Neighbourhood& near, const Particles& particles, const Bonds& bonds,
-                 const VectorField* displacements, Flow& flow) {
+                 const VectorField* displacements, float duration, Flow& flow) {
   const std::size_t n = particles.size();
   const std::size_t whole_lanes = (n + lane_width - 1) / lane_width * lane_width;
-  flow.share.resize(whole_lanes), flow.dilation.resize(whole_lanes);
+  flow.share.resize(whole_lanes), flow.dilation.resize(whole_lanes), flow.fading.clear();
+  for (const float rate : bonds.relaxationRates()) flow.fading.push_back(duration * rate);
   const Measure m{near.begins(),
                   near.paddeds(),
                   near.slots(),
@@ -95,6 +106,8 @@ void measureFlow(const Neighbourhood& near, const Particles& particles, const Bo
                   bonds.rules(0),
                   bonds.materials(),
                   bonds.yields().data(),
+                  flow.fading.data(),
+                  bonds.fresh().data(),
                   flow.share.data(),
                   flow.dilation.data()};
   parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
