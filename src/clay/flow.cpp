@@ -92,7 +92,8 @@ TACTILE_CLAY_INLINE void measure(const Measure& m, std::size_t first, std::size_
     }
     const Total total = totals.get();
     const Symmetric s = deviator(total.stress);
-    const Lane size = 0.5f * root(0.5f * product(s, s));  // J, |s| V
+    const Lane shear = s.yz * s.yz + s.zx * s.zx + s.xy * s.xy;
+    const Lane size = 0.5f * root(0.5f * (s.xx * s.xx + s.yy * s.yy + s.zz * s.zz) + shear);  // J, |s| V
     Lane dilation = total.stress.xx + total.stress.yy + total.stress.zz;
     dilation = total.square > 0.0f ? dilation / total.square : Lane{};
     if constexpr (relaxes) {

@@ -19,6 +19,7 @@ constexpr std::size_t fewest = 5;       // moments of a curve
 constexpr double largest = 1e9;         // of any number in a file
 constexpr double deepest_share = 0.8;   // of the height of the sample
 constexpr double latest_share = 0.05;   // of the greatest depth, at which a curve begins at the latest
+constexpr std::size_t few = 3000;       // particles, for which threads are not worth their cost
 constexpr double most_particles = 2e5;  // of a sample
 
 std::vector<std::string> cellsOf(const std::string& line) {
@@ -218,6 +219,7 @@ std::vector<double> modelForces(const PressSetup& setup, const clay::Material& m
   std::vector<clay::InitialParticle> particles;
   for (const Eigen::Vector3d& point : scene::latticeIn(setup.sample, config.spacing))
     particles.push_back({point.cast<float>(), Eigen::Vector3f::Zero(), 0, 0});
+  if (particles.size() < few) config.threads = 1;
   clay::Clay clay(config, {material}, particles);
   const clay::Solid tool = toolOf(setup);
   const double lead = std::ceil(settling / frame) * frame, first = windows.front().from;

@@ -60,7 +60,8 @@ TEST_F(CurveFile, OfBadLinesIsToldWithTheLine) {
 /// A disc goes into a small block slowly, rests, goes on fast, rests, and comes out.
 struct Press {
   Press() {
-    setup.sample.size = {0.04, 0.04, 0.024};
+    setup.sample.size = {0.032, 0.032, 0.02};
+    setup.budget = {2, 8, clay::Method::minimise};
     double t = 0.0, depth = 0.0;
     const auto to = [&](double deeper, double duration) {
       const int rows = static_cast<int>(std::lround(duration / 0.02));
@@ -100,7 +101,7 @@ TEST(FitMaterial, GivesBackWhatMadeTheCurve) {
   start.viscosity = 400.0;
   const MaterialFit fit =
       fitMaterial([&](const clay::Material& m) { return press.forces(m); }, noisy(press.forces(known())),
-                  start, 1e4, {"stiffness", "yield_stress", "viscosity"}, 120);
+                  start, 1e4, {"stiffness", "yield_stress", "viscosity"}, 80);
   const clay::Material expected = known();
   const double yield_stress = 2.0 * expected.stiffness * expected.yield_strain;
   EXPECT_NEAR(fit.material.stiffness, expected.stiffness, 0.2 * expected.stiffness);
@@ -183,12 +184,12 @@ TEST(PressSetup, IsCheckedAgainstTheCurve) {
               for (PressSample& s : p.curve) s.depth = 0.0;
             }),
             "the tool never touches the clay, expected a depth above 0 m");
-  EXPECT_EQ(errorWith([](Press& p) { p.curve[5].depth = 0.03; }),
-            "the tool goes 0.03 m deep, expected at most 0.8 times the height of the sample, 0.024 m");
+  EXPECT_EQ(errorWith([](Press& p) { p.curve[5].depth = 0.018; }),
+            "the tool goes 0.018 m deep, expected at most 0.8 times the height of the sample, 0.02 m");
   EXPECT_EQ(errorWith([](Press& p) { p.curve[0].depth = 0.003; }),
             "the curve begins 0.003 m deep, expected it to begin where the tool touches, at 0 m");
   EXPECT_EQ(errorWith([](Press& p) { p.setup.spacing = 1e-4; }),
-            "spacing 0.0001 m makes 38400000 particles, expected 200000 at most");
+            "spacing 0.0001 m makes 20480000 particles, expected 200000 at most");
 }
 
 /// A window's force is the mean of the straight lines between the moments in it.
