@@ -115,7 +115,10 @@ Bonds::Bonds(float spacing, const std::vector<Material>& materials)
   for (const Material& a : materials) {
     const double yield_stress = a.stiffness > 0.0 ? 2.0 * a.stiffness * a.yield_strain : INFINITY;
     yields_.push_back(static_cast<float>(yield_stress * std::pow(static_cast<double>(spacing), 3.0)));
-    flows_ = flows_ || std::isfinite(yield_stress);
+    // Of its 6 + 12 neighbours, k l^2 each.
+    fresh_.push_back(static_cast<float>(30.0 * a.stiffness * std::pow(static_cast<double>(spacing), 3.0)));
+    relaxation_rates_.push_back(static_cast<float>(1.0 / a.relaxation_time));
+    flows_ = flows_ || std::isfinite(yield_stress) || std::isfinite(a.relaxation_time);
     for (const Material& b : materials) {
       const float stiffness = static_cast<float>(std::min(a.stiffness, b.stiffness) * spacing);
       rules_.push_back(
@@ -150,7 +153,7 @@ void Bonds::list(const Neighbourhood& near, std::size_t first, std::size_t last)
 }
 
 void Bonds::update(const Neighbourhood& near, const Particles& particles, const VectorField& velocity,
-                   bool form) {
+                   bool form, float duration) {
   const std::size_t n = particles.size();
   std::swap(lists_, before_);
   before_.begin.resize(n, 0), before_.end.resize(n, 0);
@@ -159,7 +162,7 @@ void Bonds::update(const Neighbourhood& near, const Particles& particles, const 
   parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
     activate(near, particles, velocity, form, first, last);
   });
-  if (flows_) measureFlow(near, particles, *this, nullptr, flow_);
+  if (flows_) measureFlow(near, particles, *this, nullptr, duration, flow_);
   parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) { list(near, first, last); });
 }
 

@@ -39,8 +39,9 @@ class Bonds {
   /// (De)activates bonds, and lets rest lengths flow so that no particle is stressed beyond its yield stress.
   /// Called before a step moves anything.
   /// \param velocity m/s, means over a time that does not depend on the time step \param form whether bonds
-  /// may form
-  void update(const Neighbourhood& near, const Particles& particles, const VectorField& velocity, bool form);
+  /// may form \param duration s, since the last update, in which stress relaxes
+  void update(const Neighbourhood& near, const Particles& particles, const VectorField& velocity, bool form,
+              float duration = 0.0f);
 
   /// N/m, of a bond between two materials; 0: they do not bond
   float stiffness(std::uint8_t a, std::uint8_t b) const { return rules(a)[b].stiffness; }
@@ -50,7 +51,11 @@ class Bonds {
   std::size_t materials() const { return materials_; }
   /// J, yield stress times the volume of a particle, of each material.
   const std::vector<float>& yields() const { return yields_; }
-  /// Whether any material yields.
+  /// 1/s, over the relaxation time of each material.
+  const std::vector<float>& relaxationRates() const { return relaxation_rates_; }
+  /// J, sum of k l^2 over the bonds of a particle in the initial lattice, of each material.
+  const std::vector<float>& fresh() const { return fresh_; }
+  /// Whether any material yields or relaxes.
   bool flow() const { return flows_; }
 
   std::size_t size() const;
@@ -76,7 +81,7 @@ class Bonds {
   float reach_;  // m
   std::size_t materials_;
   std::vector<BondRule> rules_;
-  std::vector<float> yields_;
+  std::vector<float> yields_, relaxation_rates_, fresh_;
   bool flows_ = false;
   Lists lists_, before_;
   std::vector<float> rest_lengths_;

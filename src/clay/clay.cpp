@@ -37,6 +37,8 @@ void validate(const Material& m) {
   require(m.bond_rate >= 0.0, "bond_rate" + of, m.bond_rate, ">= 0 1/s");
   require(m.unbond_rate >= m.bond_rate, "unbond_rate" + of, m.unbond_rate, ">= bond_rate");
   require(m.yield_strain > 0.0, "yield_strain" + of, m.yield_strain, "> 0");
+  require(m.flow_index > 0.0 && m.flow_index <= 1.0, "flow_index" + of, m.flow_index, "> 0, at most 1");
+  require(m.relaxation_time >= 0.01, "relaxation_time" + of, m.relaxation_time, ">= 0.01 s");
   require(m.friction >= 0.0, "friction" + of, m.friction, ">= 0");
   require(m.adhesion >= 0.0, "adhesion" + of, m.adhesion, ">= 0 Pa");
   require(m.skin_friction >= 0.0, "skin_friction" + of, m.skin_friction, ">= 0");

@@ -191,7 +191,7 @@ void Clay::State::updateBonds() {
       if (ends) window_start[i] = particles.position[i];
     }
   });
-  bond_constraint.update(near, particles, mean_velocity, ends);
+  bond_constraint.update(near, particles, mean_velocity, ends, static_cast<float>(config.timeStep()));
   window_steps = ends ? 1 : window_steps + 1;
 }
 

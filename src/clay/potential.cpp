@@ -14,6 +14,7 @@ namespace {
 
 constexpr float recovery_speed = 0.5f;   // m/s, of compression that nothing did work for
 constexpr float forgiven_speed = 0.1f;   // m/s, of the energy that a particle is given in a step
+constexpr float slowest = 0.1f;          // 1/s, shear rate below which a viscosity no longer grows
 constexpr float recovery_share = 0.25f;  // of it at a time, since neighbours undo each other's too
 
 // Loops get what they read by value: no store may change it then.
@@ -194,6 +195,29 @@ void measureSurroundings(const Setup s, std::size_t first, std::size_t last) {
   }
 }
 
+/// Viscosity that thins with the shear rate, Herschel & Bulkley's eta rate^(n - 1), of particles [first,
+/// last). Their rate is the one at which a Newtonian fluid would dissipate what the dashpots do at the guess:
+/// for an isotropic fluid, sum_j w (x.v)^2 = rate^2 sum_j w r^4 / 15. \param flow_index n of each material
+/// \param dt s
+TACTILE_CLAY_MULTIVERSION
+void thinDashpots(const Setup s, const float* flow_index, float dt, std::size_t first, std::size_t last) {
+  const float per_square = 1.0f / (s.kernel.h * s.kernel.h);
+  for (std::size_t i = first; i < last; ++i) {
+    const float n = flow_index[s.material[i]];
+    if (n == 1.0f) continue;
+    const LaneVector guess = allOf(s.guess + slot_size * i);
+    Lane squares{};
+    for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.end[i]; p += lane_width) {
+      const LaneVector x = loadVector(s.pairs.x, s.pairs.y, s.pairs.z, p);
+      const Lane r = load(s.pairs.distance + p);
+      const Lane along = dot(x, difference(gather(s.guess, s.pairs.slot + p), guess));
+      squares += dashpotWeight(per_square, r * r) * along * along;
+    }
+    const float rate = std::sqrt(15.0f * s.amend[i] * sum(squares) / s.lattice_dashpots) / dt;
+    s.amend[i] *= std::pow(std::max(rate, slowest), n - 1.0f);
+  }
+}
+
 /// Springs and density of particles [first, last).
 template <bool alike>
 TACTILE_CLAY_INLINE void linearise(const Setup s, std::size_t first, std::size_t last) {
@@ -289,6 +313,8 @@ Potential::Potential(const Kernel& kernel, float spacing, const std::vector<Mate
       materials_(materials.size()) {
   for (const Material& a : materials) {
     bulk_.push_back(static_cast<float>(a.bulk_modulus) * volume_);
+    flow_index_.push_back(static_cast<float>(a.flow_index));
+    thins_ = thins_ || (a.flow_index < 1.0 && a.viscosity > 0.0);
     dense_ = dense_ || a.bulk_modulus > 0.0;
     for (const Material& b : materials) {
       // Between two materials: two layers in shear, whose compliances add up.
@@ -317,7 +343,8 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
                         &compression_, &lent_, &pressure_change_})
     numbers->resize(n);
   const bool flows = bonds != nullptr && bonds->flow();
-  if (flows) measureFlow(near, particles, *bonds, &guess, flow_);
+  // What relaxes in the step pulls with what is left half way: its mean is of second order then.
+  if (flows) measureFlow(near, particles, *bonds, &guess, 0.5f * dt, flow_);
   const Setup setup{
       {near.begins(), near.paddeds(), near.slots(), near.x(), near.y(), near.z(), near.distances()},
       kernel_,
@@ -341,8 +368,10 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
       steepness_.data(),
       force_.data(),
       excess_.data()};
-  parallelRanges(n, range_size,
-                 [&](std::size_t first, std::size_t last) { measureSurroundings(setup, first, last); });
+  parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
+    measureSurroundings(setup, first, last);
+    if (thins_) thinDashpots(setup, flow_index_.data(), dt, first, last);
+  });
   parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
     if (materials_ == 1)
       lineariseAlike(setup, first, last);

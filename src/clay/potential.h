@@ -140,7 +140,8 @@ class Potential {
   std::vector<float> dashpot_;          // N s/m^3, of a pair where its weight is 1, for each two materials
   std::vector<float> dashpot_of_step_;  // N/m^3, dashpot_ over the step
   std::vector<float> bulk_;             // J, bulk modulus times volume of each material
-  bool dense_ = false, sprung_ = false;
+  std::vector<float> flow_index_;       // of each material
+  bool dense_ = false, sprung_ = false, thins_ = false;
   const Neighbourhood* near_ = nullptr;
   const Particles* particles_ = nullptr;
 

@@ -35,6 +35,8 @@ clay::Material readMaterial(YamlMap map, const std::string& name) {
   m.bond_rate = map.get("bond_rate", m.bond_rate, "1/s");
   m.unbond_rate = map.get("unbond_rate", m.unbond_rate, "1/s");
   m.yield_strain = map.getOrInfinite("yield_strain", m.yield_strain, "a strain, or .inf");
+  m.flow_index = map.get("flow_index", m.flow_index, "a number above 0, at most 1");
+  m.relaxation_time = map.getOrInfinite("relaxation_time", m.relaxation_time, "s, or .inf");
   m.friction = map.get("friction", m.friction, "a Coulomb coefficient");
   m.adhesion = map.get("adhesion", m.adhesion, "Pa");
   m.skin_friction = map.get("skin_friction", m.friction, "a Coulomb coefficient");
@@ -209,6 +211,11 @@ Scene loadScene(const std::string& name, const std::string& share, double spacin
   }
   map.finish();
   return scene;
+}
+
+clay::Material loadMaterial(const std::string& name, const std::string& share) {
+  const std::string file = findFile("material", name, "", fs::path(share) / "config" / "materials", ".yaml");
+  return readMaterial(loadYaml(file), fs::path(file).stem().string());
 }
 
 clay::Budget loadQuality(const std::string& name, const std::string& share) {

@@ -44,6 +44,11 @@ struct Scene {
 Scene loadScene(const std::string& name, const std::string& share, double spacing = 0.0,
                 const FindPackage& find_package = {});
 
+/// Reads a material.
+/// \param name a file, or the name of one in `<share>/config/materials`
+/// \throws std::runtime_error with one line: what, where, what was expected
+clay::Material loadMaterial(const std::string& name, const std::string& share);
+
 /// Budget of a quality preset (`fast`, `balanced`, `accurate`, `paper`), from `<share>/config/quality.yaml`.
 /// \throws std::runtime_error naming the known presets
 clay::Budget loadQuality(const std::string& name, const std::string& share);

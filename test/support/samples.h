@@ -67,13 +67,15 @@ inline std::vector<InitialParticle> cylinder(double radius, double height, doubl
   return particles;
 }
 
-/// Two level plates. The lower one has its face at z = 0, the upper one at `height`; `bite` of each is in the
+constexpr double bite = 2e-5;  // m, that plates are in the clay at first
+
+/// Two level plates. The lower one has its face at z = 0, the upper one at `height`; `overlap` of each is in the
 /// clay, so that contacts close in the first step.
 struct Plates {
-  explicit Plates(double height, double bite = 0.0) {
+  explicit Plates(double height, double overlap = 0.0) {
     lower.size = upper.size = {1.0, 1.0, 0.1};
-    lower.pose.translation().z() = -0.1 + bite;
-    upper.pose.translation().z() = height + 0.1 - bite;
+    lower.pose.translation().z() = -0.1 + overlap;
+    upper.pose.translation().z() = height + 0.1 - overlap;
   }
   /// Moves both for a frame.
   void advance(Clay& clay) {
@@ -85,6 +87,44 @@ struct Plates {
   static Eigen::Vector3d force(const Clay& clay) { return clay.solidForces()[1]; }
 
   Solid lower, upper;
+};
+
+/// Clay sheared between two plates that hold it.
+struct SimpleShear {
+  static constexpr double length = 0.12, width = 0.03, thickness = 0.03;
+
+  SimpleShear(const Resolution& r, const Material& material, double rate_in)
+      : rate(rate_in),
+        gap(thickness - r.spacing),
+        clay(weightless(r), {material},
+             moving(block(count(length, r), count(width, r), count(thickness, r), r.spacing))),
+        plates(thickness, bite) {
+    plates.upper.linear_velocity.x() = 0.5 * rate * gap;
+    plates.lower.linear_velocity.x() = -0.5 * rate * gap;
+  }
+  static int count(double size, const Resolution& r) {
+    return static_cast<int>(std::lround(size / r.spacing));
+  }
+  std::vector<InitialParticle> moving(std::vector<InitialParticle> particles) const {
+    for (InitialParticle& p : particles)
+      p.velocity.x() = static_cast<float>(rate * (static_cast<double>(p.position.z()) - 0.5 * thickness));
+    return particles;
+  }
+  /// Shears on to a strain. \return Pa, mean shear stress on the way
+  double shearTo(double to) {
+    const int frames = static_cast<int>(std::lround((to - strain) / rate / clay.config().frame));
+    double sum = 0.0;
+    for (int k = 0; k < frames; ++k) {
+      plates.advance(clay);
+      sum -= Plates::force(clay).x() / (length * width);
+    }
+    strain = to;
+    return sum / frames;
+  }
+
+  double rate, gap, strain = 0.0;
+  Clay clay;
+  Plates plates;
 };
 
 }  // namespace tactile_clay::clay

@@ -10,8 +10,6 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr double bite = 2e-5;  // m
-
 std::string nameOfResolution(const ::testing::TestParamInfo<Resolution>& tested) {
   return nameOf(tested.param);
 }
@@ -273,44 +271,6 @@ TEST_P(Stiffness, DoesNotRelax) {
   EXPECT_NEAR(bar.stress(), first, 0.01 * first);
 }
 INSTANTIATE_TEST_SUITE_P(Rheology, Stiffness, ::testing::ValuesIn(resolutions()), nameOfResolution);
-
-/// Clay sheared between two plates that hold it.
-struct SimpleShear {
-  static constexpr double length = 0.12, width = 0.03, thickness = 0.03;
-
-  SimpleShear(const Resolution& r, const Material& material, double rate_in)
-      : rate(rate_in),
-        gap(thickness - r.spacing),
-        clay(weightless(r), {material},
-             moving(block(count(length, r), count(width, r), count(thickness, r), r.spacing))),
-        plates(thickness, bite) {
-    plates.upper.linear_velocity.x() = 0.5 * rate * gap;
-    plates.lower.linear_velocity.x() = -0.5 * rate * gap;
-  }
-  static int count(double size, const Resolution& r) {
-    return static_cast<int>(std::lround(size / r.spacing));
-  }
-  std::vector<InitialParticle> moving(std::vector<InitialParticle> particles) const {
-    for (InitialParticle& p : particles)
-      p.velocity.x() = static_cast<float>(rate * (static_cast<double>(p.position.z()) - 0.5 * thickness));
-    return particles;
-  }
-  /// Shears on to a strain. \return Pa, mean shear stress on the way
-  double shearTo(double to) {
-    const int frames = static_cast<int>(std::lround((to - strain) / rate / clay.config().frame));
-    double sum = 0.0;
-    for (int k = 0; k < frames; ++k) {
-      plates.advance(clay);
-      sum -= Plates::force(clay).x() / (length * width);
-    }
-    strain = to;
-    return sum / frames;
-  }
-
-  double rate, gap, strain = 0.0;
-  Clay clay;
-  Plates plates;
-};
 
 /// Couette's flow: eta times the shear rate, within 5 %, on average over the registers of the lattice that a
 /// shear by one half passes through.

@@ -6,7 +6,7 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr double radius = 0.06, thickness = 0.03, speed = 0.01, bite = 2e-5;  // m, m, m/s, m
+constexpr double radius = 0.06, thickness = 0.03, speed = 0.01;  // m, m, m/s
 
 /// Mean force of the clay on the upper plate, N, from 0.05 to 0.1 s after it starts down, and the distance of
 /// the layers that touch the plates, m, in the middle of that time.

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 
 namespace tactile_clay::scene {
 namespace {
@@ -33,6 +34,44 @@ TEST(Scene, EveryShippedSceneLoads) {
     ++count;
   }
   EXPECT_GE(count, 7);
+}
+
+TEST(Material, EveryShippedOneLoads) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(share + "/config/materials")) {
+    EXPECT_NO_THROW(loadMaterial(entry.path().stem().string(), share)) << entry.path();
+    ++count;
+  }
+  EXPECT_GE(count, 16);
+}
+
+/// Young's modulus of clays, 3 x stiffness, is 100 to 2000 times their yield stress; they do not spring back
+/// from compression.
+TEST(Material, ClaysWithSourcesAreStiffForTheirYieldStress) {
+  for (const char* name :
+       {"plasticine_20c", "plasticine_35c", "potters_clay_firm", "potters_clay_soft", "clay_paste"}) {
+    const clay::Material m = loadMaterial(name, share);
+    const double ratio = 3.0 / (2.0 * m.yield_strain);
+    EXPECT_GE(ratio, 100.0) << name;
+    EXPECT_LE(ratio, 2000.0) << name;
+    EXPECT_GE(m.bulk_modulus, 10.0 * m.stiffness) << name;
+  }
+}
+
+TEST(Material, KeysOfTimeAreReadAndChecked) {
+  const std::string file =
+      (std::filesystem::temp_directory_path() / "tactile_clay_material_test.yaml").string();
+  const auto load = [&](const std::string& text) {
+    std::ofstream(file) << text;
+    return loadMaterial(file, share);
+  };
+  const clay::Material m = load("relaxation_time: 2\nflow_index: 0.5\n");
+  EXPECT_EQ(m.relaxation_time, 2.0);
+  EXPECT_EQ(m.flow_index, 0.5);
+  EXPECT_EQ(load("relaxation_time: .inf\n").relaxation_time, std::numeric_limits<double>::infinity());
+  EXPECT_NE(errorOf([&] { load("relaxation_time: 0\n"); }).find("expected >= 0.01 s"), std::string::npos);
+  EXPECT_NE(errorOf([&] { load("flow_index: 1.5\n"); }).find("expected > 0, at most 1"), std::string::npos);
+  EXPECT_NE(errorOf([&] { load("flow_index: 0\n"); }).find("expected > 0, at most 1"), std::string::npos);
 }
 
 TEST(Scene, ThePapersScenesHaveThePapersParticles) {

@@ -1,0 +1,236 @@
+#include "tools/material_fit.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <stdexcept>
+
+#include "tools/nelder_mead.h"
+
+namespace tactile_clay::tools {
+namespace {
+
+using clay::Material;
+
+constexpr double stray = 0.1;  // of the root mean square force; beyond, a residual counts by its size
+constexpr double edges[] = {0.5, 0.25};  // of a logarithm, of the first simplex and of one that starts anew
+constexpr double done = 0.01;            // of a logarithm: parameters within 1 %
+constexpr double shift = 0.3;        // of a logarithm, for sensitivities: much more than the clay is rough
+constexpr double least_bulk = 10.0;  // times the stiffness
+constexpr double wrong = 1e6;        // loss of a material that gives no forces
+const double undetermined = std::log(1.5);  // standard error of a logarithm
+
+/// A parameter as the fit sees it.
+struct Access {
+  double low, high;
+  std::function<double(const Material&)> get;
+  std::function<void(Material&, double)> set;
+};
+double yieldStress(const Material& m) {
+  return 2.0 * m.stiffness * m.yield_strain;
+}
+const std::map<std::string, Access> accesses = {
+    // What yields goes on to yield at the same stress, whatever its stiffness.
+    {"stiffness",
+     {1e2, 1e8, [](const Material& m) { return m.stiffness; },
+      [](Material& m, double v) {
+        m.yield_strain *= m.stiffness / v;
+        m.stiffness = v;
+        m.bulk_modulus = std::max(m.bulk_modulus, least_bulk * v);
+      }}},
+    {"yield_stress",
+     {1.0, 1e8, yieldStress, [](Material& m, double v) { m.yield_strain = 0.5 * v / m.stiffness; }}},
+    {"viscosity",
+     {0.1, 1e6, [](const Material& m) { return m.viscosity; },
+      [](Material& m, double v) { m.viscosity = v; }}},
+    {"relaxation_time",
+     {0.01, 1e4, [](const Material& m) { return m.relaxation_time; },
+      [](Material& m, double v) { m.relaxation_time = v; }}},
+    {"friction",
+     {0.01, 10.0, [](const Material& m) { return m.friction; },
+      [](Material& m, double v) { m.friction = m.skin_friction = v; }}}};
+
+double rootMeanSquare(const std::vector<double>& numbers) {
+  double sum = 0.0;
+  for (const double x : numbers) sum += x * x;
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(numbers.size(), 1)));
+}
+
+std::vector<double> difference(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> d(a.size());
+  for (std::size_t k = 0; k < a.size(); ++k) d[k] = a[k] - b[k];
+  return d;
+}
+
+Material withValues(Material m, const std::vector<std::string>& names, const Point& logarithms) {
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const Access& access = accesses.at(names[k]);
+    access.set(m, std::clamp(std::exp(logarithms[k]), access.low, access.high));
+  }
+  return m;
+}
+
+/// How far out of their bounds logarithms are, squared.
+double beyondBounds(const std::vector<std::string>& names, const Point& logarithms) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const Access& access = accesses.at(names[k]);
+    const double inside = std::clamp(logarithms[k], std::log(access.low), std::log(access.high));
+    sum += std::pow(logarithms[k] - inside, 2.0);
+  }
+  return sum;
+}
+
+std::string number(double value) {
+  char text[32];
+  if (std::isinf(value)) return ".inf";
+  std::snprintf(text, sizeof text, "%.4g", value);
+  // YAML 1.1 wants a point in what has an exponent.
+  std::string yaml = text;
+  const std::size_t e = yaml.find('e');
+  if (e != std::string::npos && yaml.find('.') == std::string::npos) yaml.insert(e, ".0");
+  return yaml;
+}
+
+}  // namespace
+
+std::vector<std::string> fittableParameters() {
+  return {"stiffness", "yield_stress", "viscosity", "relaxation_time", "friction"};
+}
+
+bool FitParameter::determined() const {
+  return error < undetermined;
+}
+
+MaterialFit fitMaterial(const ForceModel& forces, const std::vector<double>& measured,
+                        const clay::Material& start, double yield_stress,
+                        const std::vector<std::string>& names, int most) {
+  for (const std::string& name : names)
+    if (accesses.count(name) == 0)
+      throw std::runtime_error(
+          "parameter '" + name +
+          "', expected some of stiffness, yield_stress, viscosity, relaxation_time, friction");
+  if (names.empty()) throw std::runtime_error("no parameter to fit, expected at least one");
+  if (!(start.stiffness > 0.0))
+    throw std::runtime_error("material '" + start.name + "' has no stiffness, expected one to start from");
+  const double scale = rootMeanSquare(measured);
+  MaterialFit fit;
+  fit.measured = measured;
+  const auto run = [&](const Point& at) {
+    ++fit.evaluations;
+    return forces(withValues(fit.material, names, at));
+  };
+  const auto loss = [&](const Point& at) {
+    double sum = 0.0;
+    for (const double r : difference(run(at), measured)) {
+      const double x = r / (stray * scale);
+      sum += std::sqrt(1.0 + x * x) - 1.0;
+    }
+    sum /= static_cast<double>(measured.size());
+    return (std::isfinite(sum) ? sum : wrong) + beyondBounds(names, at);
+  };
+  const auto isFitted = [&](const char* name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  fit.material = start;
+  if (isFitted("yield_stress")) accesses.at("yield_stress").set(fit.material, yield_stress);
+  if (!std::isfinite(fit.material.relaxation_time) && isFitted("relaxation_time"))
+    fit.material.relaxation_time = 1.0;
+  const auto logarithmsOf = [&](const Material& m) {
+    Point at;
+    for (const std::string& name : names) {
+      const Access& access = accesses.at(name);
+      at.push_back(std::log(std::clamp(access.get(m), access.low, access.high)));
+    }
+    return at;
+  };
+  Point best = logarithmsOf(fit.material);
+  double least = std::numeric_limits<double>::infinity();
+  if (isFitted("stiffness")) {
+    for (const double ratio : {10.0, 50.0, 250.0}) {  // shear modulus over yield stress
+      Material tried = fit.material;
+      accesses.at("stiffness").set(tried, ratio * yield_stress);
+      const Point at = logarithmsOf(tried);
+      const double value = loss(at);
+      if (value < least) least = value, best = at;
+    }
+  }
+  // A simplex may shrink too early where the clay is rough; a new one goes on from where it ended.
+  for (const double edge : edges) best = nelderMead(loss, best, edge, done, most / 2).at;
+  fit.model = run(best);
+  const std::vector<double> left = difference(fit.model, measured);
+  fit.error = rootMeanSquare(left) / scale;
+
+  // Gauss & Newton: of residuals r with the slopes J, the parameters' covariance is |r|^2 / (m - n) (J^T
+  // J)^-1.
+  const auto m = static_cast<Eigen::Index>(measured.size()), n = static_cast<Eigen::Index>(names.size());
+  Eigen::MatrixXd slopes(m, n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    Point up = best, down = best;
+    up[static_cast<std::size_t>(k)] += shift, down[static_cast<std::size_t>(k)] -= shift;
+    const std::vector<double> d = difference(run(up), run(down));
+    for (Eigen::Index i = 0; i < m; ++i) slopes(i, k) = d[static_cast<std::size_t>(i)] / (2.0 * shift);
+  }
+  double squares = 0.0;
+  for (const double r : left) squares += r * r;
+  const Eigen::VectorXd lengths = slopes.colwise().norm().cwiseMax(1e-12 * scale);
+  const Eigen::MatrixXd unit = slopes * lengths.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd inverse =
+      (unit.transpose() * unit + 1e-12 * Eigen::MatrixXd::Identity(n, n)).inverse();
+  const Material before = fit.material;
+  fit.material = withValues(before, names, best);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double variance = squares / static_cast<double>(std::max<Eigen::Index>(m - n, 1)) * inverse(k, k) /
+                            std::pow(lengths[k], 2.0);
+    const std::string& name = names[static_cast<std::size_t>(k)];
+    fit.parameters.push_back({name, accesses.at(name).get(fit.material), std::sqrt(variance)});
+  }
+  return fit;
+}
+
+double guessedYieldStress(const PressSetup& setup, const PressCurve& curve) {
+  const auto most =
+      std::max_element(curve.begin(), curve.end(),
+                       [](const PressSample& a, const PressSample& b) { return a.force < b.force; });
+  const double factor = setup.tool == PressSetup::Tool::plate ? std::sqrt(3.0) : 6.0;
+  const double area = std::max(setup.area(most->depth), 1e-3 * setup.area(setup.radius));
+  return most->force / (factor * area);
+}
+
+std::string materialFile(const MaterialFit& fit, const std::vector<std::string>& comments) {
+  const Material& m = fit.material;
+  std::string text;
+  for (const std::string& line : comments) text += "# " + line + "\n";
+  for (const FitParameter& p : fit.parameters) {
+    char line[160];
+    if (p.determined())
+      std::snprintf(line, sizeof line, "# fitted: %s %s, within a factor of %.2f\n", p.name.c_str(),
+                    number(p.value).c_str(), std::exp(p.error));
+    else
+      std::snprintf(line, sizeof line, "# not determined by the curve: %s %s\n", p.name.c_str(),
+                    number(p.value).c_str());
+    text += line;
+  }
+  text += "# the others are of material '" + m.name + "'; bulk_modulus is ten times the stiffness at least\n";
+  const auto add = [&](const char* key, double value) {
+    text += std::string(key) + ": " + number(value) + "\n";
+  };
+  add("density", m.density);
+  add("bulk_modulus", m.bulk_modulus);
+  add("viscosity", m.viscosity);
+  add("flow_index", m.flow_index);
+  add("stiffness", m.stiffness);
+  add("yield_strain", m.yield_strain);
+  add("relaxation_time", m.relaxation_time);
+  add("bond_rate", m.bond_rate);
+  add("unbond_rate", m.unbond_rate);
+  add("friction", m.friction);
+  add("adhesion", m.adhesion);
+  add("skin_friction", m.skin_friction);
+  return text;
+}
+
+}  // namespace tactile_clay::tools
