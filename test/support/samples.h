@@ -69,8 +69,8 @@ inline std::vector<InitialParticle> cylinder(double radius, double height, doubl
 
 constexpr double bite = 2e-5;  // m, that plates are in the clay at first
 
-/// Two level plates. The lower one has its face at z = 0, the upper one at `height`; `overlap` of each is in the
-/// clay, so that contacts close in the first step.
+/// Two level plates. The lower one has its face at z = 0, the upper one at `height`; `overlap` of each is in
+/// the clay, so that contacts close in the first step.
 struct Plates {
   explicit Plates(double height, double overlap = 0.0) {
     lower.size = upper.size = {1.0, 1.0, 0.1};

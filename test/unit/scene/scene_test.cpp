@@ -115,7 +115,7 @@ TEST(Scene, ComplaintsNameFileLineAndExpectation) {
   EXPECT_NE(complaint("spacing: wide\n" + good).find(":1: 'spacing' cannot be read"), std::string::npos);
   EXPECT_NE(
       complaint("urdf: table.urdf\nbodies:\n  - {name: a, material: jelly, shape: box, size: [1, 1, 1]}\n")
-          .find(":3: material 'jelly' not found, expected a file or one of: dough"),
+          .find(":3: material 'jelly' not found, expected a file or one of: bread_dough"),
       std::string::npos);
   EXPECT_NE(complaint("urdf: table.urdf\nbodies:\n  - {name: a, material: dough, shape: box, size: [1, 1]}\n")
                 .find("'size' has 2 numbers"),
