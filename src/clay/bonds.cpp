@@ -144,8 +144,8 @@ void Bonds::activate(const Neighbourhood& near, const Particles& particles, cons
 void Bonds::list(const Neighbourhood& near, std::size_t first, std::size_t last) {
   for (std::size_t i = first; i < last; ++i) {
     lists_.begin[i] = near.begin(i);
-    lists_.end[i] = near.begin(i) + flowAndList(near, i, flows_ ? &flow_ : nullptr, rest_lengths_.data(),
-                                                lists_.bonds.data() + near.begin(i));
+    lists_.end[i] = near.begin(i) +
+                    flowAndList(near, i, flow(), rest_lengths_.data(), lists_.bonds.data() + near.begin(i));
   }
 }
 
@@ -156,10 +156,11 @@ void Bonds::update(const Neighbourhood& near, const Particles& particles, const 
   before_.begin.resize(n, 0), before_.end.resize(n, 0);
   lists_.begin.resize(n), lists_.end.resize(n);
   lists_.bonds.resize(near.pairs()), rest_lengths_.resize(near.pairs());
+  if (flows_) flow_.resize(n);
   parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
     activate(near, particles, velocity, form, first, last);
+    if (flows_) measureFlow(near, particles, *this, first, last, flow_);
   });
-  if (flows_) measureFlow(near, particles, *this, nullptr, flow_);
   parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) { list(near, first, last); });
 }
 

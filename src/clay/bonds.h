@@ -50,8 +50,8 @@ class Bonds {
   std::size_t materials() const { return materials_; }
   /// J, yield stress times the volume of a particle, of each material.
   const std::vector<float>& yields() const { return yields_; }
-  /// Whether any material yields.
-  bool flow() const { return flows_; }
+  /// How the bonds of each particle flowed in the last update; null where no material yields.
+  const Flow* flow() const { return flows_ ? &flow_ : nullptr; }
 
   std::size_t size() const;
   /// Bonds of particle i, in the order of its neighbours.

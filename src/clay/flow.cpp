@@ -1,7 +1,6 @@
 #include "clay/flow.h"
 
 #include "clay/bonds.h"
-#include "clay/threads.h"
 #include "lanes/lane_matrix.h"
 #include "lanes/lanes.h"
 
@@ -10,10 +9,9 @@ namespace {
 
 struct Measure {
   const std::uint32_t *begin, *end, *slot;
-  const float *x, *y, *z, *rest_length;  // m
-  const float* displacement;             // m, or null
-  const std::uint8_t* material;          // of each particle
-  const BondRule* rules;                 // of each two materials
+  const float *x, *y, *z, *length, *rest_length;  // m
+  const std::uint8_t* material;                   // of each particle
+  const BondRule* rules;                          // of each two materials
   std::size_t materials;
   const float* yield;       // J, yield stress times volume, of each material
   float *share, *dilation;  // of each particle
@@ -28,22 +26,20 @@ struct Strained {
 template <bool alike>
 TACTILE_CLAY_INLINE Strained strainedBonds(const Measure& m, std::size_t i) {
   const BondRule* const rules = m.rules + m.material[i] * m.materials;
-  const Lane shortest = all(1e-18f);  // m^2
   Lane stiffness = all(rules[0].stiffness);
-  LaneVector own{};
-  if (m.displacement != nullptr) own = allOf(m.displacement + slot_size * i);
   Strained total{};
   for (std::uint32_t p = m.begin[i]; p < m.end[i]; p += lane_width) {
-    LaneVector x = loadVector(m.x, m.y, m.z, p);
-    if (m.displacement != nullptr) x = difference(x, difference(gather(m.displacement, m.slot + p), own));
-    if (!alike)
-      for (int k = 0; k < lane_width; ++k)
-        stiffness[k] = rules[m.material[m.slot[p + k] / slot_size]].stiffness;
     const Lane rest_length = load(m.rest_length + p);
-    const Lane bonded = rest_length > 0.0f ? stiffness : Lane{};
-    const Lane square = greatest(dot(x, x), shortest);
-    addOuter(total.stress, times(bonded * (1.0f - rest_length / root(square)), x), x);
-    total.square += bonded * square;
+    const LaneOrder bonded = rest_length > 0.0f;  // which coincident particles are not
+    if (!alike) {
+      float of[lane_width];
+      for (int k = 0; k < lane_width; ++k) of[k] = rules[m.material[m.slot[p + k] / slot_size]].stiffness;
+      stiffness = load(of);
+    }
+    const LaneVector x = loadVector(m.x, m.y, m.z, p);
+    const Lane length = load(m.length + p), strain = 1.0f - rest_length / length;
+    addOuter(total.stress, times(bonded ? stiffness * strain : Lane{}, x), x);
+    total.square += bonded ? stiffness * (length * length) : Lane{};
   }
   return total;
 }
@@ -78,28 +74,28 @@ void measureMixed(const Measure m, std::size_t first, std::size_t last) {
 
 }  // namespace
 
-void measureFlow(const Neighbourhood& near, const Particles& particles, const Bonds& bonds,
-                 const VectorField* displacements, Flow& flow) {
-  const std::size_t n = particles.size();
-  const std::size_t whole_lanes = (n + lane_width - 1) / lane_width * lane_width;
-  flow.share.resize(whole_lanes), flow.dilation.resize(whole_lanes);
+void Flow::resize(std::size_t particles) {
+  const std::size_t whole_lanes = (particles + lane_width - 1) / lane_width * lane_width;
+  share.resize(whole_lanes), dilation.resize(whole_lanes);
+}
+
+void measureFlow(const Neighbourhood& near, const Particles& particles, const Bonds& bonds, std::size_t first,
+                 std::size_t last, Flow& flow) {
   const Measure m{near.begins(),
                   near.paddeds(),
                   near.slots(),
                   near.x(),
                   near.y(),
                   near.z(),
+                  near.distances(),
                   bonds.restLengths().data(),
-                  displacements != nullptr ? displacements->data() : nullptr,
                   particles.material.data(),
                   bonds.rules(0),
                   bonds.materials(),
                   bonds.yields().data(),
                   flow.share.data(),
                   flow.dilation.data()};
-  parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
-    (bonds.materials() == 1 ? measureAlike : measureMixed)(m, first, last);
-  });
+  (bonds.materials() == 1 ? measureAlike : measureMixed)(m, first, last);
 }
 
 }  // namespace tactile_clay::clay

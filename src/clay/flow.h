@@ -21,11 +21,12 @@ class Bonds;
 struct Flow {
   std::vector<float> share;     // of the elongations; 1: does not flow
   std::vector<float> dilation;  // mean strain of the bonds
+
+  void resize(std::size_t particles);
 };
 
-/// Measures them, for the rest lengths that the bonds have. \param displacements of the particles from the
-/// positions of the neighbourhood, m; null: none
-void measureFlow(const Neighbourhood& near, const Particles& particles, const Bonds& bonds,
-                 const VectorField* displacements, Flow& flow);
+/// Measures it of particles [first, last), for the rest lengths that the bonds have.
+void measureFlow(const Neighbourhood& near, const Particles& particles, const Bonds& bonds, std::size_t first,
+                 std::size_t last, Flow& flow);
 
 }  // namespace tactile_clay::clay
