@@ -95,11 +95,13 @@ std::uint32_t flowAndList(const Neighbourhood& near, std::size_t i, const Flow* 
     const LaneOrder holds = rest_length > 0.0f;
     if (flow != nullptr) {
       const Lane share = 0.5f * (own_share + gatherNumbers(flow->share.data(), slots));
-      const Lane strain = 0.5f * (own_dilation + gatherNumbers(flow->dilation.data(), slots));
-      const Lane length = load(near.distances() + p);
-      const Lane flowed = rest_length + (1.0f - share) * (length - rest_length - strain * length);
-      rest_length = holds ? greatest(flowed, all(1e-6f) * length) : Lane{};
-      store(rest_lengths + p, rest_length);
+      if (bits(holds & (share < 1.0f)) != 0) {
+        const Lane strain = 0.5f * (own_dilation + gatherNumbers(flow->dilation.data(), slots));
+        const Lane length = load(near.distances() + p);
+        const Lane flowed = rest_length + (1.0f - share) * (length - rest_length - strain * length);
+        rest_length = holds ? greatest(flowed, all(1e-6f) * length) : Lane{};
+        store(rest_lengths + p, rest_length);
+      }
     }
     const unsigned mask = bits(holds);
     storeBonds(bonds + count, slots, rest_length, mask);
