@@ -95,11 +95,13 @@ std::uint32_t flowAndList(const Neighbourhood& near, std::size_t i, const Flow* 
     const LaneOrder holds = rest_length > 0.0f;
     if (flow != nullptr) {
       const Lane share = 0.5f * (own_share + gatherNumbers(flow->share.data(), slots));
-      const Lane strain = 0.5f * (own_dilation + gatherNumbers(flow->dilation.data(), slots));
-      const Lane length = load(near.distances() + p);
-      const Lane flowed = rest_length + (1.0f - share) * (length - rest_length - strain * length);
-      rest_length = holds ? greatest(flowed, all(1e-6f) * length) : Lane{};
-      store(rest_lengths + p, rest_length);
+      if (bits(holds & (share < 1.0f)) != 0) {
+        const Lane strain = 0.5f * (own_dilation + gatherNumbers(flow->dilation.data(), slots));
+        const Lane length = load(near.distances() + p);
+        const Lane flowed = rest_length + (1.0f - share) * (length - rest_length - strain * length);
+        rest_length = holds ? greatest(flowed, all(1e-6f) * length) : Lane{};
+        store(rest_lengths + p, rest_length);
+      }
     }
     const unsigned mask = bits(holds);
     storeBonds(bonds + count, slots, rest_length, mask);
@@ -147,8 +149,8 @@ void Bonds::activate(const Neighbourhood& near, const Particles& particles, cons
 void Bonds::list(const Neighbourhood& near, std::size_t first, std::size_t last) {
   for (std::size_t i = first; i < last; ++i) {
     lists_.begin[i] = near.begin(i);
-    lists_.end[i] = near.begin(i) + flowAndList(near, i, flows_ ? &flow_ : nullptr, rest_lengths_.data(),
-                                                lists_.bonds.data() + near.begin(i));
+    lists_.end[i] = near.begin(i) +
+                    flowAndList(near, i, flow(), rest_lengths_.data(), lists_.bonds.data() + near.begin(i));
   }
 }
 
@@ -159,10 +161,15 @@ void Bonds::update(const Neighbourhood& near, const Particles& particles, const 
   before_.begin.resize(n, 0), before_.end.resize(n, 0);
   lists_.begin.resize(n), lists_.end.resize(n);
   lists_.bonds.resize(near.pairs()), rest_lengths_.resize(near.pairs());
+  if (flows_) {
+    flow_.resize(n);
+    flow_.fading.clear();
+    for (const float rate : relaxation_rates_) flow_.fading.push_back(duration * rate);
+  }
   parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
     activate(near, particles, velocity, form, first, last);
+    if (flows_) measureFlow(near, particles, *this, first, last, flow_);
   });
-  if (flows_) measureFlow(near, particles, *this, nullptr, duration, flow_);
   parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) { list(near, first, last); });
 }
 

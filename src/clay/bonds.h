@@ -51,12 +51,10 @@ class Bonds {
   std::size_t materials() const { return materials_; }
   /// J, yield stress times the volume of a particle, of each material.
   const std::vector<float>& yields() const { return yields_; }
-  /// 1/s, over the relaxation time of each material.
-  const std::vector<float>& relaxationRates() const { return relaxation_rates_; }
   /// J, sum of k l^2 over the bonds of a particle in the initial lattice, of each material.
   const std::vector<float>& fresh() const { return fresh_; }
-  /// Whether any material yields or relaxes.
-  bool flow() const { return flows_; }
+  /// How the bonds of each particle flowed in the last update; null where no material yields or relaxes.
+  const Flow* flow() const { return flows_ ? &flow_ : nullptr; }
 
   std::size_t size() const;
   /// Bonds of particle i, in the order of its neighbours.

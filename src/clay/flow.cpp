@@ -5,7 +5,6 @@
 #include <type_traits>
 
 #include "clay/bonds.h"
-#include "clay/threads.h"
 #include "lanes/lane_matrix.h"
 #include "lanes/lanes.h"
 
@@ -14,10 +13,9 @@ namespace {
 
 struct Measure {
   const std::uint32_t *begin, *end, *slot;
-  const float *x, *y, *z, *rest_length;  // m
-  const float* displacement;             // m, or null
-  const std::uint8_t* material;          // of each particle
-  const BondRule* rules;                 // of each two materials
+  const float *x, *y, *z, *length, *rest_length;  // m
+  const std::uint8_t* material;                   // of each particle
+  const BondRule* rules;                          // of each two materials
   std::size_t materials;
   const float* yield;       // J, yield stress times volume, of each material
   const float* fading;      // time over relaxation time, of each material
@@ -58,23 +56,22 @@ TACTILE_CLAY_INLINE Lane volumeStrain(const StrainedFabric& total) {
 template <bool alike, typename Total>
 TACTILE_CLAY_INLINE Total strainedBonds(const Measure& m, std::size_t i) {
   const BondRule* const rules = m.rules + m.material[i] * m.materials;
-  const Lane shortest = all(1e-18f);  // m^2
   Lane stiffness = all(rules[0].stiffness);
-  LaneVector own{};
-  if (m.displacement != nullptr) own = allOf(m.displacement + slot_size * i);
   Total total{};
   for (std::uint32_t p = m.begin[i]; p < m.end[i]; p += lane_width) {
-    LaneVector x = loadVector(m.x, m.y, m.z, p);
-    if (m.displacement != nullptr) x = difference(x, difference(gather(m.displacement, m.slot + p), own));
-    if (!alike)
-      for (int k = 0; k < lane_width; ++k)
-        stiffness[k] = rules[m.material[m.slot[p + k] / slot_size]].stiffness;
     const Lane rest_length = load(m.rest_length + p);
-    const Lane bonded = rest_length > 0.0f ? stiffness : Lane{};
-    const Lane square = greatest(dot(x, x), shortest);
-    addOuter(total.stress, times(bonded * (1.0f - rest_length / root(square)), x), x);
-    total.square += bonded * square;
-    if constexpr (std::is_same_v<Total, StrainedFabric>) addOuter(total.fabric, times(bonded, x), x);
+    const LaneOrder bonded = rest_length > 0.0f;  // which coincident particles are not
+    if (!alike) {
+      float of[lane_width];
+      for (int k = 0; k < lane_width; ++k) of[k] = rules[m.material[m.slot[p + k] / slot_size]].stiffness;
+      stiffness = load(of);
+    }
+    const LaneVector x = loadVector(m.x, m.y, m.z, p);
+    const Lane length = load(m.length + p), strain = 1.0f - rest_length / length;
+    addOuter(total.stress, times(bonded ? stiffness * strain : Lane{}, x), x);
+    total.square += bonded ? stiffness * (length * length) : Lane{};
+    if constexpr (std::is_same_v<Total, StrainedFabric>)
+      addOuter(total.fabric, times(bonded ? stiffness : Lane{}, x), x);
   }
   return total;
 }
@@ -124,20 +121,21 @@ void measureRelaxing(const Measure m, std::size_t first, std::size_t last) {
 
 }  // namespace
 
-void measureFlow(const Neighbourhood& near, const Particles& particles, const Bonds& bonds,
-                 const VectorField* displacements, float duration, Flow& flow) {
-  const std::size_t n = particles.size();
-  const std::size_t whole_lanes = (n + lane_width - 1) / lane_width * lane_width;
-  flow.share.resize(whole_lanes), flow.dilation.resize(whole_lanes), flow.fading.clear();
-  for (const float rate : bonds.relaxationRates()) flow.fading.push_back(duration * rate);
+void Flow::resize(std::size_t particles) {
+  const std::size_t whole_lanes = (particles + lane_width - 1) / lane_width * lane_width;
+  share.resize(whole_lanes), dilation.resize(whole_lanes);
+}
+
+void measureFlow(const Neighbourhood& near, const Particles& particles, const Bonds& bonds, std::size_t first,
+                 std::size_t last, Flow& flow) {
   const Measure m{near.begins(),
                   near.paddeds(),
                   near.slots(),
                   near.x(),
                   near.y(),
                   near.z(),
+                  near.distances(),
                   bonds.restLengths().data(),
-                  displacements != nullptr ? displacements->data() : nullptr,
                   particles.material.data(),
                   bonds.rules(0),
                   bonds.materials(),
@@ -147,9 +145,7 @@ void measureFlow(const Neighbourhood& near, const Particles& particles, const Bo
                   flow.share.data(),
                   flow.dilation.data()};
   const bool relaxes = *std::max_element(flow.fading.begin(), flow.fading.end()) > 0.0f;
-  parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
-    (relaxes ? measureRelaxing : bonds.materials() == 1 ? measureAlike : measureMixed)(m, first, last);
-  });
+  (relaxes ? measureRelaxing : bonds.materials() == 1 ? measureAlike : measureMixed)(m, first, last);
 }
 
 }  // namespace tactile_clay::clay

@@ -25,12 +25,14 @@ class Bonds;
 struct Flow {
   std::vector<float> share;     // of the elongations; 1: does not flow
   std::vector<float> dilation;  // mean strain of the bonds
-  std::vector<float> fading;    // time over relaxation time, of each material
+  std::vector<float> fading;    // time of the last step over the relaxation time, of each material
+
+  void resize(std::size_t particles);
 };
 
-/// Measures them, for the rest lengths that the bonds have. \param displacements of the particles from the
-/// positions of the neighbourhood, m; null: none \param duration s, in which stress relaxes
-void measureFlow(const Neighbourhood& near, const Particles& particles, const Bonds& bonds,
-                 const VectorField* displacements, float duration, Flow& flow);
+/// Measures it of particles [first, last), for the rest lengths that the bonds have and the `fading` of the
+/// flow.
+void measureFlow(const Neighbourhood& near, const Particles& particles, const Bonds& bonds, std::size_t first,
+                 std::size_t last, Flow& flow);
 
 }  // namespace tactile_clay::clay

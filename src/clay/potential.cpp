@@ -262,8 +262,8 @@ TACTILE_CLAY_INLINE void linearise(const Setup s, std::size_t first, std::size_t
         Lane spring = dashpot, push = dashpot * (r - start);
         if (rules != nullptr) {
           const Lane kept = load(s.rest_length + p);
-          // What yields in this step flows in it: its elongation at the guess shrinks, and it is as much less
-          // stiff (the secant of its force), so that it stores no more at u = 0 than it did before.
+          // What flowed after the last step flows on in this one: its elongation shrinks again, and it is as
+          // much less stiff (the secant of its force), so that it stores no more at u = 0 than it did.
           const Lane share =
               0.5f *
               (own_share + (s.share != nullptr ? gatherNumbers(s.share, s.pairs.slot + p) : all(1.0f)));
@@ -342,9 +342,7 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
   for (auto* numbers : {&excess_, &beyond_, &ratio_, &active_, &pressure_, &amend_, &steepness_, &growth_,
                         &compression_, &lent_, &pressure_change_})
     numbers->resize(n);
-  const bool flows = bonds != nullptr && bonds->flow();
-  // What relaxes in the step pulls with what is left half way: its mean is of second order then.
-  if (flows) measureFlow(near, particles, *bonds, &guess, 0.5f * dt, flow_);
+  const Flow* const flow = bonds != nullptr ? bonds->flow() : nullptr;
   const Setup setup{
       {near.begins(), near.paddeds(), near.slots(), near.x(), near.y(), near.z(), near.distances()},
       kernel_,
@@ -356,7 +354,7 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
       dashpot_of_step_.data(),
       bonds,
       bonds != nullptr ? bonds->restLengths().data() : nullptr,
-      flows ? flow_.share.data() : nullptr,
+      flow != nullptr ? flow->share.data() : nullptr,
       dense_,
       sprung_,
       x_.data(),

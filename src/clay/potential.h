@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "clay/bonds.h"
-#include "clay/flow.h"
 #include "clay/kernel.h"
 #include "clay/material.h"
 #include "clay/neighbourhood.h"
@@ -34,7 +33,8 @@ struct PairArrays {
 ///    length, so none need be turned back, and pairs see the motions that a gradient summed over neighbours
 ///    is blind to. c makes the shear viscosity of each particle's volume, averaged over directions, equal to
 ///    eta, at a surface too;
-///  - bonds (Eq. 5): k/2 (l_ij - d_ij)^2, where elongations flow (class Flow) by the stress at the guess.
+///  - bonds (Eq. 5): k/2 (l_ij - d_ij)^2, where elongations go on flowing as they did after the last
+///    step (struct Flow).
 /// All are sums over pairs with opposite forces along the pair on its two ends, so linear and angular
 /// momentum are exact.
 ///
@@ -147,7 +147,6 @@ class Potential {
 
   std::vector<float> x_, y_, z_, spring_;  // see PairArrays; what a scene does not use is empty
   std::vector<float> amend_;        // of the dashpots of each particle for those that a surface takes away
-  Flow flow_;                       // at the guess
   VectorField force_;               // N, of each particle at u = 0, without density
   std::vector<float> excess_;       // C_i at u = 0
   std::vector<float> beyond_;       // what C_i is more than that
