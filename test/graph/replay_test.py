@@ -81,6 +81,7 @@ class Replay(unittest.TestCase):
         files = os.path.join(cls.folder, 'files of a user')
         cls.scene = own_files(files)
         cls.bag = os.path.join(cls.folder, 'run.bag')
+        cls.head = subprocess.run(['git', '-C', rig_run.PACKAGE, 'rev-parse', 'HEAD'], capture_output=True, text=True, check=False)
         with rig_run.Graph() as graph:
             rig = graph.rig(dict(rig_run.LOCKSTEP, hands='bag', file=rig_run.bag('press_finger'), scene=cls.scene, quality='fast',
                                  duration='1.6', nodelets='true', record=cls.bag), environment={'ROS_NAMESPACE': 'lab'})
@@ -126,9 +127,8 @@ class Replay(unittest.TestCase):
     def test_the_description_tells_what_the_rig_was(self):
         told = self.description()
         self.assertEqual(told['package']['version'], rospkg.RosPack().get_manifest('tactile_clay').version)
-        head = subprocess.run(['git', '-C', rig_run.PACKAGE, 'rev-parse', 'HEAD'], capture_output=True, text=True, check=False)
-        if head.returncode == 0:
-            self.assertEqual(told['package']['commit'], head.stdout.strip())
+        if self.head.returncode == 0:
+            self.assertEqual(told['package']['commit'], self.head.stdout.strip())
             self.assertIsInstance(told['package']['tree_has_changes'], bool)
         self.assertEqual((told['namespace'], told['host']['name']), ('/lab', os.uname().nodename))
         self.assertEqual(told['parameters']['clay_simulator']['quality'], 'fast')
