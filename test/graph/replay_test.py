@@ -23,7 +23,8 @@ spacing: 0.006
 urdf: my_table.urdf
 bodies:
   - {name: red, material: soft.yaml, shape: box, size: [0.04, 0.04, 0.04], pose: [0.045, 0.05, 0, 0, 0, 0.3]}
-  - {name: far, material: %s/else where/own.yaml, shape: box, size: [0.02, 0.02, 0.02], pose: [-0.05, -0.05, 0, 0, 0, 0]}
+  - {name: far, material: %s/else where/own.yaml, shape: box, size: [0.02, 0.02, 0.02],
+     pose: [-0.05, -0.05, 0, 0, 0, 0]}
   - {name: wedge, material: putty, shape: mesh, mesh: wedge.stl, pose: [-0.05, 0.08, 0, 0, 0, 0]}
 """
 CORNERS = ((0, 0, 0), (0.03, 0, 0), (0, 0.03, 0), (0, 0, 0.03))
@@ -69,7 +70,8 @@ def own_files(folder):
 
 def replay(bag, *options):
     """(exit code, lines of the standard output, lines of the standard error)"""
-    done = subprocess.run([REPLAY, bag, *options], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=200, check=False)
+    done = subprocess.run([REPLAY, bag, *options], stdin=subprocess.DEVNULL, capture_output=True, text=True,
+                          timeout=200, check=False)
     return done.returncode, done.stdout.splitlines(), done.stderr.splitlines()
 
 
@@ -81,10 +83,12 @@ class Replay(unittest.TestCase):
         files = os.path.join(cls.folder, 'files of a user')
         cls.scene = own_files(files)
         cls.bag = os.path.join(cls.folder, 'run.bag')
-        cls.head = subprocess.run(['git', '-C', rig_run.PACKAGE, 'rev-parse', 'HEAD'], capture_output=True, text=True, check=False)
+        cls.head = subprocess.run(['git', '-C', rig_run.PACKAGE, 'rev-parse', 'HEAD'], capture_output=True, text=True,
+                                  check=False)
         with rig_run.Graph() as graph:
-            rig = graph.rig(dict(rig_run.LOCKSTEP, hands='bag', file=rig_run.bag('press_finger'), scene=cls.scene, quality='fast',
-                                 duration='1.6', nodelets='true', record=cls.bag), environment={'ROS_NAMESPACE': 'lab'})
+            rig = graph.rig(dict(rig_run.LOCKSTEP, hands='bag', file=rig_run.bag('press_finger'), scene=cls.scene,
+                                 quality='fast', duration='1.6', nodelets='true', record=cls.bag),
+                            environment={'ROS_NAMESPACE': 'lab'})
             code, words = rig.wait(150), graph.words()
         if code != 0:
             raise AssertionError(words)
@@ -132,7 +136,8 @@ class Replay(unittest.TestCase):
             self.assertIsInstance(told['package']['tree_has_changes'], bool)
         self.assertEqual((told['namespace'], told['host']['name']), ('/lab', os.uname().nodename))
         self.assertEqual(told['parameters']['clay_simulator']['quality'], 'fast')
-        self.assertEqual(told['parameters']['simulated_array']['head_point'], yaml.safe_load(config('rig.yaml'))['head_point'])
+        head_point = yaml.safe_load(config('rig.yaml'))['head_point']
+        self.assertEqual(told['parameters']['simulated_array']['head_point'], head_point)
         self.assertEqual((told['arguments']['nodelets'], told['arguments']['scene']), ('True', self.scene))
         files = {(entry['role'], entry['name']): entry for entry in told['files']}
         self.assertFalse([entry for entry in files.values() if 'missing' in entry])
@@ -156,8 +161,10 @@ class Replay(unittest.TestCase):
         with rosbag.Bag(self.bag) as bag:
             count = bag.get_message_count('/lab/array/focal_points')
         self.assertGreater(count, 90)
-        for topic in ('clay/particles', 'clay/contacts', 'hands/pressure', 'array/focal_points', 'array/drive', 'array/state'):
-            self.assertTrue([line for line in lines if '/lab/%s ' % topic in line and ' %d messages the same' % count in line], topic)
+        for topic in ('clay/particles', 'clay/contacts', 'hands/pressure', 'array/focal_points', 'array/drive',
+                      'array/state'):
+            told = [line for line in lines if line.startswith('replay: /lab/%s ' % topic)]
+            self.assertEqual([line.split()[2:] for line in told], [[str(count), 'messages', 'the', 'same']], topic)
         self.assertTrue(os.path.exists(os.path.join(kept, 'replayed.bag')))
         self.expect_refused_folder(kept)
 
@@ -183,25 +190,30 @@ class Replay(unittest.TestCase):
             return message
         path = self.changed('older', older)
         self.assertGreater(len(seen), 4)
-        self.expect_refused(path, 'tactile_clay/TrackedHands of /lab/hands/tracked', old._md5sum, now._md5sum, '--rules')
+        self.expect_refused(path, 'tactile_clay/TrackedHands of /lab/hands/tracked', old._md5sum, now._md5sum)
         rules = os.path.join(self.folder, 'old.bmr')
         write(rules, RULE % (text, now._full_text))
         code, lines, errors = replay(path, '--rules', rules)
         self.assertEqual(code, 1, '\n'.join(lines + errors))
         stamp, pressure = seen[3]
-        self.assertIn('different: /lab/array/focal_points at %d.%09d s: points[0].pressure: recorded %r, replayed %r, by 1'
-                      % (stamp.secs, stamp.nsecs, pressure + 1.0, pressure), lines[-1])
+        self.assertIn('different: /lab/array/focal_points at %d.%09d s: points[0].pressure: recorded %r, replayed %r, '
+                      'by 1' % (stamp.secs, stamp.nsecs, pressure + 1.0, pressure), lines[-1])
 
     def test_what_cannot_be_replayed(self):
+        def without(name, dropped):
+            return self.changed(name, lambda topic, message: None if topic.endswith('hands/tracked')
+                                and dropped(message.header.seq) else message)
         self.expect_refused(rig_run.bag('press_finger'), 'has no topic rig/description')
-        self.expect_refused(self.described('major', lambda told: told['package'].update(version='7.0.0')), 'version 7.0.0')
-        self.expect_refused(self.described('live', lambda told: told['parameters']['clay_simulator'].update(lockstep=False)),
-                            'live run', '--topics hands/skin')
-        self.expect_refused(self.described('file', lambda told: told['files'][1].update(missing='it was gone')), 'it was gone')
-        self.expect_refused(self.changed('late', lambda topic, message: None if topic.endswith('tracked') and message.header.seq < 5
-                                         else message), 'begins with sample 5')
-        self.expect_refused(self.changed('hole', lambda topic, message: None if topic.endswith('tracked') and message.header.seq == 9
-                                         else message), 'lacks samples 9 to 9')
+        for name, change, words in (
+                ('major', lambda told: told['package'].update(version='7.0.0'), 'version 7.0.0'),
+                ('live', lambda told: told['parameters']['clay_simulator'].update(lockstep=False), 'is of a live run'),
+                ('file', lambda told: told['files'][1].update(missing='it was gone'), 'it was gone'),
+                ('role', lambda told: told['files'][1].update(role=3), 'that are no texts'),
+                ('leaves', lambda told: told['files'][1].update(path='config/../../../../out'), 'leaves its folder')):
+            with self.subTest(name):
+                self.expect_refused(self.described(name, change), words)
+        self.expect_refused(without('late', lambda seq: seq < 5), 'begins with sample 5')
+        self.expect_refused(without('hole', lambda seq: seq == 9), 'lacks samples 9 to 9')
         garbage = os.path.join(self.folder, 'garbage.bag')
         write(garbage, 'no bag\n' * 1000)
         self.expect_refused(garbage, 'no readable bag')
