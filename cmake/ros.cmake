@@ -47,7 +47,8 @@ function(tactile_clay_install)
     RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 endfunction()
 
-catkin_install_python(PROGRAMS scripts/calibrate_board scripts/fuzz_topics scripts/record_run scripts/show_last_messages scripts/start_when_set
+catkin_install_python(PROGRAMS scripts/calibrate_board scripts/describe_rig scripts/fuzz_topics scripts/record_run scripts/replay
+  scripts/show_last_messages scripts/start_when_set
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 install(FILES plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 install(DIRECTORY launch config rviz DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})

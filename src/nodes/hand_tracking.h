@@ -32,10 +32,10 @@ namespace tactile_clay::nodes {
 /// while it says nothing, hands that are there are held and fade out. Live, recordings run by their own clock
 /// times `~rate`, and every sample is stamped with the time of its release. In lockstep, stamps are the
 /// recording's, and sample k+1 is released when the array has answered sample k; the first one waits until
-/// the topics of `~graph` (in the order in which a sample passes them), and the node `~recorder` if one is
-/// named, are connected. What is not answered within `~answer_patience` s ends the run, with a line that
-/// names the node that did not pass it on. It ends its process, with code 0, when the source has ended or
-/// after `~duration` seconds of input.
+/// the topics of `~graph` (in the order in which a sample passes them), the latched topics `~recorded_first`,
+/// and the node `~recorder` if one is named, are connected. What is not answered within `~answer_patience` s
+/// ends the run, with a line that names the node that did not pass it on. It ends its process, with code 0,
+/// when the source has ended or after `~duration` seconds of input.
 class HandTracking {
  public:
   /// \throws std::runtime_error with one line where a parameter is wrong or the source cannot be opened
