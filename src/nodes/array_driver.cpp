@@ -63,6 +63,9 @@ ArrayDriver::ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh)
   output.model = &model_;
   output.scalable = model_.options.amplitude_levels == 0 && !device_->drive({});
   output.solve = [this](const auto& points, const auto* before) { return solve(points, before); };
+  output.solve_field = [this](const auto& targets, double amplitude, const auto& before) {
+    return solveField(targets, amplitude, before);
+  };
   output.modulations = capabilities.modulations;
   output.max_rate = capabilities.max_rate;
   output.max_points = capabilities.max_points;
@@ -80,6 +83,15 @@ ultrasound::PhaseSolution ArrayDriver::solve(const std::vector<ultrasound::Focal
     return own;
   }
   return model_.solve(points, before);
+}
+
+ultrasound::FieldSolution ArrayDriver::solveField(const std::vector<ultrasound::FocalPoint>& targets,
+                                                  double amplitude,
+                                                  const std::vector<ultrasound::Drive>& before) const {
+  ultrasound::FieldSolverOptions options = model_.field_options;
+  options.amplitude = amplitude;
+  if (auto own = device_->field(targets, options, before)) return *own;
+  return model_.solveField(targets, amplitude, before);
 }
 
 }  // namespace tactile_clay::nodes

@@ -24,6 +24,8 @@ class ArrayDriver {
  private:
   ultrasound::PhaseSolution solve(const std::vector<ultrasound::FocalPoint>& points,
                                   const ultrasound::Drive* before) const;
+  ultrasound::FieldSolution solveField(const std::vector<ultrasound::FocalPoint>& targets, double amplitude,
+                                       const std::vector<ultrasound::Drive>& before) const;
 
   std::string name_;
   ArrayModel model_;

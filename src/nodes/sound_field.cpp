@@ -74,6 +74,10 @@ void SoundField::publish(const Sound& sound, const std_msgs::Header& header) {
 
 void SoundField::publishDrive(const Sound& sound, const std_msgs::Header& header) {
   if (sound.parts.empty()) return publishSilence(header);
+  if (sound.emission.modulation == ultrasound::Modulation::field) {
+    for (const Sound::Part& part : sound.parts) publishDrive(part.drive, header);
+    return;
+  }
   publishDrive(partAt(sound, header.stamp.toSec()).drive, header);
 }
 
@@ -99,14 +103,29 @@ void SoundField::publishDrive(const ultrasound::Drive& drive, const std_msgs::He
   drive_.publish(message);
 }
 
+/// Of hundreds of samples in single precision, which is fast.
+std::vector<double> SoundField::amplitudesAtPoints(const Sound::Part& part) const {
+  constexpr std::size_t few = 16;
+  std::vector<double> amplitudes;
+  if (part.what.points.size() <= few) {
+    for (const ultrasound::FocalPoint& point : part.what.points)
+      amplitudes.push_back(
+          std::abs(ultrasound::pressureAt(model_.layout, model_.acoustics, part.drive, point.position)));
+    return amplitudes;
+  }
+  std::vector<Eigen::Vector3f> at;
+  for (const ultrasound::FocalPoint& point : part.what.points) at.push_back(point.position.cast<float>());
+  for (const auto& pressure : ultrasound::pressuresAt(model_.layout, model_.acoustics, part.drive, at))
+    amplitudes.push_back(std::abs(pressure));
+  return amplitudes;
+}
+
 void SoundField::publishMeasured(const Sound& sound, const std_msgs::Header& header) {
   Means pressures(sound.emission.points.size());
-  for (const Sound::Part& part : sound.parts)
-    for (std::size_t k = 0; k < part.what.points.size(); ++k)
-      pressures.add(part.what.which[k],
-                    std::abs(ultrasound::pressureAt(model_.layout, model_.acoustics, part.drive,
-                                                    part.what.points[k].position)),
-                    part.what.time);
+  for (const Sound::Part& part : sound.parts) {
+    const std::vector<double> here = amplitudesAtPoints(part);
+    for (std::size_t k = 0; k < here.size(); ++k) pressures.add(part.what.which[k], here[k], part.what.time);
+  }
   auto message = boost::make_shared<FocalPointArray>();
   message->header = header;
   message->modulation = static_cast<std::uint8_t>(sound.emission.modulation);
@@ -124,12 +143,9 @@ void SoundField::publishReport(const Sound& sound, const std_msgs::Header& heade
   Means achieved(sound.emission.points.size()), commanded(sound.emission.points.size());
   const auto points = slice(sound);
   for (const Sound::Part& part : sound.parts) {
-    std::vector<double> here;
-    for (std::size_t k = 0; k < part.what.points.size(); ++k) {
-      const ultrasound::FocalPoint& point = part.what.points[k];
-      here.push_back(
-          std::abs(ultrasound::pressureAt(model_.layout, model_.acoustics, part.drive, point.position)));
-      achieved.add(part.what.which[k], here.back(), part.what.time);
+    const std::vector<double> here = amplitudesAtPoints(part);
+    for (std::size_t k = 0; k < here.size(); ++k) {
+      achieved.add(part.what.which[k], here[k], part.what.time);
       if (!part.target.empty()) commanded.add(part.what.which[k], part.target[k], part.what.time);
     }
     const auto lobe = ultrasound::strongestSideLobe(
@@ -153,7 +169,9 @@ void SoundField::publishReport(const Sound& sound, const std_msgs::Header& heade
   }
   message->commanded.assign(all_commanded.begin(), all_commanded.end());
   message->achieved.assign(all_achieved.begin(), all_achieved.end());
-  message->error = static_cast<float>(ultrasound::relativeError(all_achieved, all_commanded));
+  message->error = static_cast<float>(sound.emission.modulation == ultrasound::Modulation::field
+                                          ? ultrasound::fieldFit(all_commanded, all_achieved).error
+                                          : ultrasound::relativeError(all_achieved, all_commanded));
   report_.publish(message);
 }
 
