@@ -33,7 +33,7 @@ ultrasound::FocalPointConfig config(const ros::NodeHandle& nh) {
   config.path_points =
       static_cast<std::size_t>(paramIn(nh, "path_points", static_cast<int>(config.path_points), 1, 256));
   config.field_samples =
-      static_cast<std::size_t>(paramIn(nh, "field_samples", static_cast<int>(config.field_samples), 1, 1000));
+      static_cast<std::size_t>(paramIn(nh, "field_samples", static_cast<int>(config.field_samples), 1, 2000));
   config.path_spacing = paramIn(nh, "path_spacing", config.path_spacing, 0.0, any);
   const auto fit = param<std::string>(nh, "intensity_fit", "least_squares");
   if (fit != "least_squares" && fit != "paper")

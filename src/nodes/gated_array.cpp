@@ -22,7 +22,7 @@ namespace {
 const ros::WallDuration watch_period(silence_times::seconds(silence_times::watch));
 constexpr char emergency_stop[] = "emergency stop: silent until it is reset";
 constexpr std::size_t most_places = 256;    // of a frame; no renderer makes more
-constexpr std::size_t most_samples = 1024;  // of skin, of a field: some 2 ms
+constexpr std::size_t most_samples = 2048;  // of skin, of a field: some 7 ms
 constexpr double no_head_spl_cap = 200.0;   // dB, beyond what any array of these sizes reaches
 
 /// What this run keeps to: an earlier one on the same master may have had other limits.

@@ -1,7 +1,6 @@
 #include "nodes/sound_field.h"
 
 #include <tactile_clay/AcousticReport.h>
-#include <tactile_clay/ArrayDrive.h>
 #include <tactile_clay/FocalPointArray.h>
 #include <visualization_msgs/MarkerArray.h>
 
@@ -11,6 +10,7 @@
 #include "nodes/array_markers.h"
 #include "nodes/cloud.h"
 #include "nodes/conversions.h"
+#include "nodes/drive_messages.h"
 #include "nodes/params.h"
 #include "nodes/topics.h"
 #include "ultrasound/side_lobes.h"
@@ -21,14 +21,6 @@ namespace {
 using device::Sound;
 
 constexpr double height_without_focus = 0.15;  // m, of the slice
-
-/// The part that plays at a time.
-const Sound::Part& partAt(const Sound& sound, double time) {
-  const std::vector<const Sound::Part*> played = device::instants(sound);
-  const double phase = sound.emission.modulation_frequency * time;
-  const auto count = static_cast<double>(played.size());
-  return *played[std::min(static_cast<std::size_t>((phase - std::floor(phase)) * count), played.size() - 1)];
-}
 
 /// Means, over the time that each focal point is there, by its index in the emission.
 class Means {
@@ -73,12 +65,7 @@ void SoundField::publish(const Sound& sound, const std_msgs::Header& header) {
 }
 
 void SoundField::publishDrive(const Sound& sound, const std_msgs::Header& header) {
-  if (sound.parts.empty()) return publishSilence(header);
-  if (sound.emission.modulation == ultrasound::Modulation::field) {
-    for (const Sound::Part& part : sound.parts) publishDrive(part.drive, header);
-    return;
-  }
-  publishDrive(partAt(sound, header.stamp.toSec()).drive, header);
+  for (const auto& message : driveMessages(sound, model_.layout, header)) drive_.publish(message);
 }
 
 void SoundField::publishFields(const Sound& sound, const std_msgs::Header& header) {
@@ -89,18 +76,7 @@ void SoundField::publishFields(const Sound& sound, const std_msgs::Header& heade
 }
 
 void SoundField::publishSilence(const std_msgs::Header& header) {
-  publishDrive(
-      {std::vector<float>(model_.layout.size(), 0.0f), std::vector<float>(model_.layout.size(), 0.0f)},
-      header);
-}
-
-void SoundField::publishDrive(const ultrasound::Drive& drive, const std_msgs::Header& header) {
-  auto message = boost::make_shared<ArrayDrive>();
-  message->header = header;
-  message->layout = model_.layout.name;
-  message->phase = drive.phase;
-  message->amplitude = drive.amplitude;
-  drive_.publish(message);
+  publishDrive(Sound(), header);
 }
 
 /// Of hundreds of samples in single precision, which is fast.

@@ -34,7 +34,6 @@ class SoundField {
   void publishSilence(const std_msgs::Header& header);
 
  private:
-  void publishDrive(const ultrasound::Drive& drive, const std_msgs::Header& header);
   void publishMeasured(const device::Sound& sound, const std_msgs::Header& header);
   void publishReport(const device::Sound& sound, const std_msgs::Header& header);
   void publishField(const device::Sound& sound, const std_msgs::Header& header);

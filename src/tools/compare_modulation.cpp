@@ -1,6 +1,6 @@
 // How well modulations render the contacts of recorded runs, as the tables of doc/rendering.md:
-//   compare_modulation [step=N] [layout=usx] [samples=400] [strength=0.1,...] [patterns=1,...]
-//   [evaluations=16] RUN.bag...
+//   compare_modulation [step=5] [layout=usx] [samples=1600] [strength=0.03,...] [patterns=1,...]
+//   [evaluations=40] RUN.bag...
 // where each bag was written by `scripts/rig lockstep:=true record:=RUN.bag`. Every N-th frame that is
 // touched counts; fields are solved in all of them, as in the rig.
 #include <rosbag/bag.h>

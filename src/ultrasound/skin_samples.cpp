@@ -58,12 +58,10 @@ void cut(std::vector<PressureSample>::const_iterator begin, std::vector<Pressure
 
 std::vector<SkinSample> skinSamples(const std::vector<PressureSample>& skin, std::size_t most) {
   std::vector<std::pair<std::uint64_t, PressureSample>> sorted;
-  double total = 0.0, square = 0.0;
+  double total = 0.0;
   for (const PressureSample& sample : skin) {
     sorted.emplace_back(placeOnCurve(sample.position), sample);
-    const double area = sample.area;
-    square += area * area;
-    total += area;
+    total += sample.area;
   }
   const auto key = [](const auto& entry) {
     const PressureSample& s = entry.second;
@@ -73,11 +71,15 @@ std::vector<SkinSample> skinSamples(const std::vector<PressureSample>& skin, std
   std::sort(sorted.begin(), sorted.end(), [&key](const auto& a, const auto& b) { return key(a) < key(b); });
   std::vector<PressureSample> ordered;
   for (const auto& entry : sorted) ordered.push_back(entry.second);
+  std::vector<SkinSample> pieces;
+  if (ordered.size() <= most) {
+    for (const PressureSample& sample : ordered)
+      pieces.push_back({sample.position.cast<double>(), sample.pressure});
+    return pieces;
+  }
   const auto bare = std::find_if(ordered.cbegin(), ordered.cend(),
                                  [](const PressureSample& sample) { return !(sample.pressure > 0.0f); });
-  std::vector<SkinSample> pieces;
-  if (!(total > 0.0)) return pieces;
-  const double area = std::max(total / static_cast<double>(most), square / total);
+  const double area = total / static_cast<double>(most);
   cut(ordered.cbegin(), bare, area, pieces);
   cut(bare, ordered.cend(), area, pieces);
   return pieces;
