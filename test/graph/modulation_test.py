@@ -69,9 +69,9 @@ class SimulatedArray(unittest.TestCase):
     def setUp(self):
         self.stream.reset()
 
-    def play(self, points, modulation, frequency, **parameters):
+    def play(self, points, number, frequency, **parameters):
         """The field and the measured points of a simulated array that has played them for a while, and its drives."""
-        self.stream.points, self.stream.modulation, self.stream.modulation_frequency = points, modulation, frequency
+        self.stream.points, self.stream.modulation, self.stream.modulation_frequency = points, number, frequency
         fields, drives, measured = [], [], []
         parameters = dict(FREE, skin_field=False, slice_size=0.06, slice_step=0.01, **parameters)
         with Driver('simulated_array', **parameters):
