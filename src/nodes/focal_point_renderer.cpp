@@ -85,7 +85,9 @@ void FocalPointRenderer::receive(const sensor_msgs::PointCloud2::ConstPtr& press
     const auto points = renderer_.render(pressureSamples(*pressure));
     message->points = toMessage(points);
     message->modulation_frequency = static_cast<float>(frequency(points));
+    message->area.assign(renderer_.report().area.begin(), renderer_.report().area.end());
     *report = toMessage(renderer_.report(), renderer_.config().compression_knee);
+    tellForce(*message, *report);
     compressed_ += report->compressed_points;
     saturated_ += report->saturated_points;
     merged_ += report->merged_points;

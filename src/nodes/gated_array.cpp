@@ -313,7 +313,7 @@ void GatedArray::receive(const FocalPointArray::ConstPtr& message) {
     open = open_;
     publishState();
   }
-  publishField(verdict, message->header);
+  publishField(verdict, *message);
   if (!open)
     gate_.fallSilent();
   else if (output_.show)
@@ -405,10 +405,10 @@ void GatedArray::publishState() {
 }
 
 /// Of a field: what is wanted on each sample of skin, and what it is given. Nothing wanted: no samples.
-void GatedArray::publishField(const device::Verdict& verdict, const std_msgs::Header& header) {
+void GatedArray::publishField(const device::Verdict& verdict, const FocalPointArray& message) {
   if (!rendering_) return;
   auto report = boost::make_shared<RenderingReport>();
-  report->header = header;
+  report->header = message.header;
   if (verdict.field) {
     const ultrasound::FieldSolution& field = *verdict.field;
     const ultrasound::Acoustics& air = output_.model->acoustics;
@@ -423,6 +423,7 @@ void GatedArray::publishField(const device::Verdict& verdict, const std_msgs::He
     }
     if (square > 0.0) report->gain = static_cast<float>(both / square);
     report->error = report->weighted_error = static_cast<float>(field.error);
+    tellForce(message, *report);
   }
   rendering_.publish(report);
 }

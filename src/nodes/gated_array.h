@@ -82,7 +82,7 @@ class GatedArray {
   std::string cannotPlay(unsigned modulation) const;
   std::string tooMany(const device::Emission& emission) const;
   device::Verdict judge(const FocalPointArray& message, const device::StampCheck::Age& age);
-  void publishField(const device::Verdict& verdict, const std_msgs::Header& header);
+  void publishField(const device::Verdict& verdict, const FocalPointArray& message);
   void heedStop();
   void watch();
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);

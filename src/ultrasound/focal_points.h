@@ -53,6 +53,7 @@ struct RenderReport {
   double gain = 0.0;            // Pa of radiation pressure on the skin for a Pa of clay; 0 without array
   std::vector<double> wanted;   // gain x pressure of each point, Pa
   std::vector<double> granted;  // radiation pressure that its intensity stands for, Pa
+  std::vector<double> area;     // m^2, granted times this is the force of each; empty without array
   double error = 0.0;           // reconstructionError of the pressure field
   double weighted_error = 0.0;  // the same with each sample counted by its perceptual weight
 };

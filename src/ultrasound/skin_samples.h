@@ -11,6 +11,7 @@ namespace tactile_clay::ultrasound {
 struct SkinSample {
   Eigen::Vector3d position;  // m
   double pressure;           // Pa, mean over what it stands for, by area
+  double area;               // m^2 of that
 };
 
 /// Samples of skin that stand for all of it: all of them, where they are no more than `most`, or else some so

@@ -148,6 +148,7 @@ class SimulatedArray(unittest.TestCase):
                     self.assertEqual(wanted > 0, point.intensity > 0)
                 self.assertTrue(0 < report.error < 0.6, report.error)
                 self.assertGreater(report.gain, 0)
+                self.assertEqual(report.force, 0, 'the stream does not tell areas')
                 # The patch stands out, and half of its pressure is left by AM.
                 for x, y, tactile in columns(cloud, 'x', 'y', 'tactile'):
                     given = 0.5 * sum(power * radiation(acoustic_field.pressure(playing, (x, y, 0.17)) ** 2)
