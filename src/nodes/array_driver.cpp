@@ -3,7 +3,9 @@
 #include <map>
 #include <sstream>
 
+#include "nodes/drive_messages.h"
 #include "nodes/params.h"
+#include "nodes/topics.h"
 
 namespace tactile_clay::nodes {
 namespace {
@@ -58,18 +60,35 @@ ArrayDriver::ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh)
   if (capabilities.layout.size() > 0) model_.layout = capabilities.layout;
   for (const std::string& remark : capabilities.remarks) ROS_WARN("%s", remark.c_str());
 
+  if (capabilities.input == device::Input::drives && param(private_nh, "publish_drive", true))
+    drive_ = nh.advertise<ArrayDrive>(topic::array_drive, param(private_nh, "lockstep", false) ? 0 : 10);
+
   GatedArray::Output output;
   output.harmless = device_->harmless();
   output.model = &model_;
   output.scalable = model_.options.amplitude_levels == 0 && !device_->drive({});
   output.solve = [this](const auto& points, const auto* before) { return solve(points, before); };
+  output.solve_field = [this](const auto& targets, double amplitude, const auto& before) {
+    return solveField(targets, amplitude, before);
+  };
   output.modulations = capabilities.modulations;
   output.max_rate = capabilities.max_rate;
   output.max_points = capabilities.max_points;
-  output.emit = [this](const device::Sound& sound, const std_msgs::Header&) { device_->submit(sound); };
-  output.silence = [this](const std_msgs::Header&) { device_->stop(); };
+  output.emit = [this](const device::Sound& sound, const std_msgs::Header& header) {
+    device_->submit(sound);
+    publishDrive(sound, header);
+  };
+  output.silence = [this](const std_msgs::Header& header) {
+    device_->stop();
+    if (ros::ok()) publishDrive({}, header);
+  };
   output.fault = [this] { return device_->fault(); };
   array_ = std::make_unique<GatedArray>(nh, private_nh, name_, true, std::move(output));
+}
+
+void ArrayDriver::publishDrive(const device::Sound& sound, const std_msgs::Header& header) const {
+  if (!drive_) return;
+  for (const auto& message : driveMessages(sound, model_.layout, header)) drive_.publish(message);
 }
 
 ultrasound::PhaseSolution ArrayDriver::solve(const std::vector<ultrasound::FocalPoint>& points,
@@ -80,6 +99,15 @@ ultrasound::PhaseSolution ArrayDriver::solve(const std::vector<ultrasound::Focal
     return own;
   }
   return model_.solve(points, before);
+}
+
+ultrasound::FieldSolution ArrayDriver::solveField(const std::vector<ultrasound::FocalPoint>& targets,
+                                                  double amplitude,
+                                                  const std::vector<ultrasound::Drive>& before) const {
+  ultrasound::FieldSolverOptions options = model_.field_options;
+  options.amplitude = amplitude;
+  if (auto own = device_->field(targets, options, before)) return *own;
+  return model_.solveField(targets, amplitude, before);
 }
 
 }  // namespace tactile_clay::nodes

@@ -14,8 +14,8 @@ namespace tactile_clay::nodes {
 /// Owns one array, a device plugin named by `~device`, behind the safety gate. The plugin is opened with the
 /// texts of `~port`, `~temperature` and `~device_options`, a map or one text "key=value key=value ...".
 /// The gate judges the drive that the device will send or, where it takes points, that of the model
-/// `~layout`.
-/// `~temperature` is that of the air for both.
+/// `~layout`. `~temperature` is that of the air for both. What a device plays that takes drives goes to
+/// `array/drive` too, unless `~publish_drive` is false.
 class ArrayDriver {
  public:
   /// \throws std::runtime_error with one line where a parameter is wrong or the device cannot be opened
@@ -24,10 +24,14 @@ class ArrayDriver {
  private:
   ultrasound::PhaseSolution solve(const std::vector<ultrasound::FocalPoint>& points,
                                   const ultrasound::Drive* before) const;
+  ultrasound::FieldSolution solveField(const std::vector<ultrasound::FocalPoint>& targets, double amplitude,
+                                       const std::vector<ultrasound::Drive>& before) const;
+  void publishDrive(const device::Sound& sound, const std_msgs::Header& header) const;
 
   std::string name_;
   ArrayModel model_;
   Plugin<device::ArrayDevice> device_;
+  ros::Publisher drive_;
   std::unique_ptr<GatedArray> array_;  // goes first, and silences the device
 };
 

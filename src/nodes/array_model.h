@@ -7,6 +7,7 @@
 
 #include "ultrasound/acoustic_field.h"
 #include "ultrasound/array_layout.h"
+#include "ultrasound/field_solver.h"
 #include "ultrasound/phase_solver.h"
 
 namespace tactile_clay::nodes {
@@ -15,7 +16,8 @@ namespace tactile_clay::nodes {
 struct ArrayModel {
   /// Reads `~layout`, `~temperature`, `~reference_pressure`, `~head_point` (in world), `~array_pose`, and of
   /// the phase solver `~phase_method`, `~solver_iterations`, `~peaks` (default true), `~phase_only`,
-  /// `~phase_levels`, `~amplitude_levels`, `~max_phase_change`. \throws std::runtime_error,
+  /// `~phase_levels`, `~amplitude_levels`, `~max_phase_change`, and of the field solver `~field_strength`,
+  /// `~field_patterns`, `~field_evaluations`. \throws std::runtime_error,
   /// std::invalid_argument with one line where a parameter is wrong
   explicit ArrayModel(const ros::NodeHandle& private_nh);
 
@@ -23,9 +25,14 @@ struct ArrayModel {
   ultrasound::PhaseSolution solve(const std::vector<ultrasound::FocalPoint>& points,
                                   const ultrasound::Drive* before) const;
 
+  /// The patterns of a field. \param amplitude, before as of solveField
+  ultrasound::FieldSolution solveField(const std::vector<ultrasound::FocalPoint>& targets, double amplitude,
+                                       const std::vector<ultrasound::Drive>& before) const;
+
   ultrasound::ArrayLayout layout;
   ultrasound::Acoustics acoustics;
   ultrasound::PhaseSolverOptions options;
+  ultrasound::FieldSolverOptions field_options;
   Eigen::Vector3d head_point;  // m, frame of the array
 };
 

@@ -12,6 +12,7 @@ namespace tactile_clay::nodes {
 
 ContactPressure::ContactPressure(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : inbox_(private_nh),
+      around_(paramIn(private_nh, "around", 0.0, 0.0, 1.0)),
       health_(nh, private_nh, "contact pressure", [this](auto& status) { diagnose(status); }) {
   const unsigned queue = param(private_nh, "lockstep", false) ? 0 : 10;
   const auto receive = [this](const std::optional<CloudJoin::Pair>& joined) {
@@ -45,6 +46,7 @@ void ContactPressure::receive(const Cloud::ConstPtr& skin, const Cloud::ConstPtr
 sensor_msgs::PointCloud2Ptr ContactPressure::pressure(const Cloud& skin, const Cloud& contacts) {
   std_msgs::Header header = contacts.header;
   header.frame_id = frame::array;
+  samples_ = 0;
   const auto forces = contactForces(contacts);
   std::vector<contact::PressureSample> samples;
   if (!forces.empty()) {
@@ -56,6 +58,12 @@ sensor_msgs::PointCloud2Ptr ContactPressure::pressure(const Cloud& skin, const C
     std::size_t dropped = 0;
     samples = contact::pressureField(pressed.view(), forces, array->translation().cast<float>(), &dropped);
     dropped_ += dropped;
+    samples_ = samples.size();
+    if (around_ > 0.0) {
+      const auto around = contact::skinAround(pressed.view(), samples, array->translation().cast<float>(),
+                                              static_cast<float>(around_));
+      samples.insert(samples.end(), around.begin(), around.end());
+    }
     const Eigen::Isometry3f to_array = array->inverse().cast<float>();
     for (contact::PressureSample& sample : samples) {
       sample.position = to_array * sample.position;
@@ -63,7 +71,6 @@ sensor_msgs::PointCloud2Ptr ContactPressure::pressure(const Cloud& skin, const C
       highest_ = std::max(highest_, sample.pressure);
     }
   }
-  samples_ = samples.size();
   return pressureCloud(samples, header);
 }
 

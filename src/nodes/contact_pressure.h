@@ -13,7 +13,8 @@ namespace tactile_clay::nodes {
 /// Turns forces on the skin into pressure (Eq. 7): joins `clay/contacts` with the `hands/skin` of the same
 /// stamp, and publishes one `hands/pressure` for each, in frame `array`. Its places, normals and areas are
 /// those of the tracked hand, which feels the pressure, also where the skin that the clay meets is that of a
-/// virtual hand beside it (`tracked_x` and so on in `hands/skin`).
+/// virtual hand beside it (`tracked_x` and so on in `hands/skin`). With `~around`, m, the skin that faces the
+/// array within so far of a pressed sample comes with it, at pressure 0: fields have to leave it alone.
 class ContactPressure {
  public:
   /// \throws std::runtime_error with one line where a parameter is wrong
@@ -35,6 +36,7 @@ class ContactPressure {
   Inbox inbox_;
   ros::Subscriber skin_, contacts_;
   ros::Publisher publisher_;
+  double around_;  // m
   Health health_;
 };
 

@@ -5,6 +5,7 @@
 
 #include "nodes/cloud.h"
 #include "nodes/frame_name.h"
+#include "ultrasound/felt_force.h"
 #include "ultrasound/perceptual_weight.h"
 
 namespace tactile_clay::nodes {
@@ -245,6 +246,22 @@ RenderingReport toMessage(const ultrasound::RenderReport& report, double compres
   out.error = static_cast<float>(report.error);
   out.weighted_error = static_cast<float>(report.weighted_error);
   return out;
+}
+
+void tellForce(const FocalPointArray& points, RenderingReport& report) {
+  if (points.area.size() != report.granted.size()) return;  // not known
+  double force = 0.0;
+  for (std::size_t k = 0; k < points.area.size(); ++k)
+    force += static_cast<double>(points.area[k]) * report.granted[k];
+  // One place of a path at a time.
+  const auto modulation = static_cast<ultrasound::Modulation>(points.modulation);
+  if (modulation == ultrasound::Modulation::spatiotemporal && !points.area.empty())
+    force /= static_cast<double>(points.area.size());
+  const ultrasound::FeltForce felt = ultrasound::feltForce(modulation, points.modulation_frequency, force);
+  constexpr double milli = 1e3;
+  report.force = static_cast<float>(milli * force);
+  report.vibration = static_cast<float>(felt.vibration);
+  report.static_force = static_cast<float>(milli * felt.pressure);
 }
 
 }  // namespace tactile_clay::nodes

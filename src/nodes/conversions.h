@@ -63,4 +63,7 @@ std::vector<ultrasound::FocalPoint> toCore(const std::vector<FocalPoint>& points
 
 RenderingReport toMessage(const ultrasound::RenderReport& report, double compression_knee);
 
+/// Sets force, vibration and static_force of a report by its granted pressures and the points that have them.
+void tellForce(const FocalPointArray& points, RenderingReport& report);
+
 }  // namespace tactile_clay::nodes

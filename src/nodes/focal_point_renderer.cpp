@@ -32,6 +32,8 @@ ultrasound::FocalPointConfig config(const ros::NodeHandle& nh) {
   config.modulation = ultrasound::modulation(param<std::string>(nh, "modulation", "am"));
   config.path_points =
       static_cast<std::size_t>(paramIn(nh, "path_points", static_cast<int>(config.path_points), 1, 256));
+  config.field_samples =
+      static_cast<std::size_t>(paramIn(nh, "field_samples", static_cast<int>(config.field_samples), 1, 2000));
   config.path_spacing = paramIn(nh, "path_spacing", config.path_spacing, 0.0, any);
   const auto fit = param<std::string>(nh, "intensity_fit", "least_squares");
   if (fit != "least_squares" && fit != "paper")
@@ -55,7 +57,9 @@ FocalPointRenderer::FocalPointRenderer(ros::NodeHandle nh, ros::NodeHandle priva
   subscriber_ = inbox_.subscribe<sensor_msgs::PointCloud2>(
       nh, topic::hands_pressure, queue, [this](const auto& pressure) { receive(pressure); });
   publisher_ = nh.advertise<FocalPointArray>(topic::focal_points, queue);
-  report_publisher_ = nh.advertise<RenderingReport>(topic::rendering, queue);
+  // Of a field the array tells it, which solves it.
+  if (renderer_.config().modulation != ultrasound::Modulation::field)
+    report_publisher_ = nh.advertise<RenderingReport>(topic::rendering, queue);
 }
 
 double FocalPointRenderer::frequency(const std::vector<ultrasound::FocalPoint>& points) const {
@@ -81,7 +85,9 @@ void FocalPointRenderer::receive(const sensor_msgs::PointCloud2::ConstPtr& press
     const auto points = renderer_.render(pressureSamples(*pressure));
     message->points = toMessage(points);
     message->modulation_frequency = static_cast<float>(frequency(points));
+    message->area.assign(renderer_.report().area.begin(), renderer_.report().area.end());
     *report = toMessage(renderer_.report(), renderer_.config().compression_knee);
+    tellForce(*message, *report);
     compressed_ += report->compressed_points;
     saturated_ += report->saturated_points;
     merged_ += report->merged_points;
@@ -96,7 +102,7 @@ void FocalPointRenderer::receive(const sensor_msgs::PointCloud2::ConstPtr& press
   points_ = message->points.size();
   publisher_.publish(message);
   report->header = pressure->header;
-  report_publisher_.publish(report);
+  if (report_publisher_) report_publisher_.publish(report);
 }
 
 void FocalPointRenderer::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {

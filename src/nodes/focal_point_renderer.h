@@ -11,7 +11,8 @@ namespace tactile_clay::nodes {
 
 /// Renders `hands/pressure` as focal points (Eq. 8, 9): one `array/focal_points` for each, with no points
 /// where nothing is touched, and one `array/rendering` that tells how well they stand for it. `~modulation`
-/// is am, lateral or stm.
+/// is am, lateral, stm or field; the points of a field are samples of skin, pressed and bare, and it is the
+/// array that reports on them.
 class FocalPointRenderer {
  public:
   /// \throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong

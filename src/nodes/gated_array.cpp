@@ -1,6 +1,7 @@
 #include "nodes/gated_array.h"
 
 #include <tactile_clay/ArrayState.h>
+#include <tactile_clay/RenderingReport.h>
 
 #include <algorithm>
 #include <cmath>
@@ -20,8 +21,9 @@ namespace {
 
 const ros::WallDuration watch_period(silence_times::seconds(silence_times::watch));
 constexpr char emergency_stop[] = "emergency stop: silent until it is reset";
-constexpr std::size_t most_places = 256;   // of a frame; no renderer makes more
-constexpr double no_head_spl_cap = 200.0;  // dB, beyond what any array of these sizes reaches
+constexpr std::size_t most_places = 256;    // of a frame; no renderer makes more
+constexpr std::size_t most_samples = 2048;  // of skin, of a field: some 7 ms
+constexpr double no_head_spl_cap = 200.0;   // dB, beyond what any array of these sizes reaches
 
 /// What this run keeps to: an earlier one on the same master may have had other limits.
 void tellLimits(const device::SafetyGateConfig& config, const std::string& node) {
@@ -82,7 +84,7 @@ device::SafetyGate gateOf(const device::SafetyGateConfig& config, const GatedArr
       std::make_shared<device::LoudnessMeter>(model.layout, model.acoustics, model.head_point, config);
   return {config,
           {output.solve, [meter](const auto& drive, const auto& points) { return (*meter)(drive, points); },
-           output.scalable}};
+           output.scalable, output.solve_field}};
 }
 
 void warn(const std::string& line) {
@@ -127,6 +129,8 @@ GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std
 
   const unsigned queue = lockstep_ ? 0 : 1;
   gate_.start();
+  if (coming == ultrasound::Modulation::field)
+    rendering_ = nh.advertise<RenderingReport>(topic::rendering, queue);
   state_ = nh.advertise<ArrayState>(topic::array_state, lockstep_ ? 0 : 10, true);
   // In lockstep each state answers a frame.
   if (!lockstep_) publishState();
@@ -208,7 +212,7 @@ std::string GatedArray::cannotPlay(unsigned modulation) const {
     if (modulation == static_cast<unsigned>(known)) return "";
     list += (list.empty() ? "" : ", ") + std::string(ultrasound::nameOf(known));
   }
-  const unsigned last = static_cast<unsigned>(ultrasound::Modulation::spatiotemporal);
+  const unsigned last = static_cast<unsigned>(ultrasound::Modulation::field);
   const std::string name = modulation > last
                                ? std::to_string(modulation)
                                : ultrasound::nameOf(static_cast<ultrasound::Modulation>(modulation));
@@ -227,9 +231,14 @@ std::string GatedArray::tooMany(const device::Emission& emission) const {
            std::to_string(most);
   };
   const std::size_t count = emission.points.size();
-  const bool one_by_one = emission.modulation == ultrasound::Modulation::spatiotemporal;
-  if (!one_by_one && output_.max_points > 0 && count > output_.max_points)
+  using ultrasound::Modulation;
+  // One after the other, or samples that share the field.
+  const bool any_number =
+      emission.modulation == Modulation::spatiotemporal || emission.modulation == Modulation::field;
+  if (!any_number && output_.max_points > 0 && count > output_.max_points)
     return more(output_.max_points, " focal points at a time");
+  if (emission.modulation == Modulation::field)
+    return count > most_samples ? more(most_samples, " samples of skin in a frame") : "";
   return count > most_places ? more(most_places, " focal points in a frame") : "";
 }
 
@@ -304,6 +313,7 @@ void GatedArray::receive(const FocalPointArray::ConstPtr& message) {
     open = open_;
     publishState();
   }
+  publishField(verdict, *message);
   if (!open)
     gate_.fallSilent();
   else if (output_.show)
@@ -395,6 +405,30 @@ void GatedArray::publishState() {
   state->latency = static_cast<float>(latency_);
   state->head_spl = static_cast<float>(head_spl_);
   state_.publish(state);
+}
+
+/// Of a field: what is wanted on each sample of skin, and what it is given. Nothing wanted: no samples.
+void GatedArray::publishField(const device::Verdict& verdict, const FocalPointArray& message) {
+  if (!rendering_) return;
+  auto report = boost::make_shared<RenderingReport>();
+  report->header = message.header;
+  if (verdict.field) {
+    const ultrasound::FieldSolution& field = *verdict.field;
+    const ultrasound::Acoustics& air = output_.model->acoustics;
+    double both = 0.0, square = 0.0;
+    for (std::size_t k = 0; k < field.wanted.size(); ++k) {
+      const double clay = verdict.sound.emission.points[k].pressure;
+      const double given = ultrasound::radiationPressure(air, field.reached[k]);
+      report->wanted.push_back(static_cast<float>(ultrasound::radiationPressure(air, field.wanted[k])));
+      report->granted.push_back(static_cast<float>(given));
+      both += given * clay;
+      square += clay * clay;
+    }
+    if (square > 0.0) report->gain = static_cast<float>(both / square);
+    report->error = report->weighted_error = static_cast<float>(field.error);
+    tellForce(message, *report);
+  }
+  rendering_.publish(report);
 }
 
 void GatedArray::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {

@@ -30,11 +30,11 @@ std::set<device::Rule> rulesLeftOut(const ros::NodeHandle& private_nh, const std
                                     bool harmless);
 
 /// What the nodes of a real and of a simulated array share: `array/focal_points` and `hands/tracked` in, the
-/// safety gate, `array/state` out, the emergency stop (StopSwitch), the frame `array`. The array is silent
-/// whenever the gate is closed, while one of `~supervisors` is missing, and in the end. `~modulation` is the
-/// one that is going to come: an array that cannot play it says so at once. `~check_stamps` is true
-/// (default), false, or auto: whether the stamps of focal points tell their age, or do so unless they are
-/// found to be of a recording.
+/// safety gate, `array/state` out (and of fields, which it solves, `array/rendering`), the emergency stop
+/// (StopSwitch), the frame `array`. The array is silent whenever the gate is closed, while one of
+/// `~supervisors` is missing, and in the end. `~modulation` is the one that is going to come: an array that
+/// cannot play it says so at once. `~check_stamps` is true (default), false, or auto: whether the stamps of
+/// focal points tell their age, or do so unless they are found to be of a recording.
 class GatedArray {
  public:
   struct Output {
@@ -45,6 +45,9 @@ class GatedArray {
     std::function<ultrasound::PhaseSolution(const std::vector<ultrasound::FocalPoint>&,
                                             const ultrasound::Drive* before)>
         solve;
+    std::function<ultrasound::FieldSolution(const std::vector<ultrasound::FocalPoint>& targets,
+                                            double amplitude, const std::vector<ultrasound::Drive>& before)>
+        solve_field;
     bool scalable = false;
     /// That the array can play, and how many updates a second it takes, 0: any number.
     std::vector<ultrasound::Modulation> modulations;
@@ -79,6 +82,7 @@ class GatedArray {
   std::string cannotPlay(unsigned modulation) const;
   std::string tooMany(const device::Emission& emission) const;
   device::Verdict judge(const FocalPointArray& message, const device::StampCheck::Age& age);
+  void publishField(const device::Verdict& verdict, const FocalPointArray& message);
   void heedStop();
   void watch();
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
@@ -127,7 +131,7 @@ class GatedArray {
 
   Inbox inbox_;
   ros::Subscriber subscriber_, hands_subscriber_, publisher_subscriber_;
-  ros::Publisher state_;
+  ros::Publisher state_, rendering_;
   ros::WallTimer timer_;
   std::unique_ptr<StopSwitch> stop_switch_;
   Health health_;

@@ -36,7 +36,11 @@ void SimulatedArray::startGate(ros::NodeHandle nh, ros::NodeHandle private_nh) {
   output.model = &model_;
   output.scalable = model_.options.amplitude_levels == 0;
   output.solve = [this](const auto& points, const auto* before) { return model_.solve(points, before); };
-  output.modulations = {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal};
+  output.solve_field = [this](const auto& targets, double amplitude, const auto& before) {
+    return model_.solveField(targets, amplitude, before);
+  };
+  output.modulations = {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal,
+                        Modulation::field};
   output.emit = [this](const device::Sound& sound, const std_msgs::Header& header) {
     field_->publishDrive(sound, header);
   };

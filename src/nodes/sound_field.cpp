@@ -1,7 +1,6 @@
 #include "nodes/sound_field.h"
 
 #include <tactile_clay/AcousticReport.h>
-#include <tactile_clay/ArrayDrive.h>
 #include <tactile_clay/FocalPointArray.h>
 #include <visualization_msgs/MarkerArray.h>
 
@@ -11,6 +10,7 @@
 #include "nodes/array_markers.h"
 #include "nodes/cloud.h"
 #include "nodes/conversions.h"
+#include "nodes/drive_messages.h"
 #include "nodes/params.h"
 #include "nodes/topics.h"
 #include "ultrasound/side_lobes.h"
@@ -21,14 +21,6 @@ namespace {
 using device::Sound;
 
 constexpr double height_without_focus = 0.15;  // m, of the slice
-
-/// The part that plays at a time.
-const Sound::Part& partAt(const Sound& sound, double time) {
-  const std::vector<const Sound::Part*> played = device::instants(sound);
-  const double phase = sound.emission.modulation_frequency * time;
-  const auto count = static_cast<double>(played.size());
-  return *played[std::min(static_cast<std::size_t>((phase - std::floor(phase)) * count), played.size() - 1)];
-}
 
 /// Means, over the time that each focal point is there, by its index in the emission.
 class Means {
@@ -73,8 +65,7 @@ void SoundField::publish(const Sound& sound, const std_msgs::Header& header) {
 }
 
 void SoundField::publishDrive(const Sound& sound, const std_msgs::Header& header) {
-  if (sound.parts.empty()) return publishSilence(header);
-  publishDrive(partAt(sound, header.stamp.toSec()).drive, header);
+  for (const auto& message : driveMessages(sound, model_.layout, header)) drive_.publish(message);
 }
 
 void SoundField::publishFields(const Sound& sound, const std_msgs::Header& header) {
@@ -85,28 +76,32 @@ void SoundField::publishFields(const Sound& sound, const std_msgs::Header& heade
 }
 
 void SoundField::publishSilence(const std_msgs::Header& header) {
-  publishDrive(
-      {std::vector<float>(model_.layout.size(), 0.0f), std::vector<float>(model_.layout.size(), 0.0f)},
-      header);
+  publishDrive(Sound(), header);
 }
 
-void SoundField::publishDrive(const ultrasound::Drive& drive, const std_msgs::Header& header) {
-  auto message = boost::make_shared<ArrayDrive>();
-  message->header = header;
-  message->layout = model_.layout.name;
-  message->phase = drive.phase;
-  message->amplitude = drive.amplitude;
-  drive_.publish(message);
+/// Of hundreds of samples in single precision, which is fast.
+std::vector<double> SoundField::amplitudesAtPoints(const Sound::Part& part) const {
+  constexpr std::size_t few = 16;
+  std::vector<double> amplitudes;
+  if (part.what.points.size() <= few) {
+    for (const ultrasound::FocalPoint& point : part.what.points)
+      amplitudes.push_back(
+          std::abs(ultrasound::pressureAt(model_.layout, model_.acoustics, part.drive, point.position)));
+    return amplitudes;
+  }
+  std::vector<Eigen::Vector3f> at;
+  for (const ultrasound::FocalPoint& point : part.what.points) at.push_back(point.position.cast<float>());
+  for (const auto& pressure : ultrasound::pressuresAt(model_.layout, model_.acoustics, part.drive, at))
+    amplitudes.push_back(std::abs(pressure));
+  return amplitudes;
 }
 
 void SoundField::publishMeasured(const Sound& sound, const std_msgs::Header& header) {
   Means pressures(sound.emission.points.size());
-  for (const Sound::Part& part : sound.parts)
-    for (std::size_t k = 0; k < part.what.points.size(); ++k)
-      pressures.add(part.what.which[k],
-                    std::abs(ultrasound::pressureAt(model_.layout, model_.acoustics, part.drive,
-                                                    part.what.points[k].position)),
-                    part.what.time);
+  for (const Sound::Part& part : sound.parts) {
+    const std::vector<double> here = amplitudesAtPoints(part);
+    for (std::size_t k = 0; k < here.size(); ++k) pressures.add(part.what.which[k], here[k], part.what.time);
+  }
   auto message = boost::make_shared<FocalPointArray>();
   message->header = header;
   message->modulation = static_cast<std::uint8_t>(sound.emission.modulation);
@@ -124,12 +119,9 @@ void SoundField::publishReport(const Sound& sound, const std_msgs::Header& heade
   Means achieved(sound.emission.points.size()), commanded(sound.emission.points.size());
   const auto points = slice(sound);
   for (const Sound::Part& part : sound.parts) {
-    std::vector<double> here;
-    for (std::size_t k = 0; k < part.what.points.size(); ++k) {
-      const ultrasound::FocalPoint& point = part.what.points[k];
-      here.push_back(
-          std::abs(ultrasound::pressureAt(model_.layout, model_.acoustics, part.drive, point.position)));
-      achieved.add(part.what.which[k], here.back(), part.what.time);
+    const std::vector<double> here = amplitudesAtPoints(part);
+    for (std::size_t k = 0; k < here.size(); ++k) {
+      achieved.add(part.what.which[k], here[k], part.what.time);
       if (!part.target.empty()) commanded.add(part.what.which[k], part.target[k], part.what.time);
     }
     const auto lobe = ultrasound::strongestSideLobe(
@@ -153,7 +145,9 @@ void SoundField::publishReport(const Sound& sound, const std_msgs::Header& heade
   }
   message->commanded.assign(all_commanded.begin(), all_commanded.end());
   message->achieved.assign(all_achieved.begin(), all_achieved.end());
-  message->error = static_cast<float>(ultrasound::relativeError(all_achieved, all_commanded));
+  message->error = static_cast<float>(sound.emission.modulation == ultrasound::Modulation::field
+                                          ? ultrasound::fieldFit(all_commanded, all_achieved).error
+                                          : ultrasound::relativeError(all_achieved, all_commanded));
   report_.publish(message);
 }
 

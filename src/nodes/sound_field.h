@@ -15,10 +15,11 @@
 namespace tactile_clay::nodes {
 
 /// Publishes what an array plays, and its true field. `array/drive`: the drive at the time of the stamp, not
-/// modulated down. `array/measured`: the pressure at each focal point while it is there, averaged over the
-/// period. While somebody subscribes, `array/acoustics`: how that compares with what was commanded, side
-/// lobes and the level at the head; `array/field`: on the tracked skin and on a slice the highest acoustic
-/// amplitude of the period and the tactile pressure, the radiation pressure averaged over it.
+/// modulated down; of a field all its patterns, one message each. `array/measured`: the pressure at each
+/// focal point while it is there, averaged over the period. While somebody subscribes, `array/acoustics`: how
+/// that compares with what was commanded, side lobes and the level at the head; `array/field`: on the tracked
+/// skin and on a slice the highest acoustic amplitude of the period and the tactile pressure, the radiation
+/// pressure averaged over it.
 class SoundField {
  public:
   /// Reads `~slice_height`, `~slice_size`, `~slice_step`, `~skin_field`, `~slice_field`, `~lockstep`.
@@ -33,10 +34,10 @@ class SoundField {
   void publishSilence(const std_msgs::Header& header);
 
  private:
-  void publishDrive(const ultrasound::Drive& drive, const std_msgs::Header& header);
   void publishMeasured(const device::Sound& sound, const std_msgs::Header& header);
   void publishReport(const device::Sound& sound, const std_msgs::Header& header);
   void publishField(const device::Sound& sound, const std_msgs::Header& header);
+  std::vector<double> amplitudesAtPoints(const device::Sound::Part& part) const;
   std::vector<Eigen::Vector3f> slice(const device::Sound& sound) const;
   std::vector<Eigen::Vector3f> facingSkin();
 

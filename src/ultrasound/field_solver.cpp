@@ -10,7 +10,8 @@
 namespace tactile_clay::ultrasound {
 namespace {
 
-constexpr std::size_t memory = 6;    // pairs of L-BFGS; more gain nothing in 20 evaluations
+constexpr std::size_t memory = 6;    // pairs of L-BFGS; more gain nothing in 40 evaluations
+constexpr int trial = 2;             // evaluations that tell which of two starts is better
 constexpr double first_step = 0.03;  // turns, root mean square over the transducers
 constexpr double armijo = 1e-4;      // least decrease of a step, over that of the slope (Nocedal & Wright)
 constexpr auto two_pi = static_cast<float>(2.0 * M_PI);
@@ -189,17 +190,19 @@ FieldSolution solveField(const ArrayLayout& layout, const Acoustics& acoustics,
 
   const bool follows = before.size() == patterns;
   const bool limited = follows && options.max_phase_change > 0.0;
-  Turns turns;
   Turns last;
-  if (follows) turns = last = turnsOf(before, objective.width());
-  if (limited) {
-    descend(objective, 2 * options.evaluations, turns);
-    limitChange(last, static_cast<float>(std::min(options.max_phase_change, M_PI)) * over_turn, turns);
-  } else {
-    Turns fresh = objective.start();
-    const double anew = descend(objective, (follows ? 1 : 2) * options.evaluations, fresh);
-    if (!follows || anew < descend(objective, options.evaluations, turns)) turns = std::move(fresh);
+  if (follows) last = turnsOf(before, objective.width());
+  Turns turns = limited ? last : objective.start();
+  int left = options.evaluations;
+  if (follows && !limited) {
+    Turns going_on = last;
+    const double anew = descend(objective, trial, turns);
+    if (descend(objective, trial, going_on) <= anew) turns = std::move(going_on);
+    left -= 2 * trial;
   }
+  descend(objective, left, turns);
+  if (limited)
+    limitChange(last, static_cast<float>(std::min(options.max_phase_change, M_PI)) * over_turn, turns);
   if (options.phase_levels > 0) roundTurns(static_cast<float>(options.phase_levels), turns);
 
   objective(turns, nullptr);

@@ -10,9 +10,9 @@ namespace tactile_clay::ultrasound {
 
 struct FieldSolverOptions {
   /// mu of the objective: what e times the pressure is worth, in squared relative error.
-  double strength = 0.1;
+  double strength = 0.03;
   int patterns = 1;               // that take turns: 1, 2, 4 or 8, which share a period evenly
-  int evaluations = 16;           // of the objective a descent, 1 to 10000
+  int evaluations = 40;           // of the objective a frame, 1 to 10000
   double amplitude = 1.0;         // most of each transducer, above 0, at most 1
   int phase_levels = 0;           // steps of a turn that the device knows, 2 to 65536; 0: any phase
   int amplitude_levels = 0;       // steps from 0 to 1 that the device knows, 1 to 65536; 0: any amplitude
@@ -44,11 +44,11 @@ struct FieldSolution {
 /// wanted, the rest of its power goes where there is no skin; where it cannot, e times the pressure is worth
 /// mu more of squared error. All amplitudes are then lowered together until B is at most 1.
 ///
-/// L-BFGS (Liu & Nocedal 1989, doi 10.1007/BF01589116) from two starts, `evaluations` each: the phases
-/// before, and those that send sqrt(t) to all targets at once. The better one is taken, so that a field goes
-/// on while it follows the skin, and starts anew where it does not. Rounded phases are the closest levels.
-/// Deterministic, to the bit on every processor; single precision. \param targets samples of skin, frame of
-/// the array, each standing for as much of it as the others; their
+/// L-BFGS (Liu & Nocedal 1989, doi 10.1007/BF01589116) from the better of two starts after a step each: the
+/// phases before, and those that send sqrt(t) to all targets at once. So a field goes on while it follows the
+/// skin, and starts anew where it does not. Rounded phases are the closest levels. Deterministic, to the bit
+/// on every processor; single precision.
+/// \param targets samples of skin, frame of the array, each standing for as much of it as the others; their
 ///   intensity is the share of `reach` that is wanted. At least one that is not 0, or all is silent. Targets
 ///   behind the array count as not there
 /// \param before drives of the frame before, or none

@@ -8,6 +8,7 @@
 #include <string>
 #include <tuple>
 
+#include "ultrasound/felt_force.h"
 #include "ultrasound/skin_disc.h"
 #include "ultrasound/skin_samples.h"
 #include "ultrasound/weighted_k_means.h"
@@ -324,6 +325,7 @@ std::vector<FocalPoint> FocalPointRenderer::field(const std::vector<PressureSamp
     point.position = sample.position;
     point.pressure = sample.pressure;
     points.push_back(point);
+    report_.area.push_back(sample.area);
   }
   setIntensities(points);
   return points;
@@ -382,6 +384,7 @@ void FocalPointRenderer::setIntensities(std::vector<FocalPoint>& points) {
     point.intensity = std::sqrt(given);
     report_.wanted.push_back(report_.gain * point.pressure);
     report_.granted.push_back(given * limit.back());
+    if (array_ && !field) report_.area.push_back(spotArea(array_->acoustics(), array_->beam(point.position)));
     strongest = std::max(strongest, report_.granted.back());
   }
   // One focus at a time has no neighbours, and in a field what is weak is meant to be so.

@@ -34,7 +34,7 @@ struct FocalPointConfig {
   double minimum_force = 0.001;   // N; contacts that press less in sum get no point
   Modulation modulation = Modulation::amplitude;  // stm: a path over the contact instead of clusters;
                                                   // field: the skin itself
-  std::size_t field_samples = 1000;  // of skin, at most, that stand for all of it in a field; at least 1
+  std::size_t field_samples = 1600;  // of skin, at most, that stand for all of it in a field; at least 1
   std::size_t path_points = 32;      // most points of that path, at least 1
   double path_spacing = 0.006;       // m, least distance of two of them
   double follow_distance = 0.02;     // m; how far a point may move in a frame and keep its id
@@ -53,6 +53,7 @@ struct RenderReport {
   double gain = 0.0;            // Pa of radiation pressure on the skin for a Pa of clay; 0 without array
   std::vector<double> wanted;   // gain x pressure of each point, Pa
   std::vector<double> granted;  // radiation pressure that its intensity stands for, Pa
+  std::vector<double> area;     // m^2, granted times this is the force of each; empty without array
   double error = 0.0;           // reconstructionError of the pressure field
   double weighted_error = 0.0;  // the same with each sample counted by its perceptual weight
 };

@@ -25,7 +25,8 @@ Modulation modulation(const std::string& name) {
   if (name == "am") return Modulation::amplitude;
   if (name == "lateral") return Modulation::lateral;
   if (name == "stm") return Modulation::spatiotemporal;
-  throw std::invalid_argument("unknown modulation '" + name + "', expected one of: am, lateral, stm");
+  if (name == "field") return Modulation::field;
+  throw std::invalid_argument("unknown modulation '" + name + "', expected one of: am, lateral, stm, field");
 }
 
 const char* nameOf(Modulation modulation) {

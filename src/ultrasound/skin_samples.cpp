@@ -38,7 +38,7 @@ void cut(std::vector<PressureSample>::const_iterator begin, std::vector<Pressure
   for (std::size_t k = 0; k < count && sample != end; ++k) {
     const double last = total * static_cast<double>(k + 1) / static_cast<double>(count);
     const double centre = 0.5 * (passed + last);
-    SkinSample piece{sample->position.cast<double>(), 0.0};
+    SkinSample piece{sample->position.cast<double>(), 0.0, 0.0};
     double felt = 0.0, taken = 0.0;
     // A sample belongs to the piece in which its middle lies.
     for (; sample != end && (passed + 0.5 * sample->area <= last || k + 1 == count); ++sample) {
@@ -50,6 +50,7 @@ void cut(std::vector<PressureSample>::const_iterator begin, std::vector<Pressure
     }
     if (!(taken > 0.0)) continue;
     piece.pressure = felt / taken;
+    piece.area = taken;
     pieces.push_back(piece);
   }
 }
@@ -58,12 +59,10 @@ void cut(std::vector<PressureSample>::const_iterator begin, std::vector<Pressure
 
 std::vector<SkinSample> skinSamples(const std::vector<PressureSample>& skin, std::size_t most) {
   std::vector<std::pair<std::uint64_t, PressureSample>> sorted;
-  double total = 0.0, square = 0.0;
+  double total = 0.0;
   for (const PressureSample& sample : skin) {
     sorted.emplace_back(placeOnCurve(sample.position), sample);
-    const double area = sample.area;
-    square += area * area;
-    total += area;
+    total += sample.area;
   }
   const auto key = [](const auto& entry) {
     const PressureSample& s = entry.second;
@@ -73,11 +72,15 @@ std::vector<SkinSample> skinSamples(const std::vector<PressureSample>& skin, std
   std::sort(sorted.begin(), sorted.end(), [&key](const auto& a, const auto& b) { return key(a) < key(b); });
   std::vector<PressureSample> ordered;
   for (const auto& entry : sorted) ordered.push_back(entry.second);
+  std::vector<SkinSample> pieces;
+  if (ordered.size() <= most) {
+    for (const PressureSample& sample : ordered)
+      pieces.push_back({sample.position.cast<double>(), sample.pressure, sample.area});
+    return pieces;
+  }
   const auto bare = std::find_if(ordered.cbegin(), ordered.cend(),
                                  [](const PressureSample& sample) { return !(sample.pressure > 0.0f); });
-  std::vector<SkinSample> pieces;
-  if (!(total > 0.0)) return pieces;
-  const double area = std::max(total / static_cast<double>(most), square / total);
+  const double area = total / static_cast<double>(most);
   cut(ordered.cbegin(), bare, area, pieces);
   cut(bare, ordered.cend(), area, pieces);
   return pieces;

@@ -11,18 +11,19 @@ namespace tactile_clay::ultrasound {
 struct SkinSample {
   Eigen::Vector3d position;  // m
   double pressure;           // Pa, mean over what it stands for, by area
+  double area;               // m^2 of that
 };
 
-/// Some so many samples of skin that stand for all of it, each for as large an area as the others. None
-/// stands for less than a sample has, in the mean, so skin of fewer samples is left as it is. They are not
-/// denser where skin feels more finely: fields that the palm has fewer samples of are worse on all of the
-/// skin, also by perceptual weights (doc/rendering.md).
+/// Samples of skin that stand for all of it: all of them, where they are no more than `most`, or else some so
+/// many, each for as large an area as the others. They are not denser where skin feels more finely: fields
+/// that the palm has fewer samples of are worse on all of the skin, also by perceptual weights
+/// (doc/rendering.md).
 ///
-/// Skin is cut into pieces of that area along a curve through cells of 4 mm that passes neighbours one after
-/// the other (Morton 1966), and each piece is told by the sample in its middle, at the mean pressure of the
-/// piece. Pressed and bare skin are cut apart, and each has one piece at least. Deterministic; does not
-/// depend on the order of the samples. \param skin of positive finite area \param most samples, at least 1;
-/// one more where each part is smaller than a piece
+/// Skin of more samples is cut into pieces of that area along a curve through cells of 4 mm that passes
+/// neighbours one after the other (Morton 1966), and each piece is told by the sample in its middle, at the
+/// mean pressure of the piece. Pressed and bare skin are cut apart, and each has one piece at least.
+/// Deterministic; does not depend on the order of the samples. \param skin of positive finite area \param
+/// most samples, at least 1; one more where each part is smaller than a piece
 std::vector<SkinSample> skinSamples(const std::vector<contact::PressureSample>& skin, std::size_t most);
 
 }  // namespace tactile_clay::ultrasound

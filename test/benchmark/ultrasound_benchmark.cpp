@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "ultrasound/field_solver.h"
 #include "ultrasound/focal_points.h"
 #include "ultrasound/phase_solver.h"
 
@@ -191,6 +192,48 @@ void frame(benchmark::State& state) {
   state.counters["with_phases_us"] = 1e6 * whole.median();
 }
 BENCHMARK(frame)->ArgName("foci")->Arg(1)->Arg(8)->Arg(16)->Unit(benchmark::kMicrosecond);
+
+/// The phases of all transducers for the pressure on samples of skin, half of them pressed, that move by 1 mm
+/// a frame. Arguments: samples, patterns. Counters: median time of a frame, us; mean error, %.
+void patterns(benchmark::State& state) {
+  const ArrayLayout layout = arrayLayout("usx");
+  const Acoustics air;
+  FieldSolverOptions options;
+  options.patterns = static_cast<int>(state.range(1));
+  options.phase_levels = 32;
+  const auto count = static_cast<int>(state.range(0));
+  std::vector<std::vector<FocalPoint>> frames;
+  for (int frame = 0; frame < 50; ++frame) {
+    const double shift = 0.001 * (frame < 25 ? frame : 50 - frame);
+    std::vector<FocalPoint> targets(static_cast<std::size_t>(count));
+    for (int m = 0; m < count; ++m) {  // 5 mm between them: a spiral of seeds
+      const double d = 0.0028 * std::sqrt(m + 0.5), angle = 2.399963 * m;
+      targets[m].position = {d * std::cos(angle) + shift, d * std::sin(angle), 0.2};
+      targets[m].intensity = 2 * m < count ? 0.2 * (1.0 - m / static_cast<double>(count)) : 0.0;
+    }
+    frames.push_back(targets);
+  }
+  std::vector<Drive> before = solveField(layout, air, frames.front(), options).drives;
+  std::size_t next = 0;
+  double error = 0.0;
+  Times times;
+  for (auto _ : state) {
+    FieldSolution solution;
+    times.measure(
+        [&] { solution = solveField(layout, air, frames[next++ % frames.size()], options, before); });
+    before = std::move(solution.drives);
+    error += solution.error;
+  }
+  state.counters["median_us"] = 1e6 * times.median();
+  state.counters["error_percent"] = 100.0 * error / static_cast<double>(state.iterations());
+}
+BENCHMARK(patterns)
+    ->ArgNames({"samples", "patterns"})
+    ->Args({200, 1})
+    ->Args({600, 1})
+    ->Args({1400, 1})
+    ->Args({200, 4})
+    ->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace tactile_clay::ultrasound

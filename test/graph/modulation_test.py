@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""AM, lateral modulation and STM on their way to the arrays: see modulation.test."""
+"""AM, lateral modulation, STM and fields on their way to the arrays: see modulation.test."""
 import math
 import os
 import struct
@@ -10,7 +10,7 @@ import unittest
 
 import rospy
 from sensor_msgs.msg import PointCloud2
-from tactile_clay.msg import ArrayDrive, FocalPointArray
+from tactile_clay.msg import ArrayDrive, FocalPointArray, RenderingReport
 
 import rig_run
 from array_stream import Driver, States, Stream, focus
@@ -20,7 +20,7 @@ sys.path.insert(0, os.path.join(rig_run.PACKAGE, 'test', 'emulator'))
 import acoustic_field  # noqa: E402  pylint: disable=wrong-import-position
 import sonic_surface  # noqa: E402  pylint: disable=wrong-import-position
 
-AM, LATERAL, STM = range(3)
+AM, LATERAL, STM, FIELD = range(4)
 AIR = 101325.0 / (287.05 * 293.15)             # kg/m^3, dry at 20 degrees C
 FREE = dict(pressure_cap=1e6, head_spl_cap=200.0)  # a gate that makes nothing weaker
 WAVENUMBER = acoustic_field.WAVENUMBER
@@ -38,6 +38,16 @@ def channels():
 def sources_of_focus(x, y, z):
     """The exact drive of one focus: each transducer in phase there."""
     return [(cx, cy, -WAVENUMBER * math.dist((x, y, z), (cx, cy, 0.0))) for cx, cy in channels()]
+
+
+def patch(step=0.006, half=4):
+    """Samples of skin 0.17 m above the array, of which a round patch is to be felt."""
+    places = [(step * i, step * j) for i in range(-half, half + 1) for j in range(-half, half + 1)]
+    return [focus(x, y, 0.17, 0.3 if math.hypot(x, y) < 0.011 else 0.0, number) for number, (x, y) in enumerate(places)]
+
+
+def position(point):
+    return (point.position.x, point.position.y, point.position.z)
 
 
 def columns(cloud, *names):
@@ -59,9 +69,9 @@ class SimulatedArray(unittest.TestCase):
     def setUp(self):
         self.stream.reset()
 
-    def play(self, points, modulation, frequency, **parameters):
+    def play(self, points, number, frequency, **parameters):
         """The field and the measured points of a simulated array that has played them for a while, and its drives."""
-        self.stream.points, self.stream.modulation, self.stream.modulation_frequency = points, modulation, frequency
+        self.stream.points, self.stream.modulation, self.stream.modulation_frequency = points, number, frequency
         fields, drives, measured = [], [], []
         parameters = dict(FREE, skin_field=False, slice_size=0.06, slice_step=0.01, **parameters)
         with Driver('simulated_array', **parameters):
@@ -114,6 +124,38 @@ class SimulatedArray(unittest.TestCase):
             alone = intensity * acoustic_field.pressure(sources_of_focus(x, y, 0.17), (x, y, 0.17))
             self.assertAlmostEqual(point.pressure / alone, 1, delta=0.005)
 
+    def test_field(self):
+        """Each pattern comes as a drive of its own, and what is told of the skin is the field of all of them."""
+        reports = []
+        subscriber = rospy.Subscriber('array/rendering', RenderingReport, reports.append)
+        points = patch()
+        for patterns in (1, 4):
+            with self.subTest(patterns):
+                del reports[:]
+                cloud, measured, drives = self.play(points, FIELD, 200.0, modulation='field', field_patterns=patterns)
+                stamps = [drive.header.stamp for drive in drives]
+                played = [drive for drive in drives if drive.header.stamp == stamps[len(stamps) // 2]]
+                self.assertEqual(len(played), patterns)
+                self.assertEqual(measured.modulation, FIELD)
+                sources = [[(x, y, phase) for (x, y), phase in zip(channels(), drive.phase)] for drive in played]
+                share = [drive.amplitude[0] ** 2 / patterns for drive in played]
+                report = reports[-1]
+                self.assertEqual((len(report.wanted), len(report.granted)), (len(points), len(points)))
+                for point, wanted, granted in list(zip(points, report.wanted, report.granted))[::7]:
+                    given = sum(power * radiation(acoustic_field.pressure(playing, position(point)) ** 2)
+                                for playing, power in zip(sources, share))
+                    self.assertAlmostEqual(granted, given, delta=0.05 * given + 0.05)
+                    self.assertEqual(wanted > 0, point.intensity > 0)
+                self.assertTrue(0 < report.error < 0.6, report.error)
+                self.assertGreater(report.gain, 0)
+                self.assertEqual(report.force, 0, 'the stream does not tell areas')
+                # The patch stands out, and half of its pressure is left by AM.
+                for x, y, tactile in columns(cloud, 'x', 'y', 'tactile'):
+                    given = 0.5 * sum(power * radiation(acoustic_field.pressure(playing, (x, y, 0.17)) ** 2)
+                                      for playing, power in zip(sources, share))
+                    self.assertAlmostEqual(tactile, given, delta=0.05 * given + 0.05)
+        subscriber.unregister()
+
     def test_the_gate_looks_at_every_instant(self):
         """A point 1 mm inside the workspace: in with AM, out with lateral modulation; a path with one place that is too loud."""
         edge = [focus(0.199, 0.0, 0.2, 0.5)]
@@ -146,6 +188,27 @@ class Devices(unittest.TestCase):
                                   modulation, lines[0])
             self.assertFalse(emulator.sounds())
 
+    def test_boards_play_the_field_that_was_judged(self):
+        """Through the wire: the phases that the boards play have the pressures on the skin that the driver tells of."""
+        reports, states, stream = [], States(), Stream()
+        self.addCleanup(stream.stop)
+        subscriber = rospy.Subscriber('array/rendering', RenderingReport, reports.append)
+        self.addCleanup(subscriber.unregister)
+        stream.points, stream.modulation = patch(), FIELD
+        with tempfile.TemporaryDirectory() as folder, sonic_surface.Emulator(os.path.join(folder, 'port')) as emulator:
+            with Driver(device='sonic_surface', port=emulator.link, modulation='field', **FREE):
+                states.wait(lambda state: state.emitting)
+                time.sleep(1.5)  # the same skin all the time: the pattern settles
+                playing = [swap for swap in emulator.since(0) if swap.sounds][-1]
+                report = reports[-1]
+            sources = [(x, y, 2.0 * math.pi * value / 32)
+                       for (x, y), value in zip(sonic_surface.places(), playing.fronts[0]) if value != sonic_surface.OFF]
+            self.assertGreater(len(sources), 100)
+            for point, granted in list(zip(stream.points, report.granted))[::5]:
+                given = radiation(acoustic_field.pressure(sources, position(point)) ** 2)
+                self.assertAlmostEqual(granted, given, delta=0.1 * given + 0.1)
+            self.assertEqual(emulator.faults(), 0)
+
     def test_debug_takes_all(self):
         states, stream = States(), Stream()
         self.addCleanup(stream.stop)
@@ -156,7 +219,7 @@ class Devices(unittest.TestCase):
 
 class Rig(unittest.TestCase):
     def test_each_modulation_comes_through(self):
-        for number, modulation in enumerate(('am', 'lateral', 'stm')):
+        for number, modulation in enumerate(('am', 'lateral', 'stm', 'field')):
             with self.subTest(modulation):
                 run = rig_run.Run(dict(rig_run.LOCKSTEP, hands='bag', file=rig_run.bag('press_deeper'), quality='fast',
                                        modulation=modulation), rig_run.CHAIN + ['/array/measured'])

@@ -34,6 +34,12 @@ class Rendering(unittest.TestCase):
             for point, wanted, granted in zip(points, report.wanted, report.granted):
                 self.assertAlmostEqual(wanted / (report.gain * point.pressure), 1, places=4)
                 self.assertTrue(0 < granted <= wanted * (1 + 1e-5), (granted, wanted))
+            area = self.run_.messages.by_stamp('/array/focal_points')[stamp].area
+            force = 1e3 * sum(granted * place for granted, place in zip(report.granted, area))  # mN
+            self.assertAlmostEqual(report.force / force, 1, delta=1e-4)
+            self.assertTrue(all(6e-5 < place < 4e-4 for place in area), 'spots of 9 to 23 mm: %s' % (area,))
+            self.assertAlmostEqual(report.vibration, max(0.0, 20 * math.log10(report.force / 0.4)), delta=1e-3)
+            self.assertEqual(report.static_force, 0, 'AM')
             weaker = sum(granted < 0.9999 * wanted for wanted, granted in zip(report.wanted, report.granted))
             self.assertGreaterEqual(report.compressed_points, weaker)
             self.assertLessEqual(report.saturated_points, report.compressed_points)

@@ -3,6 +3,7 @@
 import math
 import os
 import random
+import re
 import signal
 import statistics
 import subprocess
@@ -12,14 +13,16 @@ import time
 import unittest
 
 import rospy
+from tactile_clay.msg import ArrayDrive
 
 import rig_run
-from array_stream import PROGRAM, Driver, States, Stream, focus
+from array_stream import PROGRAM, PROGRAMS, Driver, States, Stream, focus
 from rig_run import wait_until
 
 sys.path.insert(0, os.path.join(rig_run.PACKAGE, 'test', 'emulator'))
 import acoustic_field  # noqa: E402  pylint: disable=wrong-import-position
 import sonic_surface  # noqa: E402  pylint: disable=wrong-import-position
+from modulation_test import FIELD, patch  # noqa: E402  pylint: disable=wrong-import-position
 from sonic_surface import OFF, STOCK, TACTILE, Emulator
 
 FRAME = 258 * 10 / 230400.0  # s, of a frame on the wire
@@ -98,6 +101,27 @@ class SonicSurface(unittest.TestCase):
         frame = b'\xc0\xfe' + bytes(full[-1].fronts[0]) + b'\xfd'
         self.assertIn(frame, received)
         self.assertEqual(set(received.split(frame)[-1]) - {0xFD}, set())
+        self.assertEqual(emulator.faults(), 0)
+
+    def test_field_bytes(self):
+        """Every pattern of a field that is sent is one that the gate judged and `array/drive` tells, byte for byte."""
+        drives = []
+        subscriber = rospy.Subscriber('array/drive', ArrayDrive, drives.append)
+        self.addCleanup(subscriber.unregister)
+        self.stream.points, self.stream.modulation = patch(), FIELD
+        emulator, _ = self.rig(modulation='field')
+        wait_until(lambda: len(emulator.since(0)) > 400, 20, '400 swaps')
+        received = bytes(emulator.received)
+        self.assertEqual(received[:len(SILENCE)], SILENCE)
+        frames = re.findall(rb'\xc0\xfe([\x00-\x20]{256})\xfd', received[len(SILENCE):], re.DOTALL)
+        sent = [frame for frame in frames if frame != bytes([OFF] * 256)]
+        told = {bytes(OFF if amplitude == 0 else round(phase * 32 / (2 * math.pi)) % 32
+                      for phase, amplitude in zip(drive.phase, drive.amplitude)) for drive in drives}
+        self.assertGreater(len(sent), 20)
+        self.assertEqual([frame for frame in sent if frame not in told], [])
+        self.assertGreater(len(set(sent[-1])), 16, 'phases of a field, not of a plane wave')
+        played = {bytes(swap.fronts[0]) for swap in emulator.since(0) if swap.sounds}
+        self.assertEqual(played - set(sent), set())
         self.assertEqual(emulator.faults(), 0)
 
     def test_stock_modulation(self):
@@ -286,6 +310,42 @@ class SonicSurface(unittest.TestCase):
             wait_until(emulator.silent_for_good, 10, 'silence')
         with open(table) as file:
             self.assertEqual(file.read().split()[1], '7,36,0,1.0')
+
+    def bench(self, emulator, *words):
+        """What `array_test` says, without a master, line by line; and the patterns that the boards played."""
+        since = time.monotonic()
+        done = subprocess.run([os.path.join(PROGRAMS, 'array_test'), 'device:=sonic_surface', 'port:=' + emulator.link, *words],
+                              env=dict(os.environ, ROS_MASTER_URI='http://localhost:1'), timeout=60, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, check=False, universal_newlines=True)
+        self.assertEqual(done.returncode, 0, done.stdout)
+        wait_until(emulator.silent_for_good, 10, 'silence in the end')
+        return done.stdout.splitlines(), [swap.fronts[0] for swap in emulator.since(since) if swap.sounds]
+
+    def expect_reading(self, front, line, microphone):
+        playing = [(x, y, 2 * math.pi * value / 32) for (x, y), value in zip(sonic_surface.places(), front) if value != OFF]
+        told = float(re.search(r'should read ([0-9.]+) Pa', line).group(1))
+        self.assertAlmostEqual(told / acoustic_field.pressure(playing, microphone), 1, delta=0.02)
+
+    def test_bench(self):
+        """Without a graph: one channel alone, a focus, a sweep, and what a microphone should read of each."""
+        emulator = self.enterContext(Emulator(os.path.join(self.folder, 'bench')))
+        quiet = ('modulation_frequency:=0', 'head_spl_cap:=200', 'pressure_cap:=1000000')
+        for channel in (7, 200):
+            lines, fronts = self.bench(emulator, 'test:=channels', 'channel:=%d' % channel, 'dwell:=0.3', *quiet)
+            self.assertEqual({tuple(n for n, value in enumerate(front) if value != OFF) for front in fronts}, {(channel,)})
+            self.assertIn('channel %d ' % channel, lines[-1])
+            self.expect_reading(fronts[-1], lines[-1], (0.0, 0.0, 0.2))
+        lines, fronts = self.bench(emulator, 'test:=focus', 'microphone:=0.01 0.02 0.18', 'dwell:=0.05', *quiet)
+        self.expect_reading(fronts[-1], lines[-1], (0.01, 0.02, 0.18))
+        self.expect_phases([fronts[-1]], 0, phases(0.01, 0.02, 0.18))
+        lines, fronts = self.bench(emulator, 'test:=sweep', 'dwell:=0.2', *quiet)
+        self.assertEqual(len([line for line in lines if line.startswith('focus at')]), 17)
+        self.expect_phases([fronts[-1]], 0, phases(0.04, 0.0, 0.2))
+        self.expect_reading(fronts[-1], lines[-1], (0.0, 0.0, 0.2))
+        # The safety gate has the last word.
+        lines, _ = self.bench(emulator, 'test:=focus', 'dwell:=0.05', 'pressure_cap:=500', 'head_spl_cap:=200')
+        self.assertIn('made weaker by pressure', lines[-1])
+        self.assertEqual(emulator.faults(), 0)
 
     # How it becomes silent.
 

@@ -49,7 +49,7 @@ class Wire(unittest.TestCase):
         return Driver('simulated_array', wire=self.link, skin_field=False, slice_size=0.06, slice_step=0.01, **parameters)
 
     def driver(self, options=''):
-        return Driver(device='sonic_surface', port=self.link, device_options='wait=10 ' + options, **FREE)
+        return Driver(device='sonic_surface', port=self.link, device_options='wait=10 ' + options, publish_drive=False, **FREE)
 
     def test_the_field_behind_the_wire(self):
         """One focal point, modulated by swapping: its phases, its peak, half of its radiation pressure, and silence in the end."""

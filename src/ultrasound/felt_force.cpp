@@ -1,0 +1,33 @@
+#include "ultrasound/felt_force.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace tactile_clay::ultrasound {
+namespace {
+
+constexpr double finger_threshold = 0.4e-3;               // N, at 200 Hz
+constexpr double threshold_low = 150.0;                   // Hz, where that of 200 Hz is taken
+constexpr double threshold_high = 250.0;                  // Hz
+constexpr double lateral_equivalence = 0.21 / 0.027;      // N felt for a N
+constexpr double lateral_low = 5.0, lateral_high = 15.0;  // Hz
+
+}  // namespace
+
+double spotArea(const Acoustics& acoustics, const FocusBeam& beam) {
+  const double variance = beam.spread.topLeftCorner<2, 2>().cast<double>().determinant();
+  return variance > 0.0 ? std::pow(acoustics.wavelength(), 2) / (12.0 * std::sqrt(variance)) : 0.0;
+}
+
+FeltForce feltForce(Modulation modulation, double frequency, double force) {
+  FeltForce felt;
+  const bool swells = modulation == Modulation::amplitude || modulation == Modulation::field;
+  if (swells && frequency >= threshold_low && frequency <= threshold_high && force > 0.0)
+    felt.vibration = std::max(0.0, 20.0 * std::log10(force / finger_threshold));
+  if (modulation == Modulation::lateral && frequency >= lateral_low && frequency <= lateral_high)
+    felt.pressure = lateral_equivalence * force;
+  return felt;
+}
+
+}  // namespace tactile_clay::ultrasound
