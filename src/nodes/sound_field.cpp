@@ -20,6 +20,7 @@ namespace {
 
 using device::Sound;
 
+constexpr unsigned drive_queue = 16;           // two frames of eight patterns
 constexpr double height_without_focus = 0.15;  // m, of the slice
 
 /// Means, over the time that each focal point is there, by its index in the emission.
@@ -51,7 +52,7 @@ SoundField::SoundField(ros::NodeHandle nh, ros::NodeHandle private_nh, const Arr
       inbox_(private_nh),
       nh_(nh) {
   const unsigned queue = param(private_nh, "lockstep", false) ? 0 : 1;
-  drive_ = nh.advertise<ArrayDrive>(topic::array_drive, queue);
+  drive_ = nh.advertise<ArrayDrive>(topic::array_drive, queue == 0 ? 0 : drive_queue);
   measured_ = nh.advertise<FocalPointArray>(topic::array_measured, queue);
   report_ = nh.advertise<AcousticReport>(topic::acoustics, queue);
   field_ = nh.advertise<sensor_msgs::PointCloud2>(topic::array_field, queue);
