@@ -21,9 +21,6 @@ struct Press {
       : scene(loadScene("press", share)), solids(readText(scene.urdf), motions) {
     EXPECT_EQ(solids.solids().front().name, "plate");
     scene.config.threads = 1;
-    // Soft clay, whose force tells of the motion alone: that of firm clay differs by 13 % for the same way.
-    for (clay::Material& material : scene.materials)
-      material.stiffness = 1e5, material.yield_strain = 0.05, material.bulk_modulus = 1e6;
     clay = std::make_unique<clay::Clay>(scene.config, scene.materials, scene.particles);
   }
   /// N, up on the plate.
