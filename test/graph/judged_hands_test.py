@@ -142,6 +142,8 @@ class Waits(unittest.TestCase):
             graph.start([os.path.join(PROGRAMS, 'hand_simulator')])
             for words in (['clay', 'hands/skin', 'clay/contacts', '5'], ['array', 'clay/contacts', 'array/state', '100']):
                 graph.start([os.path.abspath(__file__), '--relay'] + words)
+            rig_run.wait_until(lambda: all(graph.subscribed(topic) for topic in ('/hands/tracked', '/hands/skin', '/clay/contacts')),
+                               30.0, 'the nodes')
             path = os.path.join(graph.folder, 'words')
             with open(path, 'w') as words:
                 tracking = graph.start([os.path.join(PROGRAMS, 'hand_tracking')], stdout=words, stderr=subprocess.STDOUT)
