@@ -2,12 +2,33 @@
 
 #include <cmath>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace tactile_clay::device {
+
+/// The options that a text of words key=value gives. Words without a '=' belong to the value before them, as
+/// the numbers of a pose do. None where the first word has no key.
+inline std::optional<std::map<std::string, std::string>> optionsOf(const std::string& text) {
+  std::map<std::string, std::string> options;
+  std::istringstream words(text);
+  std::string word, key;
+  while (words >> word) {
+    const std::size_t at = word.find('=');
+    if (at != std::string::npos && at > 0) {
+      key = word.substr(0, at);
+      options[key] = word.substr(at + 1);
+    } else if (!key.empty()) {
+      options[key] += " " + word;
+    } else {
+      return std::nullopt;
+    }
+  }
+  return options;
+}
 
 /// Options of devices are texts. These read one, or give `fallback` where it is not set or empty.
 

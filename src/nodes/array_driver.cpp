@@ -1,8 +1,8 @@
 #include "nodes/array_driver.h"
 
 #include <map>
-#include <sstream>
 
+#include "device/options.h"
 #include "nodes/drive_messages.h"
 #include "nodes/params.h"
 #include "nodes/topics.h"
@@ -16,21 +16,11 @@ Options deviceOptions(const ros::NodeHandle& nh) {
   Options options;
   std::string text;
   if (nh.getParam("device_options", text)) {
-    // Words without a '=' belong to the value before them, as the numbers of a pose do.
-    std::istringstream words(text);
-    std::string word, key;
-    while (words >> word) {
-      const std::size_t at = word.find('=');
-      if (at != std::string::npos && at > 0) {
-        key = word.substr(0, at);
-        options[key] = word.substr(at + 1);
-      } else if (!key.empty()) {
-        options[key] += " " + word;
-      } else {
-        throw std::runtime_error("parameter " + nh.resolveName("device_options") + ": '" + text +
-                                 "', expected key=value ...");
-      }
-    }
+    const auto told = device::optionsOf(text);
+    if (!told)
+      throw std::runtime_error("parameter " + nh.resolveName("device_options") + ": '" + text +
+                               "', expected key=value ...");
+    options = *told;
   } else if (nh.hasParam("device_options") && !nh.getParam("device_options", options)) {
     throw std::runtime_error("parameter " + nh.resolveName("device_options") + ": expected a map of texts");
   }

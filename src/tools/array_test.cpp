@@ -16,6 +16,7 @@
 
 #include "device/array_device.h"
 #include "device/loudness_meter.h"
+#include "device/options.h"
 #include "device/safety_gate.h"
 #include "nodes/plugin.h"
 #include "tools/tool_arguments.h"
@@ -58,23 +59,11 @@ Eigen::Vector3d place(const tools::Arguments& arguments, const std::string& key)
   return {numbers[0], numbers[1], numbers[2]};
 }
 
-/// Words key=value; words without a '=' belong to the value before them, as the numbers of a pose do.
 std::map<std::string, std::string> deviceOptions(const tools::Arguments& arguments) {
-  std::map<std::string, std::string> options;
-  std::istringstream words(arguments["device_options"]);
-  std::string word, key;
-  while (words >> word) {
-    const std::size_t at = word.find('=');
-    if (at != std::string::npos && at > 0) {
-      key = word.substr(0, at);
-      options[key] = word.substr(at + 1);
-    } else if (!key.empty()) {
-      options[key] += " " + word;
-    } else {
-      throw std::runtime_error("device_options '" + arguments["device_options"] +
-                               "': expected key=value ...");
-    }
-  }
+  const auto told = device::optionsOf(arguments["device_options"]);
+  if (!told)
+    throw std::runtime_error("device_options '" + arguments["device_options"] + "': expected key=value ...");
+  std::map<std::string, std::string> options = *told;
   if (!arguments["port"].empty()) options["port"] = arguments["port"];
   options["temperature"] = arguments["temperature"];
   return options;

@@ -97,10 +97,6 @@ std::string number(double value) {
 
 }  // namespace
 
-std::vector<std::string> fittableParameters() {
-  return {"stiffness", "yield_stress", "viscosity", "relaxation_time", "friction"};
-}
-
 bool FitParameter::determined() const {
   return error < undetermined;
 }

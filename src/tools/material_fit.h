@@ -9,10 +9,6 @@
 
 namespace tactile_clay::tools {
 
-/// Names of the parameters that can be fitted, in the order in which they are: stiffness, yield_stress,
-/// viscosity, relaxation_time, friction.
-std::vector<std::string> fittableParameters();
-
 struct FitParameter {
   std::string name;
   double value = 0.0;
@@ -38,8 +34,8 @@ using ForceModel = std::function<std::vector<double>(const clay::Material&)>;
 /// strays do not count, over the logarithms of the parameters, by Nelder & Mead from the best of three ratios
 /// of stiffness to yield stress.
 /// \param start what is not fitted; bulk_modulus is raised to ten times the stiffness where it is less
-/// \param yield_stress Pa, a guess \param names of fittableParameters \param most evaluations, about
-/// \throws std::runtime_error for a name that is none
+/// \param yield_stress Pa, a guess \param names some of stiffness, yield_stress, viscosity, relaxation_time,
+/// friction \param most evaluations, about \throws std::runtime_error for a name that is none
 MaterialFit fitMaterial(const ForceModel& forces, const std::vector<double>& measured,
                         const clay::Material& start, double yield_stress,
                         const std::vector<std::string>& names, int most);

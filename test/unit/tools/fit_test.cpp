@@ -112,13 +112,15 @@ TEST(FitMaterial, GivesBackWhatMadeTheCurve) {
   for (const FitParameter& p : fit.parameters) EXPECT_TRUE(p.determined()) << p.name << " " << p.error;
 }
 
+/// Forces of a press too light to yield, N.
+std::vector<double> elastic(const clay::Material& m) {
+  std::vector<double> forces;
+  for (int k = 0; k < 50; ++k) forces.push_back(1e-6 * m.stiffness * k);
+  return forces;
+}
+
 /// A press too light to yield tells nothing of the yield stress, and says so.
 TEST(FitMaterial, TellsWhatTheCurveCannot) {
-  const auto elastic = [](const clay::Material& m) {
-    std::vector<double> forces;
-    for (int k = 0; k < 50; ++k) forces.push_back(1e-6 * m.stiffness * k);
-    return forces;
-  };
   clay::Material m;
   m.stiffness = 3e5;
   const MaterialFit fit =
@@ -131,11 +133,6 @@ TEST(FitMaterial, TellsWhatTheCurveCannot) {
 
 /// One reading out of ten is wrong by as much as the greatest force: the fit does not follow them.
 TEST(FitMaterial, DoesNotFollowStrays) {
-  const auto elastic = [](const clay::Material& m) {
-    std::vector<double> forces;
-    for (int k = 0; k < 50; ++k) forces.push_back(1e-6 * m.stiffness * k);
-    return forces;
-  };
   clay::Material m;
   m.stiffness = 3e5;
   std::vector<double> measured = elastic(m);
