@@ -2,7 +2,7 @@
 set(TACTILE_CLAY_ROS_COMPONENTS
   roscpp nodelet pluginlib rosbag_storage message_generation
   std_msgs std_srvs geometry_msgs sensor_msgs visualization_msgs
-  diagnostic_updater tf2 tf2_ros tf2_eigen urdf)
+  diagnostic_updater dynamic_reconfigure tf2 tf2_ros tf2_eigen urdf)
 find_package(catkin REQUIRED COMPONENTS ${TACTILE_CLAY_ROS_COMPONENTS})
 
 # Several of these packages come without a catkin config on Debian, so the ones below are named one by one.
@@ -10,7 +10,7 @@ set(CMAKE_INCLUDE_CURRENT_DIR OFF)
 
 add_message_files(DIRECTORY msg FILES
   AcousticReport.msg ArrayDrive.msg ArrayState.msg ClayStatus.msg FocalPoint.msg FocalPointArray.msg
-  RenderingReport.msg TrackedHand.msg TrackedHands.msg)
+  ParameterChange.msg RenderingReport.msg TrackedHand.msg TrackedHands.msg)
 add_service_files(DIRECTORY srv FILES SculptureFile.srv)
 generate_messages(DEPENDENCIES std_msgs geometry_msgs)
 

@@ -15,6 +15,8 @@ void require(bool ok, const std::string& what, double value, const std::string& 
     throw std::invalid_argument("clay: " + what + " is " + std::to_string(value) + ", expected " + expected);
 }
 
+}  // namespace
+
 void validate(const ClayConfig& c) {
   require(c.spacing > 0.0 && c.spacing <= 1.0, "spacing", c.spacing, "0 < spacing <= 1 m");
   require(c.frame > 0.0 && c.frame <= 1.0, "frame", c.frame, "0 < frame <= 1 s");
@@ -26,22 +28,13 @@ void validate(const ClayConfig& c) {
   require(c.threads >= 0, "threads", c.threads, ">= 0");
 }
 
-}  // namespace
-
 void validate(const Material& m) {
   const std::string of = " of material '" + m.name + "'";
-  require(m.density > 0.0, "density" + of, m.density, "> 0 kg/m^3");
-  require(m.bulk_modulus >= 0.0, "bulk_modulus" + of, m.bulk_modulus, ">= 0 Pa");
-  require(m.viscosity >= 0.0, "viscosity" + of, m.viscosity, ">= 0 Pa s");
-  require(m.stiffness >= 0.0, "stiffness" + of, m.stiffness, ">= 0 Pa");
-  require(m.bond_rate >= 0.0, "bond_rate" + of, m.bond_rate, ">= 0 1/s");
+  for (const Coefficient& c : coefficients) {
+    const double value = m.*c.value;
+    require((c.open ? value > c.low : value >= c.low) && value <= c.high, c.name + of, value, c.range);
+  }
   require(m.unbond_rate >= m.bond_rate, "unbond_rate" + of, m.unbond_rate, ">= bond_rate");
-  require(m.yield_strain > 0.0, "yield_strain" + of, m.yield_strain, "> 0");
-  require(m.flow_index > 0.0 && m.flow_index <= 1.0, "flow_index" + of, m.flow_index, "> 0, at most 1");
-  require(m.relaxation_time >= 0.01, "relaxation_time" + of, m.relaxation_time, ">= 0.01 s");
-  require(m.friction >= 0.0, "friction" + of, m.friction, ">= 0");
-  require(m.adhesion >= 0.0, "adhesion" + of, m.adhesion, ">= 0 Pa");
-  require(m.skin_friction >= 0.0, "skin_friction" + of, m.skin_friction, ">= 0");
 }
 
 std::size_t mostGhosts(double spacing) {
@@ -156,7 +149,7 @@ void Clay::restore(const Sculpture& sculpture) {
     throw std::invalid_argument("the sculpture's bodies or materials are not those of the scene");
   require(sculpture.spacing == s.config.spacing, "the sculpture's spacing", sculpture.spacing,
           std::to_string(s.config.spacing) + " m");
-  s.restore(sculpture);
+  s.restore(s.sleeps() ? sculpture : woken(sculpture));
 }
 
 const ClayConfig& Clay::config() const {

@@ -44,6 +44,9 @@ struct ClayConfig {
   double timeStep() const { return frame / budget.substeps; }  // s, fixed
 };
 
+/// \throws std::invalid_argument naming the parameter, its value and its range
+void validate(const ClayConfig& config);
+
 /// Ghosts that `Clay::advance` takes at most: as many as fill 1 m^2 of skin, of which two hands have a tenth,
 /// and not so many that a step, or its memory, has no bound. \param spacing m, of the clay
 std::size_t mostGhosts(double spacing);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <limits>
 #include <string>
 
@@ -22,5 +23,34 @@ struct Material {
   double adhesion = 0.0;       // Pa, pull under which clay that was pressed on comes off a solid; 0: none
   double skin_friction = 0.6;  // 1, the same against skin
 };
+
+/// A number of a material: its name in files and as a parameter, and where it may lie.
+struct Coefficient {
+  const char* name;
+  double Material::*value;
+  double low, high;
+  bool open;  // `low` itself is out of range
+  bool may_be_infinite;
+  const char* meaning;  // for people: unit, or what it is
+  const char* range;    // completes "expected ..."
+};
+
+/// All of them, in the order of Material. That unbond_rate is not below bond_rate is checked beside them.
+inline constexpr double no_limit = std::numeric_limits<double>::infinity();
+inline constexpr std::array<Coefficient, 12> coefficients = {{
+    {"density", &Material::density, 0.0, no_limit, true, false, "kg/m^3", "> 0 kg/m^3"},
+    {"bulk_modulus", &Material::bulk_modulus, 0.0, no_limit, false, false, "Pa", ">= 0 Pa"},
+    {"viscosity", &Material::viscosity, 0.0, no_limit, false, false, "Pa s", ">= 0 Pa s"},
+    {"stiffness", &Material::stiffness, 0.0, no_limit, false, false, "Pa", ">= 0 Pa"},
+    {"bond_rate", &Material::bond_rate, 0.0, no_limit, false, false, "1/s", ">= 0 1/s"},
+    {"unbond_rate", &Material::unbond_rate, 0.0, no_limit, false, false, "1/s", ">= 0 1/s"},
+    {"yield_strain", &Material::yield_strain, 0.0, no_limit, true, true, "a strain, or .inf", "> 0"},
+    {"flow_index", &Material::flow_index, 0.0, 1.0, true, false, "a number above 0, at most 1",
+     "> 0, at most 1"},
+    {"relaxation_time", &Material::relaxation_time, 0.01, no_limit, false, true, "s, or .inf", ">= 0.01 s"},
+    {"friction", &Material::friction, 0.0, no_limit, false, false, "a Coulomb coefficient", ">= 0"},
+    {"adhesion", &Material::adhesion, 0.0, no_limit, false, false, "Pa", ">= 0 Pa"},
+    {"skin_friction", &Material::skin_friction, 0.0, no_limit, false, false, "a Coulomb coefficient", ">= 0"},
+}};
 
 }  // namespace tactile_clay::clay

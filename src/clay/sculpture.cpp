@@ -100,6 +100,13 @@ constexpr std::size_t vector_bytes = 12, bond_bytes = 8, contact_bytes = 65;  //
 
 }  // namespace
 
+Sculpture woken(Sculpture sculpture) {
+  std::fill(sculpture.sleep.lump.begin(), sculpture.sleep.lump.end(), 0u);
+  sculpture.sleep.mark = sculpture.position;
+  sculpture.sleep.watched = 0.0;
+  return sculpture;
+}
+
 void save(const Sculpture& s, const std::string& file) {
   save(s, file, files::Existing::replace);
 }

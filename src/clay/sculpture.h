@@ -30,6 +30,9 @@ struct Sculpture {
   Sleep::State sleep;
 };
 
+/// The same clay, all of it awake.
+Sculpture woken(Sculpture sculpture);
+
 /// Writes a sculpture to a file, whole or not at all.
 /// \throws std::runtime_error with one line naming the file
 void save(const Sculpture& sculpture, const std::string& file);

@@ -99,8 +99,22 @@ void SafetyGateConfig::validate() const {
 }
 
 SafetyGate::SafetyGate(const SafetyGateConfig& config, Instrument instrument)
-    : config_(config), instrument_(std::move(instrument)) {
+    : config_(config), first_(config), instrument_(std::move(instrument)) {
   config_.validate();
+}
+
+void SafetyGate::tighten(const SafetyGateConfig& config, Instrument instrument) {
+  config.validate();
+  for (const Limit& limit : limits)
+    require(config.*limit.value <= first_.*limit.value,
+            limit.name + (" is " + text(config.*limit.value)) + ", expected at most the " +
+                text(first_.*limit.value) +
+                " of the start: the gate is never made less strict while it runs");
+  require((config.low.array() >= first_.low.array()).all() &&
+              (config.high.array() <= first_.high.array()).all() && config.without == first_.without,
+          "another workspace or other rules, expected those of the start");
+  config_ = config;
+  instrument_ = std::move(instrument);
 }
 
 void SafetyGate::stop() {

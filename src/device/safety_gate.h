@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -48,6 +49,23 @@ struct SafetyGateConfig {
   /// \throws std::invalid_argument naming the parameter, its value and its range
   void validate() const;
 };
+
+/// A limit of the gate that is a number: smaller is stricter.
+struct Limit {
+  const char* name;
+  double SafetyGateConfig::*value;
+  double low, high;  // where it may lie
+  const char* meaning;
+};
+inline constexpr std::array<Limit, 5> limits = {{
+    {"stale_timeout", &SafetyGateConfig::stale_timeout, 0.001, 10.0, "s, without focal points or hands"},
+    {"intensity_cap", &SafetyGateConfig::intensity_cap, 0.0, 1.0,
+     "intensity of a point: more silences the array"},
+    {"intensity_slew", &SafetyGateConfig::intensity_slew, 0.001, 1e6, "1/s, rise of a point's intensity"},
+    {"pressure_cap", &SafetyGateConfig::pressure_cap, 1.0, 1e6, "Pa, peak anywhere in the workspace"},
+    {"head_spl_cap", &SafetyGateConfig::head_spl_cap, 0.0, 200.0,
+     "dB re 20 uPa rms at the head, unmodulated"},
+}};
 
 /// How loud a drive is.
 struct Loudness {
@@ -113,6 +131,11 @@ class SafetyGate {
   /// Lifts the emergency stop. Points then start from intensity 0 again.
   void reset() { stopped_ = false; }
 
+  /// Other limits, none of them less strict than at the start. What sounds goes on.
+  /// \param instrument that judges by them
+  /// \throws std::invalid_argument with one line where one is less strict, and the gate stays as it was
+  void tighten(const SafetyGateConfig& config, Instrument instrument);
+
   bool stopped() const { return stopped_; }
   const SafetyGateConfig& config() const { return config_; }
 
@@ -157,6 +180,7 @@ class SafetyGate {
   double excess(const Loudness& loudness, std::string& reason) const;
 
   SafetyGateConfig config_;
+  SafetyGateConfig first_;  // at the start
   Instrument instrument_;
   bool started_ = false;
   bool stopped_ = false;

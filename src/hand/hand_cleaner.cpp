@@ -48,7 +48,7 @@ TrackedHand faded(TrackedHand hand, double presence) {
 
 }  // namespace
 
-HandCleaner::HandCleaner(const CleanConfig& config) : config_(config) {
+void validate(const CleanConfig& config) {
   for (const auto& [what, filter] :
        {std::pair("position", config.position), std::pair("orientation", config.orientation)}) {
     const std::string name = what;
@@ -63,8 +63,17 @@ HandCleaner::HandCleaner(const CleanConfig& config) : config_(config) {
           "a time after hold, to 0.15 s");
   require(config.same_hand_time >= config.gone && config.same_hand_time <= 0.15, "same_hand_time",
           config.same_hand_time, "gone to 0.15 s");
-  require(config.prediction >= 0.0 && config.prediction <= 0.02, "prediction", config.prediction,
+  require(config.prediction >= 0.0 && config.prediction <= most_prediction, "prediction", config.prediction,
           "0 to 0.02 s");
+}
+
+HandCleaner::HandCleaner(const CleanConfig& config) : config_(config) {
+  validate(config_);
+}
+
+void HandCleaner::configure(const CleanConfig& config) {
+  validate(config);
+  config_ = config;
 }
 
 void HandCleaner::clean(TrackedFrame& frame) {

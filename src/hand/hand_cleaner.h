@@ -11,6 +11,8 @@
 
 namespace tactile_clay::hand {
 
+constexpr double most_prediction = 0.02;  // s; farther ahead hands overshoot where they turn
+
 struct CleanConfig {
   OneEuroConfig position{2.0, 100.0, 1.0};    // beta per m
   OneEuroConfig orientation{2.0, 10.0, 1.0};  // beta per rad
@@ -22,8 +24,11 @@ struct CleanConfig {
   double blend = 0.1;                // s, over which the step of a changed id is taken
   double artefact_speed = 1.5;       // m/s that the palm is off its motion, with a confidence below
   double artefact_confidence = 0.5;
-  double prediction = 0.0;  // s ahead, 0 to 0.02
+  double prediction = 0.0;  // s ahead, 0 to most_prediction
 };
+
+/// \throws std::invalid_argument with one line where a number is out of its range
+void validate(const CleanConfig& config);
 
 /// How often, since the start.
 struct CleanCounts {
@@ -58,8 +63,12 @@ struct CleanCounts {
 /// - a joint that is missing is so at once, and starts anew when it is back.
 class HandCleaner {
  public:
-  /// \throws std::invalid_argument with one line where a number is out of its range
+  /// \throws std::invalid_argument as validate
   explicit HandCleaner(const CleanConfig& config);
+
+  /// Replaces the settings; hands go on as they are. \throws std::invalid_argument as validate, and keeps
+  /// them
+  void configure(const CleanConfig& config);
 
   /// Cleans the hands of a frame in place; what it leaves is at most one a side, the left one first. Hands
   /// are sane (hand_check); stamps increase.

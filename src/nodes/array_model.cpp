@@ -4,28 +4,35 @@
 
 namespace tactile_clay::nodes {
 
-ArrayModel::ArrayModel(const ros::NodeHandle& private_nh)
-    : layout(ultrasound::arrayLayouts(param<std::string>(private_nh, "layout", "usx"))) {
-  acoustics.temperature = paramIn(private_nh, "temperature", acoustics.temperature, -20.0, 60.0);
-  acoustics.reference_pressure =
-      paramIn(private_nh, "reference_pressure", acoustics.reference_pressure, 0.01, 100.0);
+ArrayModel::ArrayModel(const ros::NodeHandle& private_nh) {
+  Settings settings(private_nh);
+  read(settings);
+  const Eigen::Isometry3d array = poseParam(private_nh, "array_pose", "0 0 -0.15 0 0 0");
+  head_point = array.inverse() * pointParam(private_nh, "head_point", "-0.4 0 0.45");
+}
+
+void ArrayModel::read(Settings& s) {
+  layout = ultrasound::arrayLayouts(s.text("layout", "usx", "transducers of the array"));
+  acoustics.temperature = s.number("temperature", acoustics.temperature, -20.0, 60.0, "degrees C, of the air");
+  acoustics.reference_pressure = s.number("reference_pressure", acoustics.reference_pressure, 0.01, 100.0,
+                                          "Pa, of one transducer at 1 m");
   acoustics.validate();
-  options.iterations = paramIn(private_nh, "solver_iterations", options.iterations, 1, 1000);
-  options.method = ultrasound::phaseMethod(param<std::string>(private_nh, "phase_method", "newton"));
-  options.phase_only = param(private_nh, "phase_only", options.phase_only);
-  options.peaks = param(private_nh, "peaks", options.peaks);
-  options.phase_levels = paramIn(private_nh, "phase_levels", options.phase_levels, 0, 65536);
-  options.amplitude_levels = paramIn(private_nh, "amplitude_levels", options.amplitude_levels, 0, 65536);
-  options.max_phase_change = paramIn(private_nh, "max_phase_change", options.max_phase_change, 0.0, 3.2);
-  field_options.strength = paramIn(private_nh, "field_strength", field_options.strength, 0.0, 10.0);
-  field_options.patterns = paramIn(private_nh, "field_patterns", field_options.patterns, 1, 8);
-  field_options.evaluations = paramIn(private_nh, "field_evaluations", field_options.evaluations, 1, 10000);
+  options.iterations = s.whole("solver_iterations", options.iterations, 1, 1000, "of the phase solver");
+  options.method = ultrasound::phaseMethod(s.text("phase_method", "newton", "the phase solver"));
+  options.phase_only = s.truth("phase_only", options.phase_only, "transducers at full amplitude, or silent");
+  options.peaks = s.truth("peaks", options.peaks, "each focal point is a peak of the field");
+  options.phase_levels = s.whole("phase_levels", options.phase_levels, 0, 65536, "of a turn; 0: any phase");
+  options.amplitude_levels = s.whole("amplitude_levels", options.amplitude_levels, 0, 65536, "0: any amplitude");
+  options.max_phase_change =
+      s.number("max_phase_change", options.max_phase_change, 0.0, 3.2, "rad a frame; 0: any");
+  field_options.strength = s.number("field_strength", field_options.strength, 0.0, 10.0, "of a field");
+  field_options.patterns = s.whole("field_patterns", field_options.patterns, 1, 8, "of a field, that take turns");
+  field_options.evaluations =
+      s.whole("field_evaluations", field_options.evaluations, 1, 10000, "of a field's solver, at most");
   field_options.phase_levels = options.phase_levels;
   field_options.amplitude_levels = options.amplitude_levels;
   field_options.max_phase_change = options.max_phase_change;
   field_options.validate();
-  const Eigen::Isometry3d array = poseParam(private_nh, "array_pose", "0 0 -0.15 0 0 0");
-  head_point = array.inverse() * pointParam(private_nh, "head_point", "-0.4 0 0.45");
 }
 
 ultrasound::PhaseSolution ArrayModel::solve(const std::vector<ultrasound::FocalPoint>& points,

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "nodes/settings.h"
 #include "ultrasound/acoustic_field.h"
 #include "ultrasound/array_layout.h"
 #include "ultrasound/field_solver.h"
@@ -20,6 +21,10 @@ struct ArrayModel {
   /// `~field_patterns`, `~field_evaluations`. \throws std::runtime_error,
   /// std::invalid_argument with one line where a parameter is wrong
   explicit ArrayModel(const ros::NodeHandle& private_nh);
+  ArrayModel() = default;
+
+  /// All but the poses. \throws as above
+  void read(Settings& settings);
 
   /// Its phase solver. \param before as of solvePhases
   ultrasound::PhaseSolution solve(const std::vector<ultrasound::FocalPoint>& points,
@@ -33,7 +38,7 @@ struct ArrayModel {
   ultrasound::Acoustics acoustics;
   ultrasound::PhaseSolverOptions options;
   ultrasound::FieldSolverOptions field_options;
-  Eigen::Vector3d head_point;  // m, frame of the array
+  Eigen::Vector3d head_point = Eigen::Vector3d::Zero();  // m, frame of the array
 };
 
 }  // namespace tactile_clay::nodes

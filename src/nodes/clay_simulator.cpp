@@ -4,7 +4,9 @@
 #include <tactile_clay/ClayStatus.h>
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
+#include <limits>
 #include <stdexcept>
 
 #include "clay/live_pace.h"
@@ -25,6 +27,20 @@ namespace {
 constexpr double skin_lifetime = 0.15;     // s; a hand without news is out of the clay by then
 constexpr double longest_gap = 1.0;        // s; lockstep simulates at most this between two skins
 constexpr std::size_t lockstep_queue = 0;  // unlimited
+constexpr double any = std::numeric_limits<double>::infinity();  // the core checks ranges
+
+/// The name of a material, of which files may have any, as a name of parameters.
+std::string groupOf(const std::vector<clay::Material>& materials, std::size_t k) {
+  const auto plain = [](std::string name) {
+    for (char& letter : name)
+      if (!std::isalnum(static_cast<unsigned char>(letter))) letter = '_';
+    return name;
+  };
+  const std::string name = plain(materials[k].name);
+  bool taken = false;
+  for (std::size_t other = 0; other < k; ++other) taken = taken || plain(materials[other].name) == name;
+  return taken ? name + "_" + std::to_string(k) : name;
+}
 
 }  // namespace
 
@@ -34,15 +50,9 @@ ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
       scene_(scene::loadScene(param<std::string>(private_nh, "scene", "kindergarten"), packageFolder(), 0.0,
                               folderOfPackage)),
       inbox_(private_nh) {
-  scene_.config.budget =
-      scene::loadQuality(param<std::string>(private_nh, "quality", "balanced"), packageFolder());
-  // 0 or nothing means what the preset says, so that launch arguments can pass it on.
-  if (const auto solver = param<std::string>(private_nh, "solver", ""); !solver.empty())
-    scene_.config.budget.method = clay::methodNamed(solver);
-  if (const int n = paramIn(private_nh, "substeps", 0, 0, 1000)) scene_.config.budget.substeps = n;
-  if (const int n = paramIn(private_nh, "iterations", 0, 0, 1000)) scene_.config.budget.iterations = n;
   scene_.config.threads = paramIn(private_nh, "threads", 0, 0, 1024);
-  scene_.config.sleeping = param(private_nh, "sleeping", true);
+  materials_ = scene_.materials;
+  tolerance_ = scene_.config.tolerance;
 
   // The clay collides with what the rest of the graph knows as the robot.
   std::string urdf, source = "parameter " + nh.resolveName("robot_description");
@@ -53,7 +63,7 @@ ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
     throw std::runtime_error(source + ": " + error.what());
   }
   for (const std::string& remark : solids_->remarks()) ROS_WARN("clay_simulator: %s", remark.c_str());
-  restart();
+  live_ = std::make_unique<LiveParameters>(nh, private_nh, [this](Settings& s) { return read(s); });
 
   skin_subscriber_ = inbox_.subscribe<Cloud>(nh, topic::hands_skin, lockstep_ ? lockstep_queue : 1,
                                              [this](const auto& skin) { receive(skin); });
@@ -78,6 +88,43 @@ ClaySimulator::~ClaySimulator() {
   }
   skin_came_.notify_all();
   thread_.join();
+}
+
+LiveParameters::Apply ClaySimulator::read(Settings& settings) {
+  clay::ClayConfig config = scene_.config;
+  config.budget = scene::loadQuality(
+      settings.text("quality", "balanced", "how well a frame is solved: a preset of config/quality.yaml"),
+      packageFolder());
+  // 0 or nothing means what the preset says, so that launch arguments can pass it on.
+  if (const auto solver = settings.text("solver", "", "minimise or paper; empty: the preset's");
+      !solver.empty())
+    config.budget.method = clay::methodNamed(solver);
+  if (const int n = settings.whole("substeps", 0, 0, 1000, "of a frame; 0: the preset's"))
+    config.budget.substeps = n;
+  if (const int n = settings.whole("iterations", 0, 0, 1000, "of a substep, at most; 0: the preset's"))
+    config.budget.iterations = n;
+  config.tolerance = settings.number("tolerance", tolerance_, 0.0, any, "m/s^2, at which iterations stop");
+  config.sleeping = settings.truth("sleeping", true, "leave clay at rest alone until something comes near");
+  clay::validate(config);
+  std::vector<clay::Material> materials = materials_;
+  for (std::size_t k = 0; k < materials.size(); ++k) {
+    settings.group(groupOf(materials_, k));
+    for (const clay::Coefficient& c : clay::coefficients)
+      materials[k].*c.value = settings.number(groupOf(materials_, k) + "/" + c.name, materials[k].*c.value,
+                                              c.low, c.high, c.meaning);
+    clay::validate(materials[k]);
+  }
+  return [this, config, materials] {
+    const std::lock_guard<std::mutex> lock(clay_mutex_);
+    scene_.config = config;
+    scene_.materials = materials;
+    if (!clay_) return restart();
+    // The clay goes on from what it is, as from a sculpture that was saved; what sleeps may not hold any
+    // more.
+    const clay::Sculpture sculpture = woken(clay_->sculpture());
+    restart();
+    clay_->restore(sculpture);
+  };
 }
 
 void ClaySimulator::restart() {
@@ -222,6 +269,7 @@ void ClaySimulator::runLockstep() {
                         longest_gap);
     duration = std::clamp(duration, 0.0, longest_gap);
     before = stamp;
+    live_->begin(stamp);
     const clay::Ghosts ghosts = read(*skin);
     step(ghosts, duration);
     publishState(stamp);
@@ -234,7 +282,8 @@ void ClaySimulator::runLive() {
   const std::chrono::duration<double> period(period_);
   Clock::time_point before = Clock::now(), skin_at = before - std::chrono::hours(1);
   clay::Ghosts held;
-  clay::LivePace pace(period_, scene_.config.timeStep());
+  double step_length = scene_.config.timeStep();
+  clay::LivePace pace(period_, step_length);
   while (true) {
     Cloud::ConstPtr skin;
     {
@@ -250,6 +299,9 @@ void ClaySimulator::runLive() {
       }
     }
     const Clock::time_point now = Clock::now();
+    live_->begin(skin ? skin->header.stamp : ros::Time::now());
+    if (scene_.config.timeStep() != step_length)
+      pace = clay::LivePace(period_, step_length = scene_.config.timeStep());
     const double duration = pace.next(std::chrono::duration<double>(now - before).count());
     before = now;
     {

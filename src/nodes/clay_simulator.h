@@ -18,6 +18,7 @@
 #include "nodes/health.h"
 #include "nodes/inbox.h"
 #include "nodes/joint_relay.h"
+#include "nodes/live_parameters.h"
 #include "scene/scene.h"
 #include "scene/solids.h"
 
@@ -32,6 +33,9 @@ namespace tactile_clay::nodes {
 ///
 /// Services: `~reset` starts the scene again, `~save` writes the clay to a new file, `~overwrite` to one that
 /// may be there already, `~load` goes on from one.
+///
+/// Quality, substeps, iterations, tolerance, sleeping and what the materials are made of may change while it
+/// runs (LiveParameters): the clay goes on from what it is.
 class ClaySimulator {
  public:
   /// \throws std::runtime_error with one line where a parameter or the scene is wrong
@@ -41,6 +45,7 @@ class ClaySimulator {
  private:
   using Cloud = sensor_msgs::PointCloud2;
 
+  LiveParameters::Apply read(Settings& settings);
   void receive(const Cloud::ConstPtr& skin);
   void run();
   void runLive();
@@ -60,6 +65,8 @@ class ClaySimulator {
   bool lockstep_;
   double period_;  // s, longest wait for a skin
   scene::Scene scene_;
+  std::vector<clay::Material> materials_;  // as they are in their files
+  double tolerance_;                       // m/s^2, of the scene's file
   std::unique_ptr<scene::Solids> solids_;
 
   std::mutex clay_mutex_;  // guards what services replace and diagnostics read
@@ -83,6 +90,7 @@ class ClaySimulator {
   ros::Publisher particles_, contacts_, status_, joints_;
   ros::ServiceServer reset_server_, save_server_, overwrite_server_, load_server_;
   std::unique_ptr<Health> health_;
+  std::unique_ptr<LiveParameters> live_;
   std::thread thread_;
 };
 

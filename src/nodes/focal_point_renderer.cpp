@@ -12,43 +12,67 @@
 #include "nodes/topics.h"
 
 namespace tactile_clay::nodes {
-namespace {
 
-ultrasound::FocalPointConfig config(const ros::NodeHandle& nh) {
+ultrasound::FocalPointConfig focalPointConfig(Settings& s) {
   ultrasound::FocalPointConfig config;
-  constexpr double any = std::numeric_limits<double>::max();  // the core checks ranges
-  config.max_points =
-      static_cast<std::size_t>(paramIn(nh, "max_points", static_cast<int>(config.max_points), 1, 256));
-  config.min_separation = paramIn(nh, "min_separation", config.min_separation, 0.0, any);
-  config.min_resolution = paramIn(nh, "min_resolution", config.min_resolution, 0.0, any);
-  config.side_lobe_floor = paramIn(nh, "side_lobe_floor", config.side_lobe_floor, 0.0, 1.0);
-  config.sigma = paramIn(nh, "sigma", config.sigma, 0.0, any);
-  config.perceptual_weights = param(nh, "perceptual_weights", config.perceptual_weights);
-  config.full_scale_pressure = paramIn(nh, "full_scale_pressure", config.full_scale_pressure, 0.0, any);
-  config.minimum_pressure = paramIn(nh, "minimum_pressure", config.minimum_pressure, 0.0, any);
-  config.minimum_force = paramIn(nh, "minimum_force", config.minimum_force, 0.0, any);
-  config.follow_distance = paramIn(nh, "follow_distance", config.follow_distance, 0.0, any);
-  config.compression_knee = paramIn(nh, "compression_knee", config.compression_knee, 0.0, 1.0);
-  config.modulation = ultrasound::modulation(param<std::string>(nh, "modulation", "am"));
-  config.path_points =
-      static_cast<std::size_t>(paramIn(nh, "path_points", static_cast<int>(config.path_points), 1, 256));
-  config.field_samples =
-      static_cast<std::size_t>(paramIn(nh, "field_samples", static_cast<int>(config.field_samples), 1, 2000));
-  config.path_spacing = paramIn(nh, "path_spacing", config.path_spacing, 0.0, any);
-  const auto fit = param<std::string>(nh, "intensity_fit", "least_squares");
-  if (fit != "least_squares" && fit != "paper")
-    throw std::runtime_error("parameter " + nh.resolveName("intensity_fit") +
-                             ": expected 'least_squares' or 'paper', got '" + fit + "'");
+  constexpr double any = std::numeric_limits<double>::infinity();  // the core checks ranges
+  const auto count = [&](const char* name, std::size_t& value, int most, const char* meaning) {
+    value = static_cast<std::size_t>(s.whole(name, static_cast<int>(value), 1, most, meaning));
+  };
+  const auto number = [&](const char* name, double& value, double most, const char* meaning) {
+    value = s.number(name, value, 0.0, most, meaning);
+  };
+  count("max_points", config.max_points, 256, "most focal points at a time");
+  config.modulation = ultrasound::modulation(
+      s.text("modulation", "am", "how points are made felt", ultrasound::modulationNames()));
+  number("full_scale_pressure", config.full_scale_pressure, any,
+         "Pa of the clay that ask for all that the array can give: less is a larger gain");
+  number("compression_knee", config.compression_knee, 1.0,
+         "share of that up to which pressures are in proportion");
+  number("side_lobe_floor", config.side_lobe_floor, 1.0, "least amplitude of a point, over the strongest");
+  number("minimum_pressure", config.minimum_pressure, any, "Pa; samples below it are not rendered");
+  number("minimum_force", config.minimum_force, any, "N; contacts that press less get no point");
+  number("min_separation", config.min_separation, any, "m between two points, at least");
+  number("min_resolution", config.min_resolution, any, "of two points for the array, at least");
+  number("sigma", config.sigma, any, "m, of the Gaussian that stands for a focus");
+  number("follow_distance", config.follow_distance, any,
+         "m, how far a point may move in a frame and keep its id");
+  config.perceptual_weights =
+      s.truth("perceptual_weights", config.perceptual_weights, "whether sensitive skin is favoured");
+  count("path_points", config.path_points, 256, "of stm, most places of its path");
+  number("path_spacing", config.path_spacing, any, "m, of stm, between two places of its path, at least");
+  count("field_samples", config.field_samples, 2000, "of field, most samples of skin");
+  const std::string fit = s.text("intensity_fit", "least_squares",
+                                 "how a point's pressure follows from samples", {"least_squares", "paper"});
   config.fit = fit == "paper" ? ultrasound::IntensityFit::paper : ultrasound::IntensityFit::least_squares;
+  config.validate();
   return config;
 }
 
-}  // namespace
+double modulationFrequency(Settings& settings) {
+  return settings.number("modulation_frequency", 0.0, 0.0, 1000.0,
+                         "Hz, at which points are modulated; 0: that of the modulation");
+}
+
+LiveParameters::Apply FocalPointRenderer::read(Settings& settings) {
+  using ultrasound::Modulation;
+  const ultrasound::FocalPointConfig config = focalPointConfig(settings);
+  const double frequency = modulationFrequency(settings);
+  const Modulation now = renderer_.config().modulation;
+  if (settings.running() && now != config.modulation &&
+      (now == Modulation::field || config.modulation == Modulation::field))
+    throw std::runtime_error(
+        settings.nameOf("modulation") +
+        ": points cannot become a field, or a field points, while the rig runs: start it "
+        "with another modulation");
+  return [this, config, frequency] {
+    renderer_.configure(config);
+    modulation_frequency_ = static_cast<float>(frequency);
+  };
+}
 
 FocalPointRenderer::FocalPointRenderer(ros::NodeHandle nh, ros::NodeHandle private_nh)
-    : renderer_(config(private_nh)),
-      modulation_frequency_(
-          static_cast<float>(paramIn(private_nh, "modulation_frequency", 0.0, 0.0, 1000.0))),
+    : live_(nh, private_nh, [this](Settings& settings) { return read(settings); }),
       inbox_(private_nh),
       health_(nh, private_nh, "focal points", [this](auto& status) { diagnose(status); }) {
   const ArrayModel array(private_nh);
@@ -75,6 +99,7 @@ double FocalPointRenderer::frequency(const std::vector<ultrasound::FocalPoint>& 
 }
 
 void FocalPointRenderer::receive(const sensor_msgs::PointCloud2::ConstPtr& pressure) {
+  live_.begin(pressure->header.stamp);
   auto message = boost::make_shared<FocalPointArray>();
   message->header = pressure->header;
   message->modulation = static_cast<std::uint8_t>(renderer_.config().modulation);

@@ -40,6 +40,7 @@ void tellLimits(const device::SafetyGateConfig& config, const std::string& node)
   ROS_INFO("%s: the safety gate allows at most %s", node.c_str(), limits.str().c_str());
 }
 
+/// What of the gate is set at its start alone, and the limits where no parameter says another.
 /// \param simulated such an array keeps to no level at the head unless one is given
 device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh, bool simulated,
                                     std::set<device::Rule> without) {
@@ -48,17 +49,11 @@ device::SafetyGateConfig gateConfig(const ros::NodeHandle& nh, bool simulated,
   for (const device::Rule rule : config.without)
     ROS_WARN("safety gate without its rule %s, as ~gate_without says", device::nameOf(rule).c_str());
   if (simulated) config.head_spl_cap = no_head_spl_cap;
-  config.stale_timeout = paramIn(nh, "stale_timeout", config.stale_timeout, 0.001, 10.0);
-  config.intensity_cap = paramIn(nh, "intensity_cap", config.intensity_cap, 0.0, 1.0);
   const auto text = [](const Eigen::Vector3d& v) {
     return std::to_string(v.x()) + " " + std::to_string(v.y()) + " " + std::to_string(v.z());
   };
   config.low = pointParam(nh, "workspace_low", text(config.low));
   config.high = pointParam(nh, "workspace_high", text(config.high));
-  config.intensity_slew = paramIn(nh, "intensity_slew", config.intensity_slew, 0.001, 1e6);
-  config.pressure_cap = paramIn(nh, "pressure_cap", config.pressure_cap, 1.0, 1e6);
-  config.head_spl_cap = paramIn(nh, "head_spl_cap", config.head_spl_cap, 0.0, 200.0);
-  tellLimits(config, nh.getNamespace());
   return config;
 }
 
@@ -78,13 +73,12 @@ bool isPlayer(const std::string& node) {
   return node.compare(node.rfind('/') + 1, 5, "play_") == 0;
 }
 
-device::SafetyGate gateOf(const device::SafetyGateConfig& config, const GatedArray::Output& output) {
+device::Instrument instrumentOf(const device::SafetyGateConfig& config, const GatedArray::Output& output) {
   const ArrayModel& model = *output.model;
   const auto meter =
       std::make_shared<device::LoudnessMeter>(model.layout, model.acoustics, model.head_point, config);
-  return {config,
-          {output.solve, [meter](const auto& drive, const auto& points) { return (*meter)(drive, points); },
-           output.scalable, output.solve_field}};
+  return {output.solve, [meter](const auto& drive, const auto& points) { return (*meter)(drive, points); },
+          output.scalable, output.solve_field};
 }
 
 void warn(const std::string& line) {
@@ -106,15 +100,46 @@ std::set<device::Rule> rulesLeftOut(const ros::NodeHandle& private_nh, const std
   return rules;
 }
 
+void readLimits(Settings& settings, device::SafetyGateConfig& config, const device::SafetyGateConfig* most) {
+  for (const device::Limit& limit : device::limits) {
+    double& value = config.*limit.value;
+    const double high = most ? most->*limit.value : limit.high;
+    try {
+      value = settings.number(limit.name, value, limit.low, high, limit.meaning);
+    } catch (const std::runtime_error& error) {
+      if (!most) throw;
+      throw std::runtime_error(error.what() +
+                               std::string(": the gate is never made less strict than at its start"));
+    }
+  }
+  config.validate();
+}
+
+LiveParameters::Apply GatedArray::read(Settings& settings) {
+  device::SafetyGateConfig config = first_limits_;
+  readLimits(settings, config, settings.running() ? &first_limits_ : nullptr);
+  return [this, config] {
+    if (gate_) {
+      gate_->tighten(config, instrumentOf(config, output_));
+    } else {
+      first_limits_ = config;
+      gate_.emplace(config, instrumentOf(config, output_));
+    }
+    tellLimits(config, node_);
+  };
+}
+
 GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std::string& device,
                        bool watch_in_lockstep, Output output)
     : device_(device),
+      node_(private_nh.getNamespace()),
       output_(std::move(output)),
-      gate_(gateOf(
-          gateConfig(private_nh, !watch_in_lockstep, rulesLeftOut(private_nh, device, output_.harmless)),
-          output_)),
+      first_limits_(
+          gateConfig(private_nh, !watch_in_lockstep, rulesLeftOut(private_nh, device, output_.harmless))),
       inbox_(private_nh),
       health_(nh, private_nh, "array", [this](auto& status) { diagnose(status); }) {
+  live_ =
+      std::make_unique<LiveParameters>(nh, private_nh, [this](Settings& settings) { return read(settings); });
   const auto coming = ultrasound::modulation(param<std::string>(private_nh, "modulation", "am"));
   const std::string objection = cannotPlay(static_cast<unsigned>(coming));
   if (!objection.empty())
@@ -122,13 +147,13 @@ GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std
   lockstep_ = param(private_nh, "lockstep", false);
   // In lockstep the clock is that of the stamps.
   stamps_.emplace(lockstep_ ? device::StampCheck::Mode::off : stampMode(private_nh),
-                  gate_.config().stale_timeout);
+                  gate_->config().stale_timeout);
   watch_ = watch_in_lockstep || !lockstep_;
   static_transforms_->send(transformMessage(
       frame::world, frame::array, poseParam(private_nh, "array_pose", "0 0 -0.15 0 0 0"), ros::Time::now()));
 
   const unsigned queue = lockstep_ ? 0 : 1;
-  gate_.start();
+  gate_->start();
   if (coming == ultrasound::Modulation::field)
     rendering_ = nh.advertise<RenderingReport>(topic::rendering, queue);
   state_ = nh.advertise<ArrayState>(topic::array_state, lockstep_ ? 0 : 10, true);
@@ -245,9 +270,9 @@ std::string GatedArray::tooMany(const device::Emission& emission) const {
 /// The gate learns of emergency stops here, for it belongs to the thread of the callbacks.
 void GatedArray::heedStop() {
   const unsigned stops = stops_;
-  if (stops != heeded_) gate_.stop();
+  if (stops != heeded_) gate_->stop();
   heeded_ = stops;
-  if (!stopped_) gate_.reset();
+  if (!stopped_) gate_->reset();
 }
 
 device::Verdict GatedArray::judge(const FocalPointArray& message, const device::StampCheck::Age& age) {
@@ -260,7 +285,7 @@ device::Verdict GatedArray::judge(const FocalPointArray& message, const device::
         "focal points in frame '" + message.header.frame_id + "', expected '" + frame::array + "'";
   } else if (!cannot_play.empty()) {
     verdict.reason = cannot_play;
-  } else if (!unsupervised_.empty() && !gate_.stopped()) {
+  } else if (!unsupervised_.empty() && !gate_->stopped()) {
     verdict.reason = unsupervised_;
   } else {
     device::Emission emission;
@@ -268,7 +293,7 @@ device::Verdict GatedArray::judge(const FocalPointArray& message, const device::
     emission.modulation_frequency = message.modulation_frequency;
     emission.modulation = static_cast<ultrasound::Modulation>(message.modulation);
     verdict.reason = tooMany(emission);
-    if (verdict.passes()) verdict = gate_.check(emission, occasion);
+    if (verdict.passes()) verdict = gate_->check(emission, occasion);
   }
   return verdict;
 }
@@ -282,18 +307,19 @@ void GatedArray::refuse(const std::string& reason) {
     line = close(stopped_ ? emergency_stop : reason);
     publishState();
   }
-  gate_.fallSilent();
+  gate_->fallSilent();
   warn(line);
 }
 
 void GatedArray::receive(const FocalPointArray::ConstPtr& message) {
   heedStop();
+  live_->begin(message->header.stamp);
   ++frames_;
   const device::StampCheck::Age age = ageOf(message->header.stamp);
   if (!lockstep_ && !stamps_->ofRecording()) latencies_.push_back(age.age);
-  const bool in_time = gate_.tick(age.age).passes();
+  const bool in_time = gate_->tick(age.age).passes();
   device::Verdict verdict = judge(*message, age);
-  if (!in_time && !gate_.stopped() && !age.clocks.empty()) verdict.reason += "; " + age.clocks;
+  if (!in_time && !gate_->stopped() && !age.clocks.empty()) verdict.reason += "; " + age.clocks;
   lowered_ = verdict.lowered;
   std::string line;
   bool open = false;
@@ -315,7 +341,7 @@ void GatedArray::receive(const FocalPointArray::ConstPtr& message) {
   }
   publishField(verdict, *message);
   if (!open)
-    gate_.fallSilent();
+    gate_->fallSilent();
   else if (output_.show)
     output_.show(verdict.sound, message->header);
   warn(line);
@@ -359,12 +385,12 @@ void GatedArray::watch() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     stopped.swap(stop_line_);
-    if (missing.empty() && open_) reason = gate_.tick(age).reason;
+    if (missing.empty() && open_) reason = gate_->tick(age).reason;
     if (missing.empty() && !open_ && changed) reason = "no focal points have come since";
     if (!stopped_ && !reason.empty() && (open_ || changed)) {
       line = close(reason);
       publishState();
-      gate_.fallSilent();
+      gate_->fallSilent();
     }
   }
   if (!stopped.empty()) ROS_WARN("%s", stopped.c_str());

@@ -18,6 +18,7 @@
 #include "nodes/array_model.h"
 #include "nodes/health.h"
 #include "nodes/inbox.h"
+#include "nodes/live_parameters.h"
 #include "nodes/stop_switch.h"
 #include "nodes/supervisors.h"
 #include "nodes/transforms.h"
@@ -29,12 +30,18 @@ namespace tactile_clay::nodes {
 std::set<device::Rule> rulesLeftOut(const ros::NodeHandle& private_nh, const std::string& device,
                                     bool harmless);
 
+/// The numbers of the safety gate's limits. \param most that they may be now
+/// \throws std::runtime_error, std::invalid_argument with one line where one is wrong
+void readLimits(Settings& settings, device::SafetyGateConfig& config,
+                const device::SafetyGateConfig* most = nullptr);
+
 /// What the nodes of a real and of a simulated array share: `array/focal_points` and `hands/tracked` in, the
 /// safety gate, `array/state` out (and of fields, which it solves, `array/rendering`), the emergency stop
 /// (StopSwitch), the frame `array`. The array is silent whenever the gate is closed, while one of
 /// `~supervisors` is missing, and in the end. `~modulation` is the one that is going to come: an array that
 /// cannot play it says so at once. `~check_stamps` is true (default), false, or auto: whether the stamps of
-/// focal points tell their age, or do so unless they are found to be of a recording.
+/// focal points tell their age, or do so unless they are found to be of a recording. Limits of the gate may
+/// be made stricter while it runs, and again as they were at the start (LiveParameters).
 class GatedArray {
  public:
   struct Output {
@@ -72,6 +79,7 @@ class GatedArray {
   ~GatedArray();
 
  private:
+  LiveParameters::Apply read(Settings& settings);
   void receive(const FocalPointArray::ConstPtr& message);
   void refuse(const std::string& reason);
   void seeHands(const TrackedHands::ConstPtr& hands);
@@ -97,13 +105,15 @@ class GatedArray {
   std::string close(const std::string& reason);
   void publishState();
 
-  std::string device_;
+  std::string device_, node_;
   bool watch_, lockstep_;
   Output output_;
   std::shared_ptr<StaticTransforms> static_transforms_ = StaticTransforms::shared();
 
   // Of the thread of the callbacks.
-  device::SafetyGate gate_;
+  device::SafetyGateConfig first_limits_;
+  std::optional<device::SafetyGate> gate_;
+  std::unique_ptr<LiveParameters> live_;
   std::optional<device::StampCheck> stamps_;
   std::string hands_publisher_;
   std::unique_ptr<Supervisors> supervisors_;  // none in lockstep without a real array

@@ -6,6 +6,7 @@
 #include <limits>
 #include <sstream>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "hand/hand_check.h"
@@ -30,7 +31,7 @@ const std::vector<std::string> whole_graph = {topic::hands_tracked, topic::hands
 const std::vector<std::string> side_topics = {
     topic::clay_particles,    topic::clay_status,        topic::joint_states, topic::array_drive,
     topic::array_measured,    topic::array_field,        topic::rendering,    topic::acoustics,
-    topic::joint_states_left, topic::joint_states_right, topic::hands_bones};
+    topic::joint_states_left, topic::joint_states_right, topic::hands_bones,  topic::changes};
 
 constexpr std::chrono::milliseconds live_patience = silence_times::tracker_silent;
 constexpr std::chrono::milliseconds recording_patience(100);
@@ -41,20 +42,36 @@ std::string seconds(const ros::WallDuration& duration) {
   return text.str();
 }
 
-hand::CleanConfig cleanConfig(const ros::NodeHandle& nh) {
+}  // namespace
+
+hand::CleanConfig cleanConfig(Settings& s) {
   hand::CleanConfig config;
-  constexpr double any = std::numeric_limits<double>::max();  // the core checks ranges
-  for (const auto& [name, filter] :
-       {std::pair("position", &config.position), std::pair("orientation", &config.orientation)}) {
+  constexpr double any = std::numeric_limits<double>::infinity();  // the core checks ranges
+  for (const auto& [name, filter, unit] : {std::tuple("position", &config.position, "m"),
+                                           std::tuple("orientation", &config.orientation, "rad")}) {
     const std::string prefix = name;
-    filter->min_cutoff = paramIn(nh, prefix + "_min_cutoff", filter->min_cutoff, 0.0, any);
-    filter->beta = paramIn(nh, prefix + "_beta", filter->beta, 0.0, any);
+    filter->min_cutoff = s.number(prefix + "_min_cutoff", filter->min_cutoff, 0.0, any,
+                                  "Hz, of the One-Euro filter at rest: less is smoother, and later");
+    filter->beta = s.number(prefix + "_beta", filter->beta, 0.0, any,
+                            std::string("1/") + unit + ", by which its cutoff grows with the speed");
   }
-  config.prediction = paramIn(nh, "prediction", config.prediction, 0.0, 0.02);
+  config.prediction = s.number("prediction", config.prediction, 0.0, hand::most_prediction,
+                               "s that tracked hands are predicted ahead");
+  validate(config);
   return config;
 }
 
-}  // namespace
+LiveParameters::Apply HandTracking::read(Settings& settings) {
+  const hand::CleanConfig config = cleanConfig(settings);
+  if (settings.running() && !cleaner_)
+    throw std::runtime_error(
+        settings.nameOf("clean") +
+        ": these hands are passed on as they come, expected clean true for filters to change");
+  return [this, config] {
+    const std::lock_guard<std::mutex> lock(report_mutex_);
+    if (cleaner_) cleaner_->configure(config);
+  };
+}
 
 HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : nh_(nh),
@@ -84,10 +101,11 @@ HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
   if (wanted != "auto" && wanted != "true" && wanted != "false")
     throw std::runtime_error("parameter " + private_nh.resolveName("clean") +
                              ": expected auto, true or false, got '" + wanted + "'");
-  cleaner_.emplace(cleanConfig(private_nh));
   source_->open(options);
-  live_ = !source_->recorded();
-  if (wanted == "false" || (wanted == "auto" && source_->cleaned())) cleaner_.reset();
+  is_live_ = !source_->recorded();
+  if (wanted == "true" || (wanted == "auto" && !source_->cleaned())) cleaner_.emplace(hand::CleanConfig());
+  live_ =
+      std::make_unique<LiveParameters>(nh, private_nh, [this](Settings& settings) { return read(settings); });
   // The cleaner bridges what is not seen anew.
   repeats_.emplace(cleaner_ ? std::chrono::nanoseconds(0) : repeats_patience);
   if (lockstep_ && !source_->recorded())
@@ -186,15 +204,15 @@ void HandTracking::waitForGraph() {
 void HandTracking::follow() {
   while (!stopped() && !over()) {
     hand::TrackedFrame frame;
-    const Read read = source_->read(frame, live_ ? live_patience : recording_patience);
+    const Read read = source_->read(frame, is_live_ ? live_patience : recording_patience);
     tellFault();
     if (read == Read::ended) return;
     if (read == Read::nothing) {
       holdHands();
       continue;
     }
-    if (live_ && leaveOutRepeats(frame)) continue;
-    const auto stamp = live_ ? liveStamp(frame) : recordingStamp(frame);
+    if (is_live_ && leaveOutRepeats(frame)) continue;
+    const auto stamp = is_live_ ? liveStamp(frame) : recordingStamp(frame);
     if (!stamp || stopped()) return;
     frame.stamp = *stamp;
     source_frame_ = frame.frame_id;
@@ -259,7 +277,7 @@ std::chrono::nanoseconds HandTracking::liveStamp(const hand::TrackedFrame& frame
 
 // A tracker that says nothing does not leave its hands in the clay.
 void HandTracking::holdHands() {
-  if (!live_ || passes_by_ || !cleaner_ || !cleaner_->present()) return;
+  if (!is_live_ || passes_by_ || !cleaner_ || !cleaner_->present()) return;
   releaseHeld();
 }
 
@@ -278,6 +296,7 @@ void HandTracking::releaseHeld() {
 }
 
 void HandTracking::clean(hand::TrackedFrame& frame) {
+  live_->begin(toRos(frame.stamp));
   const std::lock_guard<std::mutex> lock(report_mutex_);
   for (const hand::TrackedHand& hand : frame.hands) {
     auto& least = report_.confidence[static_cast<int>(hand.side)];

@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -19,11 +20,16 @@
 #include "nodes/graph_connections.h"
 #include "nodes/health.h"
 #include "nodes/inbox.h"
+#include "nodes/live_parameters.h"
 #include "nodes/plugin.h"
 #include "nodes/recording_time.h"
 #include "nodes/transforms.h"
 
 namespace tactile_clay::nodes {
+
+/// Settings of the filters. \throws std::runtime_error, std::invalid_argument with one line where one is
+/// wrong
+hand::CleanConfig cleanConfig(Settings& settings);
 
 /// Reads one source of tracked hands, cleans them (hand_cleaner.h), places them in `world` and publishes
 /// `hands/tracked`.
@@ -46,6 +52,7 @@ class HandTracking {
   using Read = hand::HandSource::Read;
 
   void run();
+  LiveParameters::Apply read(Settings& settings);
   void waitForClock();
   void tellStandingClock();
   void waitForGraph();
@@ -69,7 +76,7 @@ class HandTracking {
   double rate_, duration_;
   bool lockstep_;
   ros::WallDuration answer_patience_;  // of lockstep, for the graph and for each answer
-  bool live_ = false;                  // the source is no recording
+  bool is_live_ = false;               // the source is no recording
   bool passes_by_ = false;             // the input topic is hands/tracked itself: nothing is to be published
 
   Plugin<hand::HandSource> source_;
@@ -84,7 +91,7 @@ class HandTracking {
 
   RecordingTime time_;
   hand::DeviceClock clock_;
-  std::optional<hand::HandCleaner> cleaner_;
+  std::optional<hand::HandCleaner> cleaner_;  // none where hands are passed on as they are
   std::optional<hand::RepeatedHands> repeats_;
   std::optional<std::chrono::nanoseconds> first_stamp_;  // of a recording
   std::optional<ros::SteadyTime> first_sample_;          // of a live source
@@ -108,6 +115,7 @@ class HandTracking {
   std::atomic<unsigned> frames_{0}, hands_{0}, bad_hands_{0}, bad_fingers_{0}, repeated_hands_{0},
       repaired_stamps_{0}, faults_{0}, clock_restarts_{0};
 
+  std::unique_ptr<LiveParameters> live_;  // the filters
   Health health_;
   std::atomic<bool> stopping_{false}, stands_still_{false};
   std::thread thread_;

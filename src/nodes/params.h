@@ -10,19 +10,33 @@
 
 namespace tactile_clay::nodes {
 
+/// What a parameter of type T is, for people.
+template <typename T>
+constexpr const char* kindOfParam() {
+  return std::is_same_v<T, bool>          ? "true or false"
+         : std::is_same_v<T, int>         ? "a whole number"
+         : std::is_same_v<T, std::string> ? "a text"
+         : std::is_same_v<T, double>      ? "a number"
+                                          : "a list of texts";
+}
+
+/// \throws std::runtime_error with one line unless a number is within [low, high]. \param name with what it
+/// is, "parameter /node/key"
+template <typename T>
+void requireIn(const std::string& name, const T& value, const T& low, const T& high) {
+  if (value >= low && value <= high) return;
+  std::ostringstream line;
+  line << name << ": expected a number from " << low << " to " << high << ", got " << value;
+  throw std::runtime_error(line.str());
+}
+
 /// Parameter `key`, or `fallback` where it is not set.
 /// \throws std::runtime_error with one line if it is set to another type; integers are taken for real numbers
 template <typename T>
 T param(const ros::NodeHandle& nh, const std::string& key, const T& fallback) {
   T value = fallback;
-  if (nh.hasParam(key) && !nh.getParam(key, value)) {
-    const char* expected = std::is_same_v<T, bool>          ? "true or false"
-                           : std::is_same_v<T, int>         ? "a whole number"
-                           : std::is_same_v<T, std::string> ? "a text"
-                           : std::is_same_v<T, double>      ? "a number"
-                                                            : "a list of texts";
-    throw std::runtime_error("parameter " + nh.resolveName(key) + ": expected " + expected);
-  }
+  if (nh.hasParam(key) && !nh.getParam(key, value))
+    throw std::runtime_error("parameter " + nh.resolveName(key) + ": expected " + kindOfParam<T>());
   return value;
 }
 
@@ -30,12 +44,7 @@ T param(const ros::NodeHandle& nh, const std::string& key, const T& fallback) {
 template <typename T>
 T paramIn(const ros::NodeHandle& nh, const std::string& key, const T& fallback, const T& low, const T& high) {
   const T value = param(nh, key, fallback);
-  if (!(value >= low && value <= high)) {
-    std::ostringstream line;
-    line << "parameter " << nh.resolveName(key) << ": expected a number from " << low << " to " << high
-         << ", got " << value;
-    throw std::runtime_error(line.str());
-  }
+  requireIn("parameter " + nh.resolveName(key), value, low, high);
   return value;
 }
 

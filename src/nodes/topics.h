@@ -27,6 +27,7 @@ constexpr char array_drive[] = "array/drive";
 constexpr char array_measured[] = "array/measured";
 constexpr char array_field[] = "array/field";
 constexpr char array_geometry[] = "array/geometry";
+constexpr char changes[] = "rig/changes";
 }  // namespace topic
 
 namespace frame {

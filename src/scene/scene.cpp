@@ -28,18 +28,12 @@ struct Places {
 clay::Material readMaterial(YamlMap map, const std::string& name) {
   clay::Material m;
   m.name = name;
-  m.density = map.get("density", m.density, "kg/m^3");
-  m.bulk_modulus = map.get("bulk_modulus", m.bulk_modulus, "Pa");
-  m.viscosity = map.get("viscosity", m.viscosity, "Pa s");
-  m.stiffness = map.get("stiffness", m.stiffness, "Pa");
-  m.bond_rate = map.get("bond_rate", m.bond_rate, "1/s");
-  m.unbond_rate = map.get("unbond_rate", m.unbond_rate, "1/s");
-  m.yield_strain = map.getOrInfinite("yield_strain", m.yield_strain, "a strain, or .inf");
-  m.flow_index = map.get("flow_index", m.flow_index, "a number above 0, at most 1");
-  m.relaxation_time = map.getOrInfinite("relaxation_time", m.relaxation_time, "s, or .inf");
-  m.friction = map.get("friction", m.friction, "a Coulomb coefficient");
-  m.adhesion = map.get("adhesion", m.adhesion, "Pa");
-  m.skin_friction = map.get("skin_friction", m.friction, "a Coulomb coefficient");
+  for (const clay::Coefficient& c : clay::coefficients) {
+    double& value = m.*c.value;
+    if (c.value == &clay::Material::skin_friction) value = m.friction;  // where the file does not say
+    value =
+        c.may_be_infinite ? map.getOrInfinite(c.name, value, c.meaning) : map.get(c.name, value, c.meaning);
+  }
   map.finish();
   try {
     clay::validate(m);

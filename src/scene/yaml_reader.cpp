@@ -249,9 +249,13 @@ void YamlMap::fail(const YAML::Node& where, const std::string& what) const {
   throw std::runtime_error(at(file_, where.Mark().line) + what);
 }
 
-void YamlMap::failAt(const std::string& key, const std::string& what) const {
+std::string YamlMap::placeOf(const std::string& key) const {
   const Entry* entry = find(key);
-  fail(entry == nullptr ? node_ : entry->key, what);
+  return at(file_, (entry == nullptr ? node_ : entry->key).Mark().line);
+}
+
+void YamlMap::failAt(const std::string& key, const std::string& what) const {
+  throw std::runtime_error(placeOf(key) + what);
 }
 
 /// That a value, or a part of it, is not of the kind that was expected. What has no value has no line either.

@@ -54,6 +54,8 @@ class YamlMap {
   void finish() const;
 
   [[noreturn]] void fail(const std::string& what) const { fail(node_, what); }
+  /// Where a key of the map stands, "file:line: ", for lines about it.
+  std::string placeOf(const std::string& key) const;
   /// \throws std::runtime_error with the line of a key of the map
   [[noreturn]] void failAt(const std::string& key, const std::string& what) const;
 

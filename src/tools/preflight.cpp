@@ -25,6 +25,7 @@
 
 #include "device/array_device.h"
 #include "files/input_file.h"
+#include "hand/hand_cleaner.h"
 #include "hand/hand_source.h"
 #include "hand/leap_websocket.h"
 #include "nodes/plugin.h"
@@ -34,6 +35,7 @@
 #include "scene/solids.h"
 #include "scene/yaml_reader.h"
 #include "tools/master_check.h"
+#include "tools/rig_file.h"
 #include "tools/user_paths.h"
 #include "ultrasound/array_layout.h"
 #include "ultrasound/modulation.h"
@@ -70,6 +72,7 @@ void nameFiles(Arguments& arguments) {
   };
   if (!isOfConfig(arguments["scene"])) name("scene");
   if (arguments["hands"] != "choreography" || !isOfConfig(arguments["file"])) name("file");
+  if (!arguments["rig"].empty()) name("rig");
   const std::string record = lowerCase(arguments["record"]);
   if (record == "true")
     clay::tools::requireFolderToWrite(here);
@@ -86,6 +89,7 @@ Arguments parse(int argc, char** argv) {
                          {"device", "simulated"},
                          {"hand_model", "kinematic"},
                          {"tracker_pose", ""},
+                         {"rig", ""},
                          {"url", ""}};
   for (int i = 1; i < argc; ++i)
     for (const std::string& argument : clay::tools::argumentLines(argv[i])) {
@@ -171,6 +175,8 @@ std::string checkAll(const Arguments& arguments) {
   }
   clay::scene::loadQuality(arguments.at("quality"), package);
   checkRig(package + "/config/rig.yaml");
+  if (const std::string rig = valueOf(arguments, "rig", ""); !rig.empty())
+    clay::tools::requireRigFile(rig, arguments);
   if (!arguments.at("solver").empty()) clay::clay::methodNamed(arguments.at("solver"));
   if (arguments.at("hand_model") != "kinematic" && arguments.at("hand_model") != "soft")
     throw std::runtime_error("unknown hand_model '" + arguments.at("hand_model") +
@@ -190,7 +196,7 @@ std::string checkAll(const Arguments& arguments) {
   if (!valueOf(arguments, "head_spl_cap", "").empty()) check(arguments, "head_spl_cap", 0.0, 200.0);
   check(arguments, "phase_levels", 0, 65536);
   check(arguments, "rate", 0.01, 100.0);
-  check(arguments, "prediction", 0.0, 0.02);
+  check(arguments, "prediction", 0.0, clay::hand::most_prediction);
   check(arguments, "duration", 0.0, 1e9);
   check(arguments, "substeps", 0, 1000);
   check(arguments, "iterations", 0, 1000);

@@ -21,12 +21,22 @@ bool same(const Part& known, const Instant& instant) {
 
 }  // namespace
 
+std::vector<std::string> modulationNames() {
+  std::vector<std::string> names;
+  for (const Modulation known :
+       {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal, Modulation::field})
+    names.push_back(nameOf(known));
+  return names;
+}
+
 Modulation modulation(const std::string& name) {
-  if (name == "am") return Modulation::amplitude;
-  if (name == "lateral") return Modulation::lateral;
-  if (name == "stm") return Modulation::spatiotemporal;
-  if (name == "field") return Modulation::field;
-  throw std::invalid_argument("unknown modulation '" + name + "', expected one of: am, lateral, stm, field");
+  const std::vector<std::string> names = modulationNames();
+  std::string list;
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    if (names[k] == name) return static_cast<Modulation>(k);
+    list += (k == 0 ? "" : ", ") + names[k];
+  }
+  throw std::invalid_argument("unknown modulation '" + name + "', expected one of: " + list);
 }
 
 const char* nameOf(Modulation modulation) {

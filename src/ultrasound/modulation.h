@@ -20,7 +20,9 @@ enum class Modulation : std::uint8_t {
   field = 3            // points are samples of skin: the pressure on all of it swells and fades, 200 Hz
 };
 
-/// `am`, `lateral` or `stm`, which the nodes play. \throws std::invalid_argument listing them
+/// Names of all, in the order of their numbers.
+std::vector<std::string> modulationNames();
+/// The modulation of a name. \throws std::invalid_argument listing them
 Modulation modulation(const std::string& name);
 const char* nameOf(Modulation modulation);
 

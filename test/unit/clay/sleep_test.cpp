@@ -134,6 +134,21 @@ TEST(Sleep, MovedSolidsWakeIt) {
   }
 }
 
+/// A sculpture of clay asleep, in clay that does not sleep, and woken by name: it is awake and stays where it is.
+TEST(Sleep, IsWokenByASculpture) {
+  Clay asleep = blocks(2);
+  run(asleep, 2.0);
+  ASSERT_EQ(asleep.statistics().awake, 0u);
+  const float top = asleep.particles().position.at(size - 1).z();
+  for (const bool sleeping : {false, true}) {
+    Clay clay = blocks(2, sleeping);
+    clay.restore(sleeping ? woken(asleep.sculpture()) : asleep.sculpture());
+    run(clay, 0.1);
+    EXPECT_EQ(clay.statistics().awake, 2 * size);
+    EXPECT_NEAR(clay.particles().position.at(size - 1).z(), top, 0.01 * spacing);
+  }
+}
+
 /// Saved with one block asleep and one pressed; the pressed one wakes the other in the continuation.
 TEST(Sleep, IsSaved) {
   const std::string file = testing::TempDir() + "sleep_test.clay";

@@ -198,6 +198,44 @@ TEST(SafetyGate, KeepsToALowerIntensityCap) {
   EXPECT_FALSE(gate.check(emission(point(0, 0, 0.2, 0.61)), now(), quiet).passes());
 }
 
+TEST(SafetyGate, IsTightenedWhileItRunsAndNeverMadeLessStrict) {
+  SafetyGateConfig config;
+  config.pressure_cap = 1500.0;
+  const auto of = [](double cap) {  // an instrument that tells a cap as its loudness
+    return instrument([cap](const Points&) { return Loudness{cap, 0.0, ""}; });
+  };
+  SafetyGate gate(config, of(1500.0));
+  gate.start();
+  SafetyGateConfig stricter = config;
+  stricter.pressure_cap = 1000.0;
+  stricter.stale_timeout = 0.05;
+  gate.tighten(stricter, of(1000.0));
+  EXPECT_EQ(gate.config().pressure_cap, 1000.0);
+  EXPECT_FALSE(gate.tick(0.06).passes());
+  EXPECT_TRUE(gate.check(emission(point(0, 0, 0.2)), now()).passes());  // by the new instrument
+  gate.tighten(config, of(1500.0));  // as at the start
+  EXPECT_TRUE(gate.tick(0.06).passes());
+  for (const Limit& limit : limits) {
+    SafetyGateConfig half = config;
+    half.*limit.value *= 0.5;
+    SafetyGate strict(half, of(1500.0));
+    try {
+      strict.tighten(config, of(1500.0));
+      FAIL() << limit.name;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(std::string(error.what()).find(limit.name), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("never made less strict"), std::string::npos) << error.what();
+    }
+    EXPECT_EQ(strict.config().*limit.value, half.*limit.value);
+  }
+  SafetyGateConfig wider = config;
+  wider.high.z() += 0.1;
+  EXPECT_THROW(gate.tighten(wider, of(1500.0)), std::invalid_argument);
+  SafetyGateConfig without = config;
+  without.without = {Rule::hand_lost};
+  EXPECT_THROW(gate.tighten(without, of(1500.0)), std::invalid_argument);
+}
+
 TEST_F(StartedGate, SilencesTheWholeEmissionForOneUnsafePoint) {
   Emission two = emission(point(0, 0, 0.2, 0.5, 1));
   two.points.push_back(point(0, 0, 0.9, 0.5, 2));

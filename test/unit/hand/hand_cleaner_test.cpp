@@ -284,6 +284,23 @@ TEST(HandCleaner, PredictsASteadyMotion) {
   EXPECT_LT((palmOf(out) - expected).norm(), 1e-6);
 }
 
+TEST(HandCleaner, TakesOtherNumbersWhileHandsAreThere) {
+  HandCleaner cleaner(CleanConfig{});
+  cleaned(cleaner, 0ms, {handAt(Vector3d::Zero())});
+  const Vector3d there(0.01, 0.0, 0.0);
+  const TrackedFrame smoothed = cleaned(cleaner, 10ms, {handAt(there)});
+  cleaner.configure(unfiltered());
+  const TrackedHand hand = handAt(there);
+  const TrackedFrame passed = cleaned(cleaner, 20ms, {hand});
+  EXPECT_GT((palmOf(smoothed) - hand.joints[palm].position).norm(), 1e-3);
+  EXPECT_LT((palmOf(passed) - hand.joints[palm].position).norm(), 1e-12);  // the same hand, in its place
+  EXPECT_EQ(cleaner.counts().losses, 0U);
+  CleanConfig wrong = unfiltered();
+  wrong.prediction = 0.03;
+  EXPECT_THROW(cleaner.configure(wrong), std::invalid_argument);
+  EXPECT_EQ(palmOf(cleaned(cleaner, 30ms, {hand})), palmOf(passed));
+}
+
 TEST(HandCleaner, SaysWhichNumberIsWrong) {
   const auto expectFault = [](void (*change)(CleanConfig&), const std::string& words) {
     CleanConfig config;

@@ -1,0 +1,254 @@
+#include "nodes/live_parameters.h"
+
+#include <dynamic_reconfigure/ConfigDescription.h>
+#include <tactile_clay/ParameterChange.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+#include "nodes/params.h"
+#include "nodes/topics.h"
+
+namespace tactile_clay::nodes {
+namespace {
+
+using dynamic_reconfigure::Config;
+
+/// Numbers of the groups: 0 is the node itself.
+std::vector<std::string> groupsOf(const std::vector<Setting>& settings) {
+  std::vector<std::string> groups = {""};
+  for (const Setting& setting : settings)
+    if (std::find(groups.begin(), groups.end(), setting.group) == groups.end())
+      groups.push_back(setting.group);
+  return groups;
+}
+
+template <class Parameter, typename T>
+Parameter parameter(const std::string& name, const T& value) {
+  Parameter made;
+  made.name = name;
+  made.value = value;
+  return made;
+}
+
+void add(Config& config, const std::string& name, const SettingValue& value) {
+  if (const bool* truth = std::get_if<bool>(&value))
+    config.bools.push_back(parameter<dynamic_reconfigure::BoolParameter>(name, *truth));
+  else if (const int* whole = std::get_if<int>(&value))
+    config.ints.push_back(parameter<dynamic_reconfigure::IntParameter>(name, *whole));
+  else if (const double* number = std::get_if<double>(&value))
+    config.doubles.push_back(parameter<dynamic_reconfigure::DoubleParameter>(name, *number));
+  else
+    config.strs.push_back(parameter<dynamic_reconfigure::StrParameter>(name, std::get<std::string>(value)));
+}
+
+/// A Config of one value of each setting, with the groups that they belong to.
+template <class ValueOf>
+Config configOf(const std::vector<Setting>& settings, ValueOf value_of) {
+  Config config;
+  for (const Setting& setting : settings) add(config, setting.name, value_of(setting));
+  const std::vector<std::string> groups = groupsOf(settings);
+  for (std::size_t k = 0; k < groups.size(); ++k) {
+    dynamic_reconfigure::GroupState group;
+    group.name = k == 0 ? "Default" : groups[k];
+    group.state = true;
+    group.id = static_cast<int>(k);
+    config.groups.push_back(group);
+  }
+  return config;
+}
+
+Config configOf(const std::vector<Setting>& settings, const SettingValues& values) {
+  return configOf(settings, [&](const Setting& setting) { return values.at(setting.name); });
+}
+
+/// A text of choices as rqt_reconfigure and dynparam read it, a map of Python.
+std::string editMethod(const Setting& setting) {
+  if (setting.choices.empty()) return "";
+  std::string list;
+  for (const std::string& choice : setting.choices)
+    list += (list.empty() ? "" : ", ") + ("{'name': '" + choice + "', 'type': 'str', 'value': '" + choice +
+                                          "', 'description': '', 'ctype': 'std::string'}");
+  return "{'enum': [" + list + "], 'enum_description': ''}";
+}
+
+dynamic_reconfigure::ConfigDescription descriptionOf(const std::vector<Setting>& settings) {
+  constexpr const char* types[] = {"bool", "int", "double", "str"};  // as the alternatives of SettingValue
+  dynamic_reconfigure::ConfigDescription description;
+  const std::vector<std::string> groups = groupsOf(settings);
+  for (std::size_t k = 0; k < groups.size(); ++k) {
+    dynamic_reconfigure::Group group;
+    group.name = k == 0 ? "Default" : groups[k];
+    group.id = static_cast<int>(k);
+    for (const Setting& setting : settings) {
+      if (setting.group != groups[k]) continue;
+      dynamic_reconfigure::ParamDescription told;
+      told.name = setting.name;
+      told.type = types[setting.value.index()];
+      told.description = setting.meaning;
+      told.edit_method = editMethod(setting);
+      group.parameters.push_back(told);
+    }
+    description.groups.push_back(group);
+  }
+  description.min = configOf(settings, [](const Setting& setting) { return setting.low; });
+  description.max = configOf(settings, [](const Setting& setting) { return setting.high; });
+  description.dflt = configOf(settings, [](const Setting& setting) { return setting.fallback; });
+  return description;
+}
+
+SettingValues valuesOf(const Config& config) {
+  SettingValues values;
+  for (const auto& one : config.bools) values[one.name] = static_cast<bool>(one.value);
+  for (const auto& one : config.ints) values[one.name] = static_cast<int>(one.value);
+  for (const auto& one : config.doubles) values[one.name] = one.value;
+  for (const auto& one : config.strs) values[one.name] = one.value;
+  return values;
+}
+
+/// A map in one line, with numbers that come back to the bit.
+std::string asYaml(const SettingValues& values) {
+  YAML::Emitter out;
+  out << YAML::Flow << YAML::BeginMap;
+  out.SetDoublePrecision(std::numeric_limits<double>::max_digits10);
+  for (const auto& [name, value] : values) {
+    out << YAML::Key << YAML::DoubleQuoted << name << YAML::Value;
+    if (const auto* text = std::get_if<std::string>(&value))
+      out << YAML::DoubleQuoted << *text;
+    else if (const bool* truth = std::get_if<bool>(&value))
+      out << *truth;
+    else if (const int* whole = std::get_if<int>(&value))
+      out << *whole;
+    else
+      out << std::get<double>(value);
+  }
+  out << YAML::EndMap;
+  std::string line = out.c_str();
+  std::replace(line.begin(), line.end(), '\n', ' ');  // where the emitter breaks a long map
+  return line;
+}
+
+/// Of the same kind as `example`. \throws YAML::Exception
+SettingValue valueOf(const YAML::Node& node, const SettingValue& example) {
+  return std::visit([&](const auto& kind) -> SettingValue { return node.as<std::decay_t<decltype(kind)>>(); },
+                    example);
+}
+
+}  // namespace
+
+LiveParameters::LiveParameters(ros::NodeHandle nh, ros::NodeHandle private_nh, Read read)
+    : space_(private_nh.getNamespace()), read_(std::move(read)) {
+  naming_ = [private_nh](const std::string& name) { return "parameter " + private_nh.resolveName(name); };
+  const std::string rig = nh.getNamespace();
+  node_ = space_.substr(rig.size() + (rig == "/" ? 0 : 1));
+  Settings start(private_nh);
+  const Apply apply = read_(start);
+  values_ = start.values();
+  apply();
+  // What may be asked for from now on may lie closer than what could be given at the start.
+  Settings from_now_on(naming_, values_);
+  read_(from_now_on);
+  settings_ = from_now_on.read();
+  readChanges(param<std::string>(private_nh, "changes", ""));
+
+  told_ = nh.advertise<ParameterChange>(topic::changes, 100);
+  descriptions_ =
+      private_nh.advertise<dynamic_reconfigure::ConfigDescription>("parameter_descriptions", 1, true);
+  updates_ = private_nh.advertise<Config>("parameter_updates", 1, true);
+  descriptions_.publish(descriptionOf(settings_));
+  updates_.publish(configOf(settings_, values_));
+  server_ = private_nh.advertiseService("set_parameters", &LiveParameters::reconfigure, this);
+}
+
+void LiveParameters::readChanges(const std::string& text) {
+  if (text.empty()) return;
+  try {
+    for (const YAML::Node& entry : YAML::Load(text)) {
+      const auto stamp = entry["stamp"].as<std::vector<std::uint32_t>>();
+      changes_.push_back({ros::Time(stamp.at(0), stamp.at(1)), entry["parameters"].as<std::string>()});
+    }
+  } catch (const std::exception& error) {
+    throw std::runtime_error(
+        naming_("changes") +
+        ": expected a list of {stamp: [s, ns], parameters: 'a map in YAML'}: " + error.what());
+  }
+}
+
+SettingValues LiveParameters::fromYaml(const std::string& text) const {
+  SettingValues values;
+  for (const auto& entry : YAML::Load(text)) {
+    const auto name = entry.first.as<std::string>();
+    const auto known = values_.find(name);
+    try {
+      values[name] = known == values_.end() ? SettingValue(entry.second.as<std::string>())
+                                            : valueOf(entry.second, known->second);
+    } catch (const YAML::Exception&) {
+      throw std::runtime_error(naming_(name) + ": expected " + kindOf(known->second));
+    }
+  }
+  return values;
+}
+
+// The mutex is held.
+void LiveParameters::ask(const SettingValues& values) {
+  SettingValues wanted = pending_ ? pending_->values : values_;
+  for (const auto& [name, value] : values) {
+    const auto known = wanted.find(name);
+    if (known == wanted.end()) {
+      std::string list;
+      for (const auto& one : wanted) list += (list.empty() ? "" : ", ") + one.first;
+      throw std::runtime_error(naming_(name) + " cannot change while the node runs, expected one of " + list);
+    }
+    known->second = value;
+  }
+  Settings settings(naming_, std::move(wanted));
+  Apply apply = read_(settings);
+  pending_ = Pending{settings.values(), std::move(apply)};
+}
+
+bool LiveParameters::reconfigure(dynamic_reconfigure::Reconfigure::Request& request,
+                                 dynamic_reconfigure::Reconfigure::Response& response) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  try {
+    ask(valuesOf(request.config));
+  } catch (const std::exception& error) {
+    ROS_WARN("%s: nothing is changed: %s", space_.c_str(), error.what());
+    updates_.publish(configOf(settings_, values_));  // who shows what was asked for shows what holds again
+    return false;
+  }
+  response.config = configOf(settings_, pending_->values);
+  return true;
+}
+
+void LiveParameters::begin(ros::Time stamp) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (; !changes_.empty() && changes_.front().stamp <= stamp; changes_.pop_front())
+    ask(fromYaml(changes_.front().values));
+  if (!pending_) return;
+  const Pending change = std::move(*pending_);
+  pending_.reset();
+  if (change.values == values_) return;
+  const SettingValues before = std::move(values_);
+  values_ = change.values;
+  change.apply();
+  tell(before, stamp);
+}
+
+// The mutex is held.
+void LiveParameters::tell(const SettingValues& before, ros::Time stamp) {
+  SettingValues changed;
+  for (const auto& [name, value] : values_)
+    if (before.at(name) != value) changed[name] = value;
+  ParameterChange change;
+  change.header.stamp = stamp;
+  change.node = node_;
+  change.parameters = asYaml(changed);
+  told_.publish(change);
+  updates_.publish(configOf(settings_, values_));
+  ROS_INFO("%s: changed from the frame of %u.%09u s on: %s", space_.c_str(), stamp.sec, stamp.nsec,
+           change.parameters.c_str());
+}
+
+}  // namespace tactile_clay::nodes

@@ -1,0 +1,75 @@
+#include "tools/rig_file.h"
+
+#include <regex>
+#include <set>
+#include <stdexcept>
+
+#include "nodes/array_model.h"
+#include "nodes/focal_point_renderer.h"
+#include "nodes/gated_array.h"
+#include "nodes/hand_tracking.h"
+#include "nodes/settings.h"
+#include "scene/yaml_reader.h"
+
+namespace tactile_clay::tools {
+namespace {
+
+const std::set<std::string> poses = {"tracker_pose", "array_pose"};
+const std::set<std::string> points = {"head_point", "workspace_low", "workspace_high"};
+const std::set<std::string> also_arguments = {"tracker_pose", "head_spl_cap"};  // which have no value by default
+
+/// A value as rosparam takes it, which reads 3e5 as a text.
+nodes::SettingValue valueOf(const std::string& text) {
+  static const std::regex whole("[-+]?(0|[1-9][0-9]{0,8})");
+  static const std::regex number("[-+]?([0-9]+\\.[0-9]*|\\.[0-9]+)([eE][-+][0-9]+)?");
+  if (text == "true" || text == "false") return text == "true";
+  if (std::regex_match(text, whole)) return std::stoi(text);
+  if (std::regex_match(text, number)) return std::strtod(text.c_str(), nullptr);
+  return text;
+}
+
+/// What the nodes of the rig read, as they read it.
+void readAll(nodes::Settings& settings, device::SafetyGateConfig gate) {
+  nodes::cleanConfig(settings);
+  nodes::focalPointConfig(settings);
+  nodes::modulationFrequency(settings);
+  nodes::readLimits(settings, gate);
+  nodes::ArrayModel().read(settings);
+}
+
+}  // namespace
+
+void requireRigFile(const std::string& file, const std::map<std::string, std::string>& arguments) {
+  scene::YamlMap rig = scene::loadYaml(file);
+  device::SafetyGateConfig gate;
+  gate.low = rig.vector("workspace_low", gate.low, "x y z in m");
+  gate.high = rig.vector("workspace_high", gate.high, "x y z in m");
+  rig.vector("head_point", Eigen::Vector3d::Zero(), "x y z in m");
+  nodes::SettingValues values;
+  for (const std::string& key : rig.keys()) {
+    if (arguments.count(key) > 0 && also_arguments.count(key) == 0)
+      rig.failAt(key, "'" + key + "' is an argument of the rig, expected it as " + key + ":=");
+    if (poses.count(key) > 0)
+      rig.pose(key);
+    else if (points.count(key) == 0)
+      values[key] = valueOf(rig.get<std::string>(key, "a number, true or false, or a text"));
+  }
+  nodes::Settings settings([&](const std::string& key) { return rig.placeOf(key) + "'" + key + "'"; }, values);
+  try {
+    readAll(settings, gate);
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error(file + ": " + error.what());  // what the core says knows no file
+  }
+  std::set<std::string> known = poses;
+  known.insert(points.begin(), points.end());
+  for (const nodes::Setting& setting : settings.read())
+    if (arguments.count(setting.name) == 0 || also_arguments.count(setting.name) > 0) known.insert(setting.name);
+  for (const std::string& key : rig.keys()) {
+    if (known.count(key) > 0) continue;
+    std::string list;
+    for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
+    rig.failAt(key, "unknown key '" + key + "', expected one of " + list);
+  }
+}
+
+}  // namespace tactile_clay::tools
