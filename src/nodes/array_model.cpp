@@ -13,7 +13,8 @@ ArrayModel::ArrayModel(const ros::NodeHandle& private_nh) {
 
 void ArrayModel::read(Settings& s) {
   layout = ultrasound::arrayLayouts(s.text("layout", "usx", "transducers of the array"));
-  acoustics.temperature = s.number("temperature", acoustics.temperature, -20.0, 60.0, "degrees C, of the air");
+  acoustics.temperature =
+      s.number("temperature", acoustics.temperature, -20.0, 60.0, "degrees C, of the air");
   acoustics.reference_pressure = s.number("reference_pressure", acoustics.reference_pressure, 0.01, 100.0,
                                           "Pa, of one transducer at 1 m");
   acoustics.validate();
@@ -22,11 +23,13 @@ void ArrayModel::read(Settings& s) {
   options.phase_only = s.truth("phase_only", options.phase_only, "transducers at full amplitude, or silent");
   options.peaks = s.truth("peaks", options.peaks, "each focal point is a peak of the field");
   options.phase_levels = s.whole("phase_levels", options.phase_levels, 0, 65536, "of a turn; 0: any phase");
-  options.amplitude_levels = s.whole("amplitude_levels", options.amplitude_levels, 0, 65536, "0: any amplitude");
+  options.amplitude_levels =
+      s.whole("amplitude_levels", options.amplitude_levels, 0, 65536, "0: any amplitude");
   options.max_phase_change =
       s.number("max_phase_change", options.max_phase_change, 0.0, 3.2, "rad a frame; 0: any");
   field_options.strength = s.number("field_strength", field_options.strength, 0.0, 10.0, "of a field");
-  field_options.patterns = s.whole("field_patterns", field_options.patterns, 1, 8, "of a field, that take turns");
+  field_options.patterns =
+      s.whole("field_patterns", field_options.patterns, 1, 8, "of a field, that take turns");
   field_options.evaluations =
       s.whole("field_evaluations", field_options.evaluations, 1, 10000, "of a field's solver, at most");
   field_options.phase_levels = options.phase_levels;

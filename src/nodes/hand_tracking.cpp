@@ -63,13 +63,9 @@ hand::CleanConfig cleanConfig(Settings& s) {
 
 LiveParameters::Apply HandTracking::read(Settings& settings) {
   const hand::CleanConfig config = cleanConfig(settings);
-  if (settings.running() && !cleaner_)
-    throw std::runtime_error(
-        settings.nameOf("clean") +
-        ": these hands are passed on as they come, expected clean true for filters to change");
   return [this, config] {
     const std::lock_guard<std::mutex> lock(report_mutex_);
-    if (cleaner_) cleaner_->configure(config);
+    cleaner_->configure(config);
   };
 }
 
@@ -103,9 +99,13 @@ HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
                              ": expected auto, true or false, got '" + wanted + "'");
   source_->open(options);
   is_live_ = !source_->recorded();
-  if (wanted == "true" || (wanted == "auto" && !source_->cleaned())) cleaner_.emplace(hand::CleanConfig());
-  live_ =
-      std::make_unique<LiveParameters>(nh, private_nh, [this](Settings& settings) { return read(settings); });
+  Settings filters(private_nh);
+  cleanConfig(filters);  // what is wrong is told, in use or not
+  if (wanted == "true" || (wanted == "auto" && !source_->cleaned())) {
+    cleaner_.emplace(hand::CleanConfig());
+    live_ = std::make_unique<LiveParameters>(nh, private_nh,
+                                             [this](Settings& settings) { return read(settings); });
+  }
   // The cleaner bridges what is not seen anew.
   repeats_.emplace(cleaner_ ? std::chrono::nanoseconds(0) : repeats_patience);
   if (lockstep_ && !source_->recorded())
@@ -296,7 +296,7 @@ void HandTracking::releaseHeld() {
 }
 
 void HandTracking::clean(hand::TrackedFrame& frame) {
-  live_->begin(toRos(frame.stamp));
+  if (live_) live_->begin(toRos(frame.stamp));
   const std::lock_guard<std::mutex> lock(report_mutex_);
   for (const hand::TrackedHand& hand : frame.hands) {
     auto& least = report_.confidence[static_cast<int>(hand.side)];

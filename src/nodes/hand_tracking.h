@@ -115,7 +115,7 @@ class HandTracking {
   std::atomic<unsigned> frames_{0}, hands_{0}, bad_hands_{0}, bad_fingers_{0}, repeated_hands_{0},
       repaired_stamps_{0}, faults_{0}, clock_restarts_{0};
 
-  std::unique_ptr<LiveParameters> live_;  // the filters
+  std::unique_ptr<LiveParameters> live_;  // the filters, where there are some
   Health health_;
   std::atomic<bool> stopping_{false}, stands_still_{false};
   std::thread thread_;

@@ -4,11 +4,13 @@
 #include <set>
 #include <stdexcept>
 
+#include "files/input_file.h"
 #include "nodes/array_model.h"
 #include "nodes/focal_point_renderer.h"
 #include "nodes/gated_array.h"
 #include "nodes/hand_tracking.h"
 #include "nodes/settings.h"
+#include "nodes/share.h"
 #include "scene/yaml_reader.h"
 
 namespace tactile_clay::tools {
@@ -16,7 +18,8 @@ namespace {
 
 const std::set<std::string> poses = {"tracker_pose", "array_pose"};
 const std::set<std::string> points = {"head_point", "workspace_low", "workspace_high"};
-const std::set<std::string> also_arguments = {"tracker_pose", "head_spl_cap"};  // which have no value by default
+const std::set<std::string> also_arguments = {"tracker_pose",
+                                              "head_spl_cap"};  // which have no value by default
 
 /// A value as rosparam takes it, which reads 3e5 as a text.
 nodes::SettingValue valueOf(const std::string& text) {
@@ -26,6 +29,18 @@ nodes::SettingValue valueOf(const std::string& text) {
   if (std::regex_match(text, whole)) return std::stoi(text);
   if (std::regex_match(text, number)) return std::strtod(text.c_str(), nullptr);
   return text;
+}
+
+/// Arguments of rig.launch that always have a value: it would stand for one of the file.
+std::set<std::string> argumentsOfRig() {
+  static const std::regex argument("<arg name=\"([a-z_]+)\" default=");
+  const std::string text = files::readWhole(nodes::packageFolder() + "/launch/rig.launch", files::most::text);
+  std::set<std::string> names;
+  for (auto found = std::sregex_iterator(text.begin(), text.end(), argument); found != std::sregex_iterator();
+       ++found)
+    names.insert((*found)[1]);
+  for (const std::string& name : also_arguments) names.erase(name);
+  return names;
 }
 
 /// What the nodes of the rig read, as they read it.
@@ -39,7 +54,8 @@ void readAll(nodes::Settings& settings, device::SafetyGateConfig gate) {
 
 }  // namespace
 
-void requireRigFile(const std::string& file, const std::map<std::string, std::string>& arguments) {
+void requireRigFile(const std::string& file) {
+  const std::set<std::string> arguments = argumentsOfRig();
   scene::YamlMap rig = scene::loadYaml(file);
   device::SafetyGateConfig gate;
   gate.low = rig.vector("workspace_low", gate.low, "x y z in m");
@@ -47,14 +63,15 @@ void requireRigFile(const std::string& file, const std::map<std::string, std::st
   rig.vector("head_point", Eigen::Vector3d::Zero(), "x y z in m");
   nodes::SettingValues values;
   for (const std::string& key : rig.keys()) {
-    if (arguments.count(key) > 0 && also_arguments.count(key) == 0)
+    if (arguments.count(key) > 0)
       rig.failAt(key, "'" + key + "' is an argument of the rig, expected it as " + key + ":=");
     if (poses.count(key) > 0)
       rig.pose(key);
     else if (points.count(key) == 0)
       values[key] = valueOf(rig.get<std::string>(key, "a number, true or false, or a text"));
   }
-  nodes::Settings settings([&](const std::string& key) { return rig.placeOf(key) + "'" + key + "'"; }, values);
+  nodes::Settings settings([&](const std::string& key) { return rig.placeOf(key) + "'" + key + "'"; },
+                           values);
   try {
     readAll(settings, gate);
   } catch (const std::invalid_argument& error) {
@@ -63,7 +80,7 @@ void requireRigFile(const std::string& file, const std::map<std::string, std::st
   std::set<std::string> known = poses;
   known.insert(points.begin(), points.end());
   for (const nodes::Setting& setting : settings.read())
-    if (arguments.count(setting.name) == 0 || also_arguments.count(setting.name) > 0) known.insert(setting.name);
+    if (arguments.count(setting.name) == 0) known.insert(setting.name);
   for (const std::string& key : rig.keys()) {
     if (known.count(key) > 0) continue;
     std::string list;

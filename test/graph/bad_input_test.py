@@ -148,6 +148,21 @@ class BadInput(unittest.TestCase):
             with self.subTest(argument):
                 self.expect_one_line([argument], argument.split('=')[1], words)
 
+    def test_wrong_rig_files(self):
+        for text, *words in (('tracker_pos: [0, 0, 0, 0, 0, 0]', ":2: unknown key 'tracker_pos'", 'tracker_pose'),
+                             ('tracker_pose: [0, 0, 0]', ":2: 'tracker_pose' has 3 numbers", 'roll'),
+                             ('head_point: here', ":2: 'head_point' cannot be read", 'x y z'),
+                             ('pressure_cap: -1', ":2: 'pressure_cap': expected a number from 1 to"),
+                             ('full_scale_pressure: 3e5', ":2: 'full_scale_pressure': expected a number"),
+                             ('sigma: 0', '/my_rig.yaml: ', 'sigma'),
+                             ('workspace_low: [0.3, 0, 0.1]', 'my_rig.yaml: safety gate: workspace in x'),
+                             ('max_points: 4', ":2: 'max_points' is an argument of the rig, expected it as max_points:="),
+                             ('gate_without: [hand_lost]', ":2: 'gate_without'")):
+            with self.subTest(text):
+                path = self.file('my_rig.yaml', ('temperature: 21.5\n%s\n' % text).encode())
+                self.expect_one_line(['rig:=' + path], path, *words)
+        self.expect_one_line(['rig:=nowhere.yaml'], 'nowhere.yaml')
+
     def test_roslaunch_by_itself_fails_too(self):
         code, lines = self.run_to_end(['roslaunch', 'tactile_clay', 'rig.launch', 'rviz:=false', 'scene:=sandbox'])
         self.assertGreater(code, 0)

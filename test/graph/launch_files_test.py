@@ -67,6 +67,22 @@ class LaunchFiles(unittest.TestCase):
                     self.assertEqual(config.params['/clay_simulator/scene'].value, expected_scene)
 
 
+    def test_a_rig_of_the_user_stands_for_that_of_the_package(self):
+        with tempfile.TemporaryDirectory() as folder, mock.patch.dict(os.environ, PWD=folder):
+            with open(os.path.join(folder, 'my rig.yaml'), 'w') as rig:
+                rig.write('tracker_pose: [0, 0, -0.1, 0, 0, 0]\ntemperature: 23.5\npressure_cap: 1500.0\n'
+                          'full_scale_pressure: 200000.0\nposition_beta: 50.0\nhead_spl_cap: 100.0\n')
+            params = load('rig:=my rig.yaml', 'head_spl_cap:=95').params
+            for name, expected in (('hand_tracking/tracker_pose', [0, 0, -0.1, 0, 0, 0]),
+                                   ('hand_tracking/position_beta', 50.0),
+                                   ('simulated_array/temperature', 23.5),
+                                   ('simulated_array/array_pose', [0, 0, -0.15, 0, 0, 0]),  # of the package
+                                   ('simulated_array/pressure_cap', 1500.0),
+                                   ('simulated_array/head_spl_cap', 95),
+                                   ('focal_point_renderer/full_scale_pressure', 200000.0),
+                                   ('focal_point_renderer/max_points', 8)):
+                self.assertEqual(params['/' + name].value, expected, name)
+
     def test_files_may_have_any_name(self):
         for name in ("Anna's hands", 'cost $(5)', '$(arg scene)', '$HOME', 'a; b & c', '"quoted" ~', 'G\u00e4nge', '-d', "it''s \\\\'"):
             with self.subTest(name), tempfile.TemporaryDirectory() as parent:

@@ -55,6 +55,9 @@ def config(*names):
         return file.read()
 
 
+OWN_RIG = 'temperature: 24.5\nfull_scale_pressure: 300000.0\n'
+
+
 def own_files(folder):
     """A scene of the user's own: materials beside it, by an absolute name and of the package; a mesh; a table."""
     scene = os.path.join(folder, 'mine.yaml')
@@ -82,12 +85,14 @@ class Replay(unittest.TestCase):
         cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
         files = os.path.join(cls.folder, 'files of a user')
         cls.scene = own_files(files)
+        cls.rig = os.path.join(files, 'my_rig.yaml')
+        write(cls.rig, OWN_RIG)
         cls.bag = os.path.join(cls.folder, 'run.bag')
         cls.head = subprocess.run(['git', '-C', rig_run.PACKAGE, 'rev-parse', 'HEAD'], capture_output=True, text=True,
                                   check=False)
         with rig_run.Graph() as graph:
             rig = graph.rig(dict(rig_run.LOCKSTEP, hands='bag', file=rig_run.bag('press_finger'), scene=cls.scene,
-                                 quality='fast', duration='1.6', nodelets='true', record=cls.bag),
+                                 quality='fast', duration='1.6', nodelets='true', rig=cls.rig, record=cls.bag),
                             environment={'ROS_NAMESPACE': 'lab'})
             code, words = rig.wait(150), graph.words()
         if code != 0:
@@ -138,6 +143,8 @@ class Replay(unittest.TestCase):
         self.assertEqual(told['parameters']['clay_simulator']['quality'], 'fast')
         head_point = yaml.safe_load(config('rig.yaml'))['head_point']
         self.assertEqual(told['parameters']['simulated_array']['head_point'], head_point)
+        self.assertEqual(told['parameters']['simulated_array']['temperature'], 24.5)
+        self.assertEqual(told['parameters']['focal_point_renderer']['full_scale_pressure'], 300000.0)
         self.assertEqual((told['arguments']['nodelets'], told['arguments']['scene']), ('True', self.scene))
         files = {(entry['role'], entry['name']): entry for entry in told['files']}
         self.assertFalse([entry for entry in files.values() if 'missing' in entry])
@@ -147,6 +154,7 @@ class Replay(unittest.TestCase):
         self.assertIn('adhesion: 50', files['material', 'soft.yaml']['text'])
         self.assertIn('<robot', files['urdf', 'my_table.urdf']['text'])
         self.assertIn(('mesh', 'wedge.stl'), files)
+        self.assertEqual(files['own rig', self.rig]['text'], OWN_RIG)
 
     def test_it_is_in_the_bag_before_the_first_sample(self):
         with rosbag.Bag(self.bag) as bag:

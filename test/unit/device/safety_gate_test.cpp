@@ -213,7 +213,7 @@ TEST(SafetyGate, IsTightenedWhileItRunsAndNeverMadeLessStrict) {
   EXPECT_EQ(gate.config().pressure_cap, 1000.0);
   EXPECT_FALSE(gate.tick(0.06).passes());
   EXPECT_TRUE(gate.check(emission(point(0, 0, 0.2)), now()).passes());  // by the new instrument
-  gate.tighten(config, of(1500.0));  // as at the start
+  gate.tighten(config, of(1500.0));                                     // as at the start
   EXPECT_TRUE(gate.tick(0.06).passes());
   for (const Limit& limit : limits) {
     SafetyGateConfig half = config;
