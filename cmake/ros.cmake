@@ -3,14 +3,25 @@ set(TACTILE_CLAY_ROS_COMPONENTS
   roscpp nodelet pluginlib rosbag_storage message_generation
   std_msgs std_srvs geometry_msgs sensor_msgs visualization_msgs
   diagnostic_updater dynamic_reconfigure tf2 tf2_ros tf2_eigen urdf)
-# catkin installs setup.bash and its like into the prefix that it was configured with: as a relative one, they go
-# wherever `cmake --install --prefix` says.
-set(tactile_clay_prefix ${CMAKE_INSTALL_PREFIX})
-if(CMAKE_SOURCE_DIR STREQUAL PROJECT_SOURCE_DIR)
-  set(CMAKE_INSTALL_PREFIX .)
+# catkin would install setup.bash and its like into the prefix that it was configured with. Here they go wherever
+# `cmake --install --prefix` says: they find each other beside themselves.
+if(CMAKE_SOURCE_DIR STREQUAL PROJECT_SOURCE_DIR AND NOT DEFINED CATKIN_INSTALL_INTO_PREFIX_ROOT
+   AND NOT CATKIN_BUILD_BINARY_PACKAGE AND NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr")
+  set(CATKIN_INSTALL_INTO_PREFIX_ROOT FALSE)
+  set(TACTILE_CLAY_INSTALLS_ENVIRONMENT TRUE)
 endif()
 find_package(catkin REQUIRED COMPONENTS ${TACTILE_CLAY_ROS_COMPONENTS})
-set(CMAKE_INSTALL_PREFIX ${tactile_clay_prefix})
+if(TACTILE_CLAY_INSTALLS_ENVIRONMENT)
+  # catkin makes these files.
+  #catkin_lint: ignore MISSING_FILE
+  set(generated ${CMAKE_BINARY_DIR}/catkin_generated/installspace)
+  install(PROGRAMS ${CATKIN_DEVEL_PREFIX}/_setup_util.py ${generated}/env.sh DESTINATION .)
+  foreach(shell bash sh zsh)
+    install(FILES ${generated}/setup.${shell} ${generated}/local_setup.${shell} DESTINATION .)
+  endforeach()
+  #catkin_lint: report MISSING_FILE
+  install(CODE "file(WRITE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/.catkin\" \"\")")  # a workspace
+endif()
 
 # What catkin_lint takes for errors, and is meant: several packages have no catkin config on Debian, and are found by
 # their libraries; the headers for plugins include nothing of ROS, so that who uses them needs none of these packages;
