@@ -97,10 +97,10 @@ HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
   if (wanted != "auto" && wanted != "true" && wanted != "false")
     throw std::runtime_error("parameter " + private_nh.resolveName("clean") +
                              ": expected auto, true or false, got '" + wanted + "'");
-  source_->open(options);
-  is_live_ = !source_->recorded();
   Settings filters(private_nh);
   cleanConfig(filters);  // what is wrong is told, in use or not
+  source_->open(options);
+  is_live_ = !source_->recorded();
   if (wanted == "true" || (wanted == "auto" && !source_->cleaned())) {
     cleaner_.emplace(hand::CleanConfig());
     live_ = std::make_unique<LiveParameters>(nh, private_nh,

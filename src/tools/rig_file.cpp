@@ -55,37 +55,39 @@ void readAll(nodes::Settings& settings, device::SafetyGateConfig gate) {
 }  // namespace
 
 void requireRigFile(const std::string& file) {
-  const std::set<std::string> arguments = argumentsOfRig();
   scene::YamlMap rig = scene::loadYaml(file);
-  device::SafetyGateConfig gate;
-  gate.low = rig.vector("workspace_low", gate.low, "x y z in m");
-  gate.high = rig.vector("workspace_high", gate.high, "x y z in m");
-  rig.vector("head_point", Eigen::Vector3d::Zero(), "x y z in m");
+  const auto naming = [&](const std::string& key) { return rig.placeOf(key) + "'" + key + "'"; };
+  const std::set<std::string> arguments = argumentsOfRig();
+  nodes::Settings defaults(naming, {});
+  readAll(defaults, {});
+  std::set<std::string> known = poses;
+  known.insert(points.begin(), points.end());
+  for (const nodes::Setting& setting : defaults.read())
+    if (arguments.count(setting.name) == 0) known.insert(setting.name);
+
   nodes::SettingValues values;
   for (const std::string& key : rig.keys()) {
     if (arguments.count(key) > 0)
       rig.failAt(key, "'" + key + "' is an argument of the rig, expected it as " + key + ":=");
+    if (known.count(key) == 0) {
+      std::string list;
+      for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
+      rig.failAt(key, "unknown key '" + key + "', expected one of " + list);
+    }
     if (poses.count(key) > 0)
       rig.pose(key);
     else if (points.count(key) == 0)
       values[key] = valueOf(rig.get<std::string>(key, "a number, true or false, or a text"));
   }
-  nodes::Settings settings([&](const std::string& key) { return rig.placeOf(key) + "'" + key + "'"; },
-                           values);
+  device::SafetyGateConfig gate;
+  gate.low = rig.vector("workspace_low", gate.low, "x y z in m");
+  gate.high = rig.vector("workspace_high", gate.high, "x y z in m");
+  rig.vector("head_point", Eigen::Vector3d::Zero(), "x y z in m");
+  nodes::Settings settings(naming, values);
   try {
     readAll(settings, gate);
   } catch (const std::invalid_argument& error) {
     throw std::runtime_error(file + ": " + error.what());  // what the core says knows no file
-  }
-  std::set<std::string> known = poses;
-  known.insert(points.begin(), points.end());
-  for (const nodes::Setting& setting : settings.read())
-    if (arguments.count(setting.name) == 0) known.insert(setting.name);
-  for (const std::string& key : rig.keys()) {
-    if (known.count(key) > 0) continue;
-    std::string list;
-    for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
-    rig.failAt(key, "unknown key '" + key + "', expected one of " + list);
   }
 }
 

@@ -157,7 +157,7 @@ class BadInput(unittest.TestCase):
                              ('sigma: 0', '/my_rig.yaml: ', 'sigma'),
                              ('workspace_low: [0.3, 0, 0.1]', 'my_rig.yaml: safety gate: workspace in x'),
                              ('max_points: 4', ":2: 'max_points' is an argument of the rig, expected it as max_points:="),
-                             ('gate_without: [hand_lost]', ":2: 'gate_without'")):
+                             ('gate_without: [hand_lost]', ":2: unknown key 'gate_without'")):
             with self.subTest(text):
                 path = self.file('my_rig.yaml', ('temperature: 21.5\n%s\n' % text).encode())
                 self.expect_one_line(['rig:=' + path], path, *words)
