@@ -35,7 +35,7 @@ set(CMAKE_INCLUDE_CURRENT_DIR OFF)
 
 add_message_files(DIRECTORY msg FILES
   AcousticReport.msg ArrayDrive.msg ArrayState.msg ClayStatus.msg FocalPoint.msg FocalPointArray.msg
-  ParameterChange.msg RenderingReport.msg TrackedHand.msg TrackedHands.msg)
+  ParameterChange.msg RenderingReport.msg RigNumbers.msg TrackedHand.msg TrackedHands.msg)
 add_service_files(DIRECTORY srv FILES SculptureFile.srv)
 generate_messages(DEPENDENCIES std_msgs geometry_msgs)
 
@@ -73,7 +73,7 @@ function(tactile_clay_install)
 endfunction()
 
 catkin_install_python(PROGRAMS scripts/calibrate_board scripts/describe_rig scripts/fuzz_topics scripts/record_run scripts/replay
-  scripts/show_last_messages scripts/start_when_set
+  scripts/show_moment scripts/start_when_set
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 install(FILES plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 install(DIRECTORY launch config rviz DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})

@@ -1,8 +1,11 @@
 #include "nodes/array_driver.h"
 
+#include <visualization_msgs/MarkerArray.h>
+
 #include <map>
 
 #include "device/options.h"
+#include "nodes/array_markers.h"
 #include "nodes/drive_messages.h"
 #include "nodes/params.h"
 #include "nodes/topics.h"
@@ -50,8 +53,11 @@ ArrayDriver::ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh)
   if (capabilities.layout.size() > 0) model_.layout = capabilities.layout;
   for (const std::string& remark : capabilities.remarks) ROS_WARN("%s", remark.c_str());
 
-  if (capabilities.input == device::Input::drives && param(private_nh, "publish_drive", true))
+  if (capabilities.input == device::Input::drives && param(private_nh, "publish_drive", true)) {
     drive_ = nh.advertise<ArrayDrive>(topic::array_drive, param(private_nh, "lockstep", false) ? 0 : 10);
+    geometry_ = nh.advertise<visualization_msgs::MarkerArray>(topic::array_geometry, 1, true);
+    geometry_.publish(arrayMarkers(model_.layout));
+  }
 
   GatedArray::Output output;
   output.harmless = device_->harmless();

@@ -15,7 +15,7 @@ namespace tactile_clay::nodes {
 /// texts of `~port`, `~temperature` and `~device_options`, a map or one text "key=value key=value ...".
 /// The gate judges the drive that the device will send or, where it takes points, that of the model
 /// `~layout`. `~temperature` is that of the air for both. What a device plays that takes drives goes to
-/// `array/drive` too, unless `~publish_drive` is false.
+/// `array/drive` too, and where its transducers are to `array/geometry`, unless `~publish_drive` is false.
 class ArrayDriver {
  public:
   /// \throws std::runtime_error with one line where a parameter is wrong or the device cannot be opened
@@ -31,7 +31,7 @@ class ArrayDriver {
   std::string name_;
   ArrayModel model_;
   Plugin<device::ArrayDevice> device_;
-  ros::Publisher drive_;
+  ros::Publisher drive_, geometry_;
   std::unique_ptr<GatedArray> array_;  // goes first, and silences the device
 };
 

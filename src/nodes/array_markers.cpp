@@ -2,6 +2,8 @@
 
 #include <boost/make_shared.hpp>
 #include <limits>
+#include <stdexcept>
+#include <string>
 
 #include "nodes/topics.h"
 
@@ -9,6 +11,8 @@ namespace tactile_clay::nodes {
 namespace {
 
 constexpr double board_thickness = 0.004, transducer_height = 0.007;  // m
+constexpr double direction_length = 0.004, direction_width = 0.0002;  // m
+constexpr char directions[] = "directions of the transducers";
 
 visualization_msgs::Marker marker(int id, int type, float grey) {
   visualization_msgs::Marker marker;
@@ -46,9 +50,37 @@ visualization_msgs::MarkerArrayPtr arrayMarkers(const ultrasound::ArrayLayout& l
   board.scale.x = high.x() - low.x() + 2.0 * layout.pitch;
   board.scale.y = high.y() - low.y() + 2.0 * layout.pitch;
   board.scale.z = board_thickness;
+  Marker lines = marker(2, Marker::LINE_LIST, 0.75f);
+  lines.ns = directions;
+  lines.scale.x = direction_width;
+  for (std::size_t n = 0; n < layout.size(); ++n) {
+    for (const double from_face : {-direction_length, 0.0}) {
+      const Eigen::Vector3d at = layout.position[n] + from_face * layout.normal[n];
+      geometry_msgs::Point& point = lines.points.emplace_back();
+      point.x = at.x(), point.y = at.y(), point.z = at.z();
+    }
+  }
   auto markers = boost::make_shared<visualization_msgs::MarkerArray>();
-  markers->markers = {board, transducers};
+  markers->markers = {board, transducers, lines};
   return markers;
+}
+
+ultrasound::ArrayLayout layoutOf(const visualization_msgs::MarkerArray& markers) {
+  ultrasound::ArrayLayout layout;
+  for (const visualization_msgs::Marker& marker : markers.markers) {
+    if (marker.ns != directions) continue;
+    for (std::size_t k = 0; k + 1 < marker.points.size(); k += 2) {
+      const geometry_msgs::Point &within = marker.points[k], &face = marker.points[k + 1];
+      layout.position.emplace_back(face.x, face.y, face.z);
+      const Eigen::Vector3d way = layout.position.back() - Eigen::Vector3d(within.x, within.y, within.z);
+      if (!way.allFinite() || !(way.norm() > 0.0)) throw std::runtime_error("a transducer points nowhere");
+      layout.normal.push_back(way.normalized());
+    }
+  }
+  if (layout.position.empty())
+    throw std::runtime_error("no markers '" + std::string(directions) +
+                             "', expected those that array nodes publish on array/geometry");
+  return layout;
 }
 
 }  // namespace tactile_clay::nodes

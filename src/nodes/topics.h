@@ -7,6 +7,7 @@ namespace topic {
 constexpr char hands_tracked[] = "hands/tracked";
 constexpr char hands_skin[] = "hands/skin";
 constexpr char hands_surface[] = "hands/surface";
+constexpr char hands_rendered[] = "hands/rendered";
 constexpr char hands_bones[] = "hands/bones";
 constexpr char joint_states_left[] = "hands/joint_states_left";
 constexpr char joint_states_right[] = "hands/joint_states_right";
@@ -15,6 +16,7 @@ constexpr char clay_particles[] = "clay/particles";
 constexpr char clay_contacts[] = "clay/contacts";
 constexpr char clay_surface[] = "clay/surface";
 constexpr char clay_status[] = "clay/status";
+constexpr char rig_numbers[] = "rig/numbers";
 constexpr char joint_states[] = "joint_states";
 constexpr char focal_points[] = "array/focal_points";
 constexpr char rendering[] = "array/rendering";

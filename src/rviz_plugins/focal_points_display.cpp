@@ -1,29 +1,32 @@
 #include "rviz_plugins/focal_points_display.h"
 
+#include <OgreCamera.h>
 #include <OgreEntity.h>
 #include <OgreMaterial.h>
 #include <OgreSceneManager.h>
-#include <OgreSceneNode.h>
 #include <OgreSubEntity.h>
-#include <rviz/display_context.h>
-#include <rviz/frame_manager.h>
 #include <rviz/properties/bool_property.h>
 #include <rviz/properties/color_property.h>
 #include <rviz/properties/float_property.h>
+#include <rviz/view_controller.h>
+#include <rviz/view_manager.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <pluginlib/class_list_macros.hpp>
 
-#include "nodes/frame_name.h"
+#include "rviz_plugins/label_rows.h"
 
 namespace tactile_clay::rviz_plugins {
 namespace {
 
 constexpr float beam_diameter = 0.0015f;  // m
 constexpr float beam_alpha = 0.35f;
-constexpr float text_height = 0.008f;  // m
+constexpr float text_height = 0.008f;                    // m
+constexpr float letter_width = 0.5f, row_height = 1.1f;  // of the height of the text
+constexpr float nearest = 0.01f;                         // m from the camera
 
 /// Lets a shape shine through what lies before it: focal points lie between hand and clay, hidden by both.
 void showThrough(rviz::Shape& shape) {
@@ -64,7 +67,7 @@ void FocalPointsDisplay::clear() {
 }
 
 void FocalPointsDisplay::reset() {
-  MFDClass::reset();
+  ArrayDisplay::reset();
   message_.reset();
   clear();
 }
@@ -77,18 +80,7 @@ void FocalPointsDisplay::processMessage(const tactile_clay::FocalPointArray::Con
 void FocalPointsDisplay::redraw() {
   clear();
   if (!message_) return;
-  Ogre::Vector3 position;
-  Ogre::Quaternion orientation;
-  // The array does not move: its latest pose serves frames of recordings too, whose stamps are old.
-  if (!context_->getFrameManager()->getTransform(nodes::frameName(message_->header.frame_id), ros::Time(),
-                                                 position, orientation)) {
-    setStatusStd(rviz::StatusProperty::Error, "Transform", "no transform from " + message_->header.frame_id);
-    return;
-  }
-  setStatusStd(rviz::StatusProperty::Ok, "Transform", "Transform OK");
-  scene_node_->setPosition(position);
-  scene_node_->setOrientation(orientation);
-
+  if (!place(message_->header)) return;
   for (const tactile_clay::FocalPoint& point : message_->points) {
     const float x = static_cast<float>(point.position.x), y = static_cast<float>(point.position.y),
                 z = static_cast<float>(point.position.z);
@@ -117,17 +109,44 @@ void FocalPointsDisplay::redraw() {
   }
 }
 
+/// Labels of points that the camera sees close together are stacked; the camera moves, so in every frame.
+void FocalPointsDisplay::update(float wall_dt, float ros_dt) {
+  ArrayDisplay::update(wall_dt, ros_dt);
+  const rviz::ViewController* view = context_->getViewManager()->getCurrent();
+  if (view == nullptr || labels_.empty()) return;
+  const Ogre::Camera& camera = *view->getCamera();
+  const Ogre::Vector3 up = camera.getDerivedUp(), right = camera.getDerivedRight();
+  std::vector<LabelBox> boxes, spheres;
+  std::vector<float> depths;
+  for (const Label& label : labels_) {
+    const Ogre::Vector3 at = scene_node_->convertLocalToWorldPosition(label.at) - camera.getDerivedPosition();
+    const bool flat = camera.getProjectionType() == Ogre::PT_ORTHOGRAPHIC;
+    const float depth = flat ? 1.0f : std::max(at.dotProduct(camera.getDerivedDirection()), nearest);
+    depths.push_back(depth);
+    spheres.push_back({at.dotProduct(right) / depth, (at.dotProduct(up) - label.lift) / depth,
+                       2.0f * label.lift / depth, 2.0f * label.lift / depth});
+    boxes.push_back({at.dotProduct(right) / depth, (at.dotProduct(up) + label.lift) / depth,
+                     label.width / depth, row_height * text_height / depth});
+  }
+  const std::vector<float> rises = risesOf(boxes, spheres);
+  for (std::size_t k = 0; k < labels_.size(); ++k) {
+    const Ogre::Vector3 rise = up * (labels_[k].lift + rises[k] * depths[k]);
+    labels_[k].node->setPosition(labels_[k].at + scene_node_->convertWorldToLocalDirection(rise, false));
+  }
+}
+
 void FocalPointsDisplay::label(const tactile_clay::FocalPoint& point, float diameter) {
   char words[48];
   std::snprintf(words, sizeof words, "%u: %.1f kPa", point.id, 1e-3 * static_cast<double>(point.pressure));
   Label label{scene_node_->createChildSceneNode(),
               std::make_unique<rviz::MovableText>(words, "Liberation Sans", text_height,
-                                                  Ogre::ColourValue(0.1f, 0.1f, 0.1f))};
+                                                  Ogre::ColourValue(0.1f, 0.1f, 0.1f)),
+              Ogre::Vector3(static_cast<float>(point.position.x), static_cast<float>(point.position.y),
+                            static_cast<float>(point.position.z)),
+              0.5f * diameter, letter_width * text_height * static_cast<float>(std::strlen(words))};
   label.text->setTextAlignment(rviz::MovableText::H_CENTER, rviz::MovableText::V_ABOVE);
-  label.text->setLocalTranslation(Ogre::Vector3(0.0f, 0.0f, diameter));
   label.text->showOnTop(through_->getBool());
-  label.node->setPosition(static_cast<float>(point.position.x), static_cast<float>(point.position.y),
-                          static_cast<float>(point.position.z));
+  label.node->setPosition(label.at);
   label.node->attachObject(label.text.get());
   labels_.push_back(std::move(label));
 }

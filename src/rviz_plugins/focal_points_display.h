@@ -1,12 +1,13 @@
 #pragma once
 
-#include <rviz/message_filter_display.h>
 #include <rviz/ogre_helpers/movable_text.h>
 #include <rviz/ogre_helpers/shape.h>
 #include <tactile_clay/FocalPointArray.h>
 
 #include <memory>
 #include <vector>
+
+#include "rviz_plugins/array_display.h"
 
 namespace rviz {
 class BoolProperty;
@@ -18,11 +19,13 @@ namespace tactile_clay::rviz_plugins {
 
 /// Focal points as spheres whose volume goes with intensity, each on a thin beam from the array, with its id
 /// and wanted pressure beside it.
-class FocalPointsDisplay : public rviz::MessageFilterDisplay<tactile_clay::FocalPointArray> {
+class FocalPointsDisplay : public ArrayDisplay<tactile_clay::FocalPointArray> {
   Q_OBJECT
  public:
   FocalPointsDisplay();
   ~FocalPointsDisplay() override;
+
+  void update(float wall_dt, float ros_dt) override;
 
  protected:
   void reset() override;
@@ -38,10 +41,12 @@ class FocalPointsDisplay : public rviz::MessageFilterDisplay<tactile_clay::Focal
   /// Writes beside the point, above a sphere of that diameter, m.
   void label(const tactile_clay::FocalPoint& point, float diameter);
 
-  /// Text on a node of its own, where the point is.
+  /// Text on a node of its own, above the point.
   struct Label {
     Ogre::SceneNode* node;
     std::unique_ptr<rviz::MovableText> text;
+    Ogre::Vector3 at;   // of the point, m, in the frame of the array
+    float lift, width;  // m above the point; of the text
   };
 
   std::vector<std::unique_ptr<rviz::Shape>> shapes_;

@@ -1,16 +1,11 @@
 #include "rviz_plugins/transducers_display.h"
 
-#include <OgreSceneNode.h>
-#include <rviz/display_context.h>
-#include <rviz/frame_manager.h>
 #include <rviz/properties/float_property.h>
 #include <rviz/properties/ros_topic_property.h>
 
 #include <algorithm>
 #include <cmath>
 #include <pluginlib/class_list_macros.hpp>
-
-#include "nodes/frame_name.h"
 
 namespace tactile_clay::rviz_plugins {
 namespace {
@@ -45,24 +40,24 @@ TransducersDisplay::~TransducersDisplay() {
 }
 
 void TransducersDisplay::onInitialize() {
-  MFDClass::onInitialize();
+  ArrayDisplay::onInitialize();
   cloud_ = std::make_unique<rviz::PointCloud>();
   cloud_->setRenderMode(rviz::PointCloud::RM_SPHERES);
   scene_node_->attachObject(cloud_.get());
 }
 
 void TransducersDisplay::subscribe() {
-  MFDClass::subscribe();
+  ArrayDisplay::subscribe();
   subscribeGeometry();
 }
 
 void TransducersDisplay::unsubscribe() {
-  MFDClass::unsubscribe();
+  ArrayDisplay::unsubscribe();
   geometry_subscriber_.shutdown();
 }
 
 void TransducersDisplay::reset() {
-  MFDClass::reset();
+  ArrayDisplay::reset();
   drive_.reset();
   if (cloud_) cloud_->clear();
 }
@@ -101,18 +96,8 @@ void TransducersDisplay::redraw() {
                   .arg(geometry_topic_->getTopic()));
     return;
   }
-  Ogre::Vector3 position;
-  Ogre::Quaternion orientation;
-  // The array does not move: its latest pose serves frames of recordings too, whose stamps are old.
-  if (!context_->getFrameManager()->getTransform(nodes::frameName(drive_->header.frame_id), ros::Time(),
-                                                 position, orientation)) {
-    setStatusStd(rviz::StatusProperty::Error, "Transform", "no transform from " + drive_->header.frame_id);
-    return;
-  }
-  setStatus(rviz::StatusProperty::Ok, "Transform", "Transform OK");
+  if (!place(drive_->header)) return;
   setStatus(rviz::StatusProperty::Ok, "Geometry", QString("%1 transducers").arg(places_.size()));
-  scene_node_->setPosition(position);
-  scene_node_->setOrientation(orientation);
   std::vector<rviz::PointCloud::Point> points(places_.size());
   for (std::size_t k = 0; k < points.size(); ++k) {
     if (!std::isfinite(drive_->phase[k] + drive_->amplitude[k])) continue;

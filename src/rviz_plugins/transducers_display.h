@@ -1,13 +1,14 @@
 #pragma once
 
 #include <ros/ros.h>
-#include <rviz/message_filter_display.h>
 #include <rviz/ogre_helpers/point_cloud.h>
 #include <tactile_clay/ArrayDrive.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <memory>
 #include <vector>
+
+#include "rviz_plugins/array_display.h"
 
 namespace rviz {
 class FloatProperty;
@@ -18,7 +19,7 @@ namespace tactile_clay::rviz_plugins {
 
 /// The transducers of the array, each with the colour of its phase, as bright as its amplitude; dark where
 /// silent.
-class TransducersDisplay : public rviz::MessageFilterDisplay<tactile_clay::ArrayDrive> {
+class TransducersDisplay : public ArrayDisplay<tactile_clay::ArrayDrive> {
   Q_OBJECT
  public:
   TransducersDisplay();

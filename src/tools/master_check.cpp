@@ -88,9 +88,9 @@ void requireClock(const nodes::Address& master, const Arguments& arguments) {
 }  // namespace
 
 std::vector<std::string> nodesOfRig(const Arguments& arguments) {
-  std::vector<std::string> names = {"hand_tracking",        "hand_simulator",       "clay_simulator",
-                                    "clay_surface",         "hand_surface",         "contact_pressure",
-                                    "focal_point_renderer", "robot_state_publisher"};
+  std::vector<std::string> names = {"hand_tracking",    "hand_simulator",       "clay_simulator",
+                                    "clay_surface",     "hand_surface",         "rig_numbers",
+                                    "contact_pressure", "focal_point_renderer", "robot_state_publisher"};
   names.push_back(valueOf(arguments, "device", "simulated") == "simulated" ? "simulated_array"
                                                                            : "array_driver");
   if (!valueOf(arguments, "wire", "").empty()) names.push_back("boards");

@@ -158,6 +158,19 @@ std::vector<std::complex<float>> pressuresAt(const ArrayLayout& layout, const Ac
   return pressures;
 }
 
+std::vector<float> meanAmplitudesAt(const ArrayLayout& layout, const Acoustics& acoustics,
+                                    const std::vector<Drive>& drives,
+                                    const std::vector<Eigen::Vector3f>& points) {
+  std::vector<float> amplitudes(points.size(), 0.0f);
+  if (drives.empty()) return amplitudes;
+  for (const Drive& drive : drives) {
+    const auto pressures = pressuresAt(layout, acoustics, drive, points);
+    for (std::size_t i = 0; i < points.size(); ++i) amplitudes[i] += std::norm(pressures[i]);
+  }
+  for (float& amplitude : amplitudes) amplitude = std::sqrt(amplitude / static_cast<float>(drives.size()));
+  return amplitudes;
+}
+
 double headSpl(const ArrayLayout& layout, const Acoustics& acoustics, const Drive& drive,
                const Eigen::Vector3d& head_point) {
   return soundPressureLevel(std::abs(pressureAt(layout, acoustics, drive, head_point)));

@@ -41,6 +41,13 @@ std::complex<double> pressureAt(const ArrayLayout& layout, const Acoustics& acou
 std::vector<std::complex<float>> pressuresAt(const ArrayLayout& layout, const Acoustics& acoustics,
                                              const Drive& drive, const std::vector<Eigen::Vector3f>& points);
 
+/// Amplitude of the field at many points, Pa: root of the mean square over drives that take equal turns, as
+/// the patterns of a field do. No drive: silence. Bit-identical for any number of threads.
+/// \throws std::invalid_argument if the length of a drive is not the layout's
+std::vector<float> meanAmplitudesAt(const ArrayLayout& layout, const Acoustics& acoustics,
+                                    const std::vector<Drive>& drives,
+                                    const std::vector<Eigen::Vector3f>& points);
+
 /// Sound pressure level of the drive at a person's head, dB re 20 uPa rms; 0 where silent.
 double headSpl(const ArrayLayout& layout, const Acoustics& acoustics, const Drive& drive,
                const Eigen::Vector3d& head_point);

@@ -6,12 +6,17 @@ import re
 import shutil
 import struct
 import subprocess
+import sys
 import unittest
 
 import rosbag
 import roslib.packages
+import yaml
 
 import rig_run
+
+sys.path.insert(0, os.path.join(rig_run.PACKAGE, 'test', 'emulator'))
+import acoustic_field  # noqa: E402
 
 MOMENT = '2.35'  # s into the bag; both hands knead
 WIDTH, HEIGHT = 1400, 900  # of rig.rviz: without a window manager rviz keeps the size that it was given
@@ -73,10 +78,31 @@ def differs(a, b, by=24):
     return max(abs(p - q) for p, q in zip(a, b)) > by
 
 
-class Window:
-    """rviz on a screen of its own, as scripts/rig shows it, in a graph."""
+def drawn(picture):
+    """How many pixels of a picture of rviz are not the background; 0 before it draws."""
+    if differs(picture[WIDTH - 1, HEIGHT - 1], BACKGROUND):
+        return 0
+    return len(picture.pixels(lambda color: differs(color, BACKGROUND)))
 
-    def __init__(self, graph):
+
+class Window:
+    """rviz on a screen of its own, as scripts/rig shows it, in a graph. `only`: the displays that are on, by name."""
+
+    def __init__(self, graph, only=None, camera=None, fullscreen=True, **changes):
+        config = CONFIG
+        if only is not None:
+            config = os.path.join(graph.folder, 'view.rviz')
+            with open(CONFIG) as file:
+                view = yaml.safe_load(file)
+            for display in view['Visualization Manager']['Displays']:
+                display['Enabled'] = display['Value'] = display['Name'] in only
+                display.update(changes if display['Name'] in only else {})
+            current = view['Visualization Manager']['Views']['Current']
+            current.update(Yaw=camera['yaw'], Pitch=camera['pitch'], Distance=camera['distance'])
+            current['Focal Point'] = dict(zip('XYZ', camera['focus']))
+            with open(config, 'w') as file:
+                yaml.safe_dump(view, file)
+        self.config = config
         self.graph = graph
         reading, writing = os.pipe()
         graph.start(['Xvfb', '-displayfd', str(writing), '-screen', '0', '%dx%dx24' % (WIDTH, HEIGHT), '+extension', 'GLX'],
@@ -86,7 +112,7 @@ class Window:
             self.environment = {'DISPLAY': ':' + opened.readline().strip(), 'LIBGL_ALWAYS_SOFTWARE': '1',
                                 'QT_X11_NO_MITSHM': '1', 'HOME': graph.folder, 'XDG_RUNTIME_DIR': graph.folder}
         self.log = open(os.path.join(graph.folder, 'rviz.log'), 'wb')
-        self.rviz = graph.start([roslib.packages.find_node('rviz', 'rviz')[0], '--fullscreen', '-d', CONFIG],
+        self.rviz = graph.start([roslib.packages.find_node('rviz', 'rviz')[0]] + ['--fullscreen'] * fullscreen + ['-d', config],
                                 environment=self.environment, stdout=self.log, stderr=subprocess.STDOUT)
 
     def picture(self):
@@ -112,7 +138,7 @@ class Display(unittest.TestCase):
             if not shutil.which(program):
                 raise AssertionError('%s is missing, expected the packages of scripts/setup' % program)
         cls.run_of_bag = rig_run.Run(dict(rig_run.LOCKSTEP, hands='bag', file=rig_run.bag('knead'), duration=MOMENT),
-                                     rig_run.CHAIN + ['/tf_static', '/clay/particles'])
+                                     rig_run.CHAIN + ['/tf_static', '/clay/particles', '/array/drive', '/array/geometry'])
         messages = cls.run_of_bag.messages
         cls.last = {topic: found[-1] for topic, found in messages.by_topic.items() if topic != '/tf_static'}
         frames = messages['/tf_static'][-1]
@@ -130,7 +156,7 @@ class Display(unittest.TestCase):
             window = Window(graph)
             for node in ('clay_surface', 'hand_surface'):
                 graph.start([roslib.packages.find_node('tactile_clay', node)[0]])
-            program = roslib.packages.find_node('tactile_clay', 'show_last_messages')[0]
+            program = roslib.packages.find_node('tactile_clay', 'show_moment')[0]
             for k, step in enumerate(steps):
                 topics += step
                 bag = os.path.join(graph.folder, 'step%d.bag' % k)
@@ -140,12 +166,112 @@ class Display(unittest.TestCase):
                 publisher = graph.start([program, '_bag:=' + bag])
                 before = pictures[-1] if pictures else None
                 pictures.append(window.settled(
-                    lambda picture: not differs(picture[WIDTH - 1, HEIGHT - 1], BACKGROUND) and len(picture.pixels(lambda c: differs(c, BACKGROUND))) > 5000 and
+                    lambda picture: drawn(picture) > 5000 and
                     (before is None or any(differs(picture[x, y], before[x, y]) for y in range(OVERLAY[1])
                                            for x in range(WIDTH)))))
                 pictures[-1].save(os.path.join(os.environ.get('ROS_HOME', graph.folder), 'step%d.png' % k))  # for who looks
                 graph.stop(publisher)
         return pictures
+
+    def moment(self, graph, topics):
+        """Publishes the topics' messages of the moment in a graph, latched."""
+        bag = os.path.join(graph.folder, 'moment.bag')
+        with rosbag.Bag(bag, 'w') as opened:
+            for topic in ['/tf_static'] + topics:
+                opened.write(topic, self.last[topic])
+        graph.start([roslib.packages.find_node('tactile_clay', 'show_moment')[0], '_bag:=' + bag])
+
+    def sources(self):
+        """Place and phase of each transducer for acoustic_field, and the amplitude that they have in common."""
+        drive = self.last['/array/drive']
+        self.assertLess(max(drive.amplitude) - min(drive.amplitude), 1e-5)
+        lines = next(m for m in self.last['/array/geometry'].markers if m.ns == 'directions of the transducers')
+        faces = lines.points[1::2]
+        self.assertEqual(len(faces), len(drive.phase))
+        return [(at.x, at.y, phase) for at, phase in zip(faces, drive.phase)], drive.amplitude[0]
+
+    def test_slice_of_the_sound(self):
+        """Colours of the slice through the strongest focal point, against an independent sum at the same places."""
+        full = 500.0
+        with rig_run.Graph() as graph:
+            window = Window(graph, only=('Slice of the sound',), Alpha=1, **{'Full scale': full},
+                            camera=dict(yaw=math.pi, pitch=0.05, distance=0.4, focus=(0.0, 0.0, -0.03)))
+            camera = Camera(window.config)
+            self.moment(graph, ['/array/drive', '/array/geometry', '/array/focal_points'])
+            seen = window.settled(lambda picture: drawn(picture) > 50000)
+            seen.save(os.path.join(os.environ.get('ROS_HOME', graph.folder), 'slice.png'))
+        to_world = rig_run.array_to_world(self.run_of_bag)
+        point = lambda x, y, z: type('Point', (), dict(x=x, y=y, z=z))
+        strongest = max(self.last['/array/focal_points'].points, key=lambda p: p.intensity).position
+        sources, share = self.sources()
+        stops = [(5, 5, 26), (64, 18, 115), (184, 48, 107), (247, 133, 77), (252, 245, 191)]
+        places = [(strongest.y, strongest.z)] + [(0.002 * k - 0.06, 0.05 + 0.0043 * (k % 37)) for k in range(0, 60, 3)]
+        wrong, brightest = [], 0.0
+        for y, z in places:
+            at = 4.0 * min(share * acoustic_field.pressure(sources, (strongest.x, y, z)) / full, 1.0)
+            brightest = max(brightest, at)
+            k = min(3, int(at))
+            color = [a + (at - k) * (b - a) for a, b in zip(stops[k], stops[k + 1])]
+            px, py, _ = camera.project(to_world(point(strongest.x, y, z)))
+            if all(differs(near, color, 26) for near in seen.around((px, py), 2)):
+                wrong.append((y, z, color, seen[round(px), round(py)]))
+        self.assertGreater(brightest, 2.0, 'no strong place was looked at')
+        self.assertFalse(wrong)
+
+    def test_wanted_and_given_pressure(self):
+        """Colours of the skin in hands/rendered, against an independent sum; and its picture has both colour bars."""
+        about, up = (0.0, 0.0, 0.03), (0.28, 0.0, 0.17)
+        with rig_run.Graph() as graph:
+            graph.start([roslib.packages.find_node('tactile_clay', 'hand_surface')[0]])
+            window = Window(graph, only=('Wanted and given pressure, side by side',),
+                            camera=dict(yaw=math.pi, pitch=0.12, distance=1.0, focus=(0.28, 0.0, 0.15)))
+            self.moment(graph, list(HANDS) + ['/array/drive', '/array/geometry'])
+            seen = window.settled(lambda picture: drawn(picture) > 20000)
+            camera = Camera(window.config)
+            seen.save(os.path.join(os.environ.get('ROS_HOME', graph.folder), 'rendered.png'))
+            recording = graph.record(['/hands/rendered'])
+            rig_run.wait_until(lambda: os.path.exists(recording[1] + '.active') and os.path.getsize(recording[1] + '.active') > 100000, PATIENCE, 'hands/rendered')
+            markers = graph.recorded(recording)['/hands/rendered'][-1].markers
+        bars = {m.ns: m for m in markers if m.id == 15}  # its last number
+        titles = {m.ns: m.text for m in markers if m.id == 16}
+        self.assertIn('kPa', titles['wanted'])
+        self.assertRegex(titles['given'], r'^given by the array, Pa: \d+ % error$')
+        for side in ('wanted', 'given'):
+            bar = next(m for m in markers if m.ns == side and m.id == 10)
+            height = max(p.z for p in bar.points)
+            across = [p.y for p in bar.points if p.z > height - 1e-6]
+            x, y, _ = camera.project((bar.points[0].x, 0.5 * (min(across) + max(across)), height - 0.004))
+            self.assertTrue(any(not differs(color, (105, 5, 57), 36) for color in seen.around((x, y), 4)), side)
+        # Given: skin that is bright is where the sum says so, and as bright.
+        full = float(bars['given'].text)
+        pose = next(t.transform.translation for t in self.last['/tf_static'].transforms if t.child_frame_id == 'array')
+        (sources, drive), density, speed, checked = self.sources(), 1.2041, acoustic_field.SOUND_SPEED, 0
+        for hand in (m for m in markers if m.ns == 'given' and m.id < 2 and m.points):
+            for corner, color in list(zip(hand.points, hand.colors))[::43]:
+                share = self.share_of(color)
+                if share is None:
+                    continue
+                x = about[0] - (corner.z - up[2])
+                y = corner.y - up[1] + 0.17
+                z = about[2] + (corner.x - up[0])
+                amplitude = drive * acoustic_field.pressure(sources, (x - pose.x, y - pose.y, z - pose.z))
+                given = amplitude ** 2 / (density * speed ** 2)
+                self.assertLess(abs(share - given / full), 0.04, (x, y, z))
+                checked += 1
+        self.assertGreater(checked, 20)
+
+    @staticmethod
+    def share_of(color):
+        """Share of the full scale from a colour of the scale, above the part that the skin shines through; else None."""
+        stops = [(1.0, 0.93, 0.45), (1.0, 0.62, 0.10), (0.86, 0.14, 0.16), (0.38, 0.0, 0.22)]
+        best = (1.0, None)
+        for k in range(16, 200):
+            at = 3.0 * k / 200
+            below = min(2, int(at))
+            t = at - below
+            distance = max(abs(a + t * (b - a) - c) for a, b, c in zip(stops[below], stops[below + 1], (color.r, color.g, color.b)))
+            best = min(best, (distance, k / 200))
+        return best[1] if best[0] < 0.01 else None
 
     def particles(self):
         cloud = self.last['/clay/particles']

@@ -8,6 +8,7 @@
 #include <tactile_clay/FocalPoint.h>
 #include <tactile_clay/FocalPointArray.h>
 #include <tactile_clay/RenderingReport.h>
+#include <tactile_clay/RigNumbers.h>
 #include <tactile_clay/TrackedHand.h>
 #include <tactile_clay/TrackedHands.h>
 
@@ -32,9 +33,9 @@ std::map<std::string, std::string> checkedIn() {
 TEST(Messages, HaveTheMd5OfTheCheckedInList) {
   using namespace tactile_clay;
   const std::map<std::string, std::string> compiled = {
-      entry<AcousticReport>(),  entry<ArrayDrive>(),  entry<ArrayState>(),
-      entry<ClayStatus>(),      entry<FocalPoint>(),  entry<FocalPointArray>(),
-      entry<RenderingReport>(), entry<TrackedHand>(), entry<TrackedHands>()};
+      entry<AcousticReport>(), entry<ArrayDrive>(),      entry<ArrayState>(),      entry<ClayStatus>(),
+      entry<FocalPoint>(),     entry<FocalPointArray>(), entry<RenderingReport>(), entry<RigNumbers>(),
+      entry<TrackedHand>(),    entry<TrackedHands>()};
   EXPECT_EQ(compiled, checkedIn());
 }
 

@@ -209,6 +209,24 @@ TEST(AcousticField, BatchEqualsTheDoublePrecisionSum) {
   }
 }
 
+// Patterns that take equal turns: mean squares add up, which radiation pressure goes with.
+TEST(AcousticField, MeanAmplitudeIsTheRootOfTheMeanSquare) {
+  const ArrayLayout layout = arrayLayout("usx");
+  const Acoustics air;
+  const std::vector<Drive> drives = {randomDrive(layout.size(), 1), randomDrive(layout.size(), 2),
+                                     randomDrive(layout.size(), 3)};
+  const std::vector<Eigen::Vector3f> points = {{0, 0, 0.2f}, {0.03f, -0.02f, 0.15f}, {-0.05f, 0.01f, 0.1f}};
+  const auto mean = meanAmplitudesAt(layout, air, drives, points);
+  ASSERT_EQ(mean.size(), points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    double square = 0.0;
+    for (const Drive& drive : drives)
+      square += std::norm(pressureAt(layout, air, drive, points[i].cast<double>())) / 3.0;
+    EXPECT_NEAR(static_cast<double>(mean[i]), std::sqrt(square), 0.5);  // Pa, of some hundred: single precision
+  }
+  for (const float silent : meanAmplitudesAt(layout, air, {}, points)) EXPECT_EQ(silent, 0.0f);
+}
+
 TEST(AcousticField, BatchDoesNotDependOnThreads) {
   const ArrayLayout layout = arrayLayout("usx");
   const Drive drive = randomDrive(layout.size(), 16);

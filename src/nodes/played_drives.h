@@ -1,0 +1,39 @@
+#pragma once
+
+#include <tactile_clay/ArrayDrive.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "ultrasound/acoustic_field.h"
+
+namespace tactile_clay::nodes {
+
+/// What an array plays at a time, as `array/drive` tells it: all patterns of its newest stamp; none: silence.
+class PlayedDrives {
+ public:
+  void add(const ArrayDrive& message) {
+    if (message.header.stamp != stamp_ || frame_ != message.header.frame_id) drives_.clear();
+    stamp_ = message.header.stamp;
+    frame_ = message.header.frame_id;
+    if (std::all_of(message.amplitude.begin(), message.amplitude.end(), [](float a) { return a == 0.0f; }))
+      drives_.clear();  // silence ends what was played, whatever its stamp
+    else
+      drives_.push_back({message.phase, message.amplitude});
+    if (drives_.size() > most_patterns) drives_.erase(drives_.begin());  // a latched message came again
+  }
+  void clear() { drives_.clear(); }
+
+  const std::vector<ultrasound::Drive>& drives() const { return drives_; }
+  const std::string& frame() const { return frame_; }
+
+ private:
+  static constexpr std::size_t most_patterns = 8;  // of a frame
+
+  ros::Time stamp_;
+  std::string frame_;
+  std::vector<ultrasound::Drive> drives_;
+};
+
+}  // namespace tactile_clay::nodes

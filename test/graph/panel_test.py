@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+"""Buttons and keys of the experimenter's panel: see panel.test."""
+import os
+import subprocess
+import unittest
+
+import roslib.packages
+import rosgraph
+import rospy
+from std_msgs.msg import Empty
+from std_srvs.srv import Trigger, TriggerResponse
+from tactile_clay.msg import ArrayState
+from tactile_clay.srv import SculptureFile, SculptureFileResponse
+
+import rig_run
+from display_test import PATIENCE, Window
+
+STOP_RED = (210, 40, 30)
+
+
+class Panel(unittest.TestCase):
+    def test_buttons_and_keys(self):
+        with rig_run.Graph() as graph:
+            pictures = os.environ.get('ROS_HOME', graph.folder)  # for who looks
+            os.environ.update(graph.environment)
+            rospy.init_node('panel_test', anonymous=True, disable_signals=True)
+            self.assertTrue(rosgraph.is_master_online())
+            asked = []
+            answer = lambda what, text: lambda request: asked.append((what, getattr(request, 'file', ''))) or text
+            rospy.Subscriber('array/stop', Empty, lambda _: asked.append(('stop', '')))
+            rospy.Service('array/reset', Trigger, answer('array', TriggerResponse(True, 'sounds again')))
+            rospy.Service('clay_simulator/reset', Trigger, answer('clay', TriggerResponse(True, '')))
+            rospy.Service('clay_simulator/save', SculptureFile, answer('save', SculptureFileResponse(True, 'saved')))
+            rospy.Service('clay_simulator/load', SculptureFile, answer('load', SculptureFileResponse(False, 'torn file')))
+            states = rospy.Publisher('array/state', ArrayState, queue_size=1, latch=True)
+            silent = ArrayState(device='simulated', emitting=False, silent_reason='stopped by hand')
+            rospy.Timer(rospy.Duration(0.5), lambda _: states.publish(silent))
+            window = Window(graph, fullscreen=False)
+            red = lambda picture: picture.pixels(lambda c: max(abs(a - b) for a, b in zip(c, STOP_RED)) < 6)
+            seen = window.settled(lambda picture: len(red(picture)) > 3000)
+            seen.save(os.path.join(pictures, 'panel.png'))
+            button = red(seen)
+            middle = [str(sorted(v)[len(v) // 2]) for v in zip(*button)]  # other red spots are small
+
+            def act(*words):
+                subprocess.run(['xdotool'] + list(words), check=True, timeout=PATIENCE,
+                               env=dict(os.environ, **window.environment))
+
+            def come(what):
+                rig_run.wait_until(lambda: what in [name for name, _ in asked], 30.0, what)
+            rig_run.wait_until(lambda: graph.subscribed('/array/state'), PATIENCE, 'the panel')
+            act('mousemove', middle[0], middle[1], 'click', '1')
+            come('stop')
+            asked.clear()
+            for key, what in (('F12', 'stop'), ('shift+F12', 'array'), ('F8', 'clay'), ('F5', 'save'), ('F9', 'load')):
+                act('key', key)
+                come(what)
+                rospy.rostime.wallsleep(0.5)  # its answer is shown before the next call
+            self.assertEqual([name for name, _ in asked], ['stop', 'array', 'clay', 'save', 'load'])
+            saved, loaded = asked[3][1], asked[4][1]
+            self.assertRegex(saved, r'^/.*/clay_[-_0-9]+\.clay$')
+            self.assertEqual(loaded, saved)
+            # The last line is red: the file could not be loaded.
+            after = window.settled(lambda picture: picture.rgb != seen.rgb)
+            after.save(os.path.join(pictures, 'panel_answer.png'))
+            words = after.pixels(lambda c: c[0] > 150 and c[1] < 90 and c[2] < 90 and (c[0] - c[2]) > 90)
+            self.assertTrue([at for at in words if at[1] > int(middle[1]) + 130])
+
+
+if __name__ == '__main__':
+    rig_run.main('panel')
