@@ -230,7 +230,9 @@ class Display(unittest.TestCase):
             camera = Camera(window.config)
             seen.save(os.path.join(os.environ.get('ROS_HOME', graph.folder), 'rendered.png'))
             recording = graph.record(['/hands/rendered'])
-            rig_run.wait_until(lambda: os.path.exists(recording[1] + '.active') and os.path.getsize(recording[1] + '.active') > 100000, PATIENCE, 'hands/rendered')
+            written = recording[1] + '.active'
+            rig_run.wait_until(lambda: os.path.exists(written) and os.path.getsize(written) > 100000, PATIENCE,
+                               'hands/rendered')
             markers = graph.recorded(recording)['/hands/rendered'][-1].markers
         bars = {m.ns: m for m in markers if m.id == 15}  # its last number
         titles = {m.ns: m.text for m in markers if m.id == 16}
@@ -247,7 +249,7 @@ class Display(unittest.TestCase):
         pose = next(t.transform.translation for t in self.last['/tf_static'].transforms if t.child_frame_id == 'array')
         (sources, drive), density, speed, checked = self.sources(), 1.2041, acoustic_field.SOUND_SPEED, 0
         for hand in (m for m in markers if m.ns == 'given' and m.id < 2 and m.points):
-            for corner, color in list(zip(hand.points, hand.colors))[::43]:
+            for corner, color in list(zip(hand.points, hand.colors))[::11]:
                 share = self.share_of(color)
                 if share is None:
                     continue
