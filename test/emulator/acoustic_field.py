@@ -10,7 +10,7 @@ FREQUENCY = 40000.0                                     # Hz
 SOUND_SPEED = 331.3 * math.sqrt(1.0 + 20.0 / 273.15)    # m/s, at 20 degrees C
 WAVENUMBER = 2.0 * math.pi * FREQUENCY / SOUND_SPEED    # rad/m
 RADIUS = 0.0045                                         # m
-REFERENCE = 4.0                                         # Pa m, of a transducer at full drive
+REFERENCE = 3.4                                         # Pa m, of a transducer at full drive
 ATTENUATION = 0.15                                      # Np/m
 
 
