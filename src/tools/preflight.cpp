@@ -175,8 +175,7 @@ std::string checkAll(const Arguments& arguments) {
   }
   clay::scene::loadQuality(arguments.at("quality"), package);
   checkRig(package + "/config/rig.yaml");
-  if (const std::string rig = valueOf(arguments, "rig", ""); !rig.empty())
-    clay::tools::requireRigFile(rig);
+  if (const std::string rig = valueOf(arguments, "rig", ""); !rig.empty()) clay::tools::requireRigFile(rig);
   if (!arguments.at("solver").empty()) clay::clay::methodNamed(arguments.at("solver"));
   if (arguments.at("hand_model") != "kinematic" && arguments.at("hand_model") != "soft")
     throw std::runtime_error("unknown hand_model '" + arguments.at("hand_model") +

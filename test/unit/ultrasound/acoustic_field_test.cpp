@@ -222,7 +222,8 @@ TEST(AcousticField, MeanAmplitudeIsTheRootOfTheMeanSquare) {
     double square = 0.0;
     for (const Drive& drive : drives)
       square += std::norm(pressureAt(layout, air, drive, points[i].cast<double>())) / 3.0;
-    EXPECT_NEAR(static_cast<double>(mean[i]), std::sqrt(square), 0.5);  // Pa, of some hundred: single precision
+    EXPECT_NEAR(static_cast<double>(mean[i]), std::sqrt(square),
+                0.5);  // Pa, of some hundred: single precision
   }
   for (const float silent : meanAmplitudesAt(layout, air, {}, points)) EXPECT_EQ(silent, 0.0f);
 }
