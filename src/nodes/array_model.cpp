@@ -4,6 +4,16 @@
 
 namespace tactile_clay::nodes {
 
+ultrasound::Acoustics acousticsOf(Settings& s) {
+  ultrasound::Acoustics acoustics;
+  acoustics.temperature =
+      s.number("temperature", acoustics.temperature, -20.0, 60.0, "degrees C, of the air");
+  acoustics.reference_pressure = s.number("reference_pressure", acoustics.reference_pressure, 0.01, 100.0,
+                                          "Pa, of one transducer at 1 m");
+  acoustics.validate();
+  return acoustics;
+}
+
 ArrayModel::ArrayModel(const ros::NodeHandle& private_nh) {
   Settings settings(private_nh);
   read(settings);
@@ -13,11 +23,7 @@ ArrayModel::ArrayModel(const ros::NodeHandle& private_nh) {
 
 void ArrayModel::read(Settings& s) {
   layout = ultrasound::arrayLayouts(s.text("layout", "usx", "transducers of the array"));
-  acoustics.temperature =
-      s.number("temperature", acoustics.temperature, -20.0, 60.0, "degrees C, of the air");
-  acoustics.reference_pressure = s.number("reference_pressure", acoustics.reference_pressure, 0.01, 100.0,
-                                          "Pa, of one transducer at 1 m");
-  acoustics.validate();
+  acoustics = acousticsOf(s);
   options.iterations = s.whole("solver_iterations", options.iterations, 1, 1000, "of the phase solver");
   options.method = ultrasound::phaseMethod(s.text("phase_method", "newton", "the phase solver"));
   options.phase_only = s.truth("phase_only", options.phase_only, "transducers at full amplitude, or silent");
@@ -28,8 +34,8 @@ void ArrayModel::read(Settings& s) {
   options.max_phase_change =
       s.number("max_phase_change", options.max_phase_change, 0.0, 3.2, "rad a frame; 0: any");
   field_options.strength = s.number("field_strength", field_options.strength, 0.0, 10.0, "of a field");
-  field_options.patterns =
-      s.whole("field_patterns", field_options.patterns, 1, 8, "of a field, that take turns");
+  field_options.patterns = s.whole("field_patterns", field_options.patterns, 1, ultrasound::most_patterns,
+                                   "of a field, that take turns");
   field_options.evaluations =
       s.whole("field_evaluations", field_options.evaluations, 1, 10000, "of a field's solver, at most");
   field_options.phase_levels = options.phase_levels;

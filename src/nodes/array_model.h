@@ -13,6 +13,10 @@
 
 namespace tactile_clay::nodes {
 
+/// `~temperature` and `~reference_pressure`.
+/// \throws std::runtime_error, std::invalid_argument with one line where one is wrong
+ultrasound::Acoustics acousticsOf(Settings& settings);
+
 /// The physical model of an array: its transducers, the air, the head of a person beside it.
 struct ArrayModel {
   /// Reads `~layout`, `~temperature`, `~reference_pressure`, `~head_point` (in world), `~array_pose`, and of

@@ -9,6 +9,7 @@
 #include "hand/hand_check.h"
 #include "hand/hand_shape.h"
 #include "nodes/array_markers.h"
+#include "nodes/array_model.h"
 #include "nodes/cloud.h"
 #include "nodes/color_bar.h"
 #include "nodes/conversions.h"
@@ -120,10 +121,8 @@ HandSurface::HandSurface(ros::NodeHandle nh, ros::NodeHandle private_nh)
       surfaces_{surface::CapsuleSurface(cell), surface::CapsuleSurface(cell)},
       inbox_(private_nh),
       health_(nh, private_nh, "hand surface", [this](auto& status) { diagnose(status); }) {
-  acoustics_.temperature = paramIn(private_nh, "temperature", acoustics_.temperature, -20.0, 60.0);
-  acoustics_.reference_pressure =
-      paramIn(private_nh, "reference_pressure", acoustics_.reference_pressure, 0.01, 100.0);
-  acoustics_.validate();
+  Settings settings(private_nh);
+  acoustics_ = acousticsOf(settings);
   publisher_ = nh.advertise<visualization_msgs::MarkerArray>(topic::hands_surface, 1);
   rendered_publisher_ = nh.advertise<visualization_msgs::MarkerArray>(topic::hands_rendered, 1);
   timer_ = nh.createWallTimer(ros::WallDuration(1.0 / paramIn(private_nh, "rate", 30.0, 1.0, 240.0)),
@@ -140,12 +139,11 @@ void HandSurface::subscribe(bool rendered) {
         nh_, topic::hands_pressure, 1, [this](const auto& cloud) { pressure_ = cloud, news_ = true; });
   }
   if (rendered && !drive_subscriber_) {
-    constexpr unsigned patterns = 8;  // of a frame
-    drive_subscriber_ =
-        inbox_.subscribe<ArrayDrive>(nh_, topic::array_drive, patterns, [this](const auto& message) {
-          played_.add(*message);
-          news_ = true;
-        });
+    drive_subscriber_ = inbox_.subscribe<ArrayDrive>(nh_, topic::array_drive, ultrasound::most_patterns,
+                                                     [this](const auto& message) {
+                                                       played_.add(*message);
+                                                       news_ = true;
+                                                     });
     geometry_subscriber_ = inbox_.subscribe<visualization_msgs::MarkerArray>(
         nh_, topic::array_geometry, 1, [this](const auto& markers) { layout_ = layoutOf(*markers); });
   } else if (!rendered) {

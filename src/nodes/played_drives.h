@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "ultrasound/acoustic_field.h"
+#include "ultrasound/field_solver.h"
 
 namespace tactile_clay::nodes {
 
@@ -21,7 +22,8 @@ class PlayedDrives {
       drives_.clear();  // silence ends what was played, whatever its stamp
     else
       drives_.push_back({message.phase, message.amplitude});
-    if (drives_.size() > most_patterns) drives_.erase(drives_.begin());  // a latched message came again
+    if (drives_.size() > ultrasound::most_patterns)
+      drives_.erase(drives_.begin());  // a latched message came again
   }
   void clear() { drives_.clear(); }
 
@@ -29,8 +31,6 @@ class PlayedDrives {
   const std::string& frame() const { return frame_; }
 
  private:
-  static constexpr std::size_t most_patterns = 8;  // of a frame
-
   ros::Time stamp_;
   std::string frame_;
   std::vector<ultrasound::Drive> drives_;

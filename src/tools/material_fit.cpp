@@ -211,21 +211,8 @@ std::string materialFile(const MaterialFit& fit, const std::vector<std::string>&
     text += line;
   }
   text += "# the others are of material '" + m.name + "'; bulk_modulus is ten times the stiffness at least\n";
-  const auto add = [&](const char* key, double value) {
-    text += std::string(key) + ": " + number(value) + "\n";
-  };
-  add("density", m.density);
-  add("bulk_modulus", m.bulk_modulus);
-  add("viscosity", m.viscosity);
-  add("flow_index", m.flow_index);
-  add("stiffness", m.stiffness);
-  add("yield_strain", m.yield_strain);
-  add("relaxation_time", m.relaxation_time);
-  add("bond_rate", m.bond_rate);
-  add("unbond_rate", m.unbond_rate);
-  add("friction", m.friction);
-  add("adhesion", m.adhesion);
-  add("skin_friction", m.skin_friction);
+  for (const clay::Coefficient& c : clay::coefficients)
+    text += std::string(c.name) + ": " + number(m.*c.value) + "\n";
   return text;
 }
 
