@@ -120,13 +120,14 @@ class Window:
                               env=dict(os.environ, **self.environment))
         return Picture(done.stdout) if len(done.stdout) == 3 * WIDTH * HEIGHT else None
 
-    def settled(self, condition):
-        """The picture once `condition` is true of it, and it stays the same. Raises AssertionError after `PATIENCE`."""
+    def settled(self, condition, part=lambda picture: picture.rgb):
+        """The picture once `condition` is true of it, and `part` of it stays the same. Raises AssertionError after
+        `PATIENCE`."""
         seen = [None]
 
         def still():
             before, seen[0] = seen[0], self.picture()
-            return before is not None and seen[0] is not None and before.rgb == seen[0].rgb and condition(seen[0])
+            return None not in (before, seen[0]) and part(before) == part(seen[0]) and condition(seen[0])
         rig_run.wait_until(still, PATIENCE, 'a picture that shows what it should')
         return seen[0]
 

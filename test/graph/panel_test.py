@@ -37,7 +37,8 @@ class Panel(unittest.TestCase):
             rospy.Timer(rospy.Duration(0.5), lambda _: states.publish(silent))
             window = Window(graph, fullscreen=False)
             red = lambda picture: picture.pixels(lambda c: max(abs(a - b) for a, b in zip(c, STOP_RED)) < 6)
-            seen = window.settled(lambda picture: len(red(picture)) > 3000)
+            # Beside the panel rviz shows its frames per second, which seldom stay the same on a busy machine.
+            seen = window.settled(lambda picture: len(red(picture)) > 3000, part=red)
             seen.save(os.path.join(pictures, 'panel.png'))
             button = red(seen)
             middle = [str(sorted(v)[len(v) // 2]) for v in zip(*button)]  # other red spots are small
@@ -61,10 +62,10 @@ class Panel(unittest.TestCase):
             self.assertRegex(saved, r'^/.*/clay_[-_0-9]+\.clay$')
             self.assertEqual(loaded, saved)
             # The last line is red: the file could not be loaded.
-            after = window.settled(lambda picture: picture.rgb != seen.rgb)
-            after.save(os.path.join(pictures, 'panel_answer.png'))
-            words = after.pixels(lambda c: c[0] > 150 and c[1] < 90 and c[2] < 90 and (c[0] - c[2]) > 90)
-            self.assertTrue([at for at in words if at[1] > int(middle[1]) + 130])
+            words = lambda picture: {at for at in picture.pixels(lambda c: c[0] > 150 and c[1] < 90 and c[2] < 90)
+                                     if at[1] > int(middle[1]) + 130}
+            self.assertFalse(words(seen))
+            window.settled(words, part=words).save(os.path.join(pictures, 'panel_answer.png'))
 
 
 if __name__ == '__main__':
