@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <type_traits>
 
 #include "clay/bonds.h"
 #include "lanes/lane_matrix.h"
@@ -19,21 +18,21 @@ struct Measure {
   std::size_t materials;
   const float* yield;       // J, yield stress times volume, of each material
   const float* fading;      // time over relaxation time, of each material
-  const float* fresh;       // J, Strained::square in the initial lattice, of each material
+  const float* fresh;       // J, trace of the fabric in the initial lattice, of each material
   float *share, *dilation;  // of each particle
 };
 
 /// What the bonds of a particle add up to.
 struct Strained {
   Symmetric stress;  // J, twice the stress times volume
-  Lane square;       // J, the trace of that where all bonds have a strain of one
-};
-struct StrainedFabric : Strained {
   Symmetric fabric;  // J, that stress where all bonds have a strain of one
 };
 
+TACTILE_CLAY_INLINE Lane trace(const Symmetric& a) {
+  return a.xx + a.yy + a.zz;
+}
 TACTILE_CLAY_INLINE Symmetric deviator(const Symmetric& a) {
-  const Lane mean = (a.xx + a.yy + a.zz) / 3.0f;
+  const Lane mean = trace(a) / 3.0f;
   return {a.xx - mean, a.yy - mean, a.zz - mean, a.yz, a.zx, a.xy};
 }
 TACTILE_CLAY_INLINE Lane product(const Symmetric& a, const Symmetric& b) {
@@ -42,22 +41,22 @@ TACTILE_CLAY_INLINE Lane product(const Symmetric& a, const Symmetric& b) {
 
 /// Mean strain of the bonds, without what a change of shape adds to it where more bonds point one way than
 /// another: of the strain tensor v + E whose stress T the bonds have, sum k (l n)(v + n E n)(l n)^T = T, with
-/// the fourth moments of an isotropic fabric: T = v N + 2 Q E / 15, tr T = Q v + E : N. Clay that flows on
-/// and on would keep it, by 8 % in a shear of 1.2.
-TACTILE_CLAY_INLINE Lane volumeStrain(const StrainedFabric& total) {
+/// the fourth moments of an isotropic fabric: T = v N + 2 Q E / 15, tr T = Q v + E : N, Q = tr N. Clay that
+/// flows on and on would keep it, by 8 % in a shear of 1.2.
+TACTILE_CLAY_INLINE Lane volumeStrain(const Strained& total) {
   const Symmetric &t = total.stress, &n = total.fabric;
-  const Lane per_square = total.square > 0.0f ? 1.0f / total.square : Lane{};
+  const Lane square = trace(n), per_square = square > 0.0f ? 1.0f / square : Lane{};
   const Lane scale = 7.5f * per_square * per_square;
   const Symmetric uneven = deviator(n);
-  const Lane mean = (t.xx + t.yy + t.zz) * per_square - scale * product(t, uneven);
+  const Lane mean = trace(t) * per_square - scale * product(t, uneven);
   return mean / greatest(1.0f - scale * product(uneven, uneven), all(0.5f));  // few bonds tell little
 }
 
-template <bool alike, typename Total>
-TACTILE_CLAY_INLINE Total strainedBonds(const Measure& m, std::size_t i) {
+template <bool alike>
+TACTILE_CLAY_INLINE Strained strainedBonds(const Measure& m, std::size_t i) {
   const BondRule* const rules = m.rules + m.material[i] * m.materials;
   Lane stiffness = all(rules[0].stiffness);
-  Total total{};
+  Strained total{};
   for (std::uint32_t p = m.begin[i]; p < m.end[i]; p += lane_width) {
     const Lane rest_length = load(m.rest_length + p);
     const LaneOrder bonded = rest_length > 0.0f;  // which coincident particles are not
@@ -69,54 +68,40 @@ TACTILE_CLAY_INLINE Total strainedBonds(const Measure& m, std::size_t i) {
     const LaneVector x = loadVector(m.x, m.y, m.z, p);
     const Lane length = load(m.length + p), strain = 1.0f - rest_length / length;
     addOuter(total.stress, times(bonded ? stiffness * strain : Lane{}, x), x);
-    total.square += bonded ? stiffness * (length * length) : Lane{};
-    if constexpr (std::is_same_v<Total, StrainedFabric>)
-      addOuter(total.fabric, times(bonded ? stiffness : Lane{}, x), x);
+    addOuter(total.fabric, times(bonded ? stiffness : Lane{}, x), x);
   }
   return total;
 }
 
-/// \tparam Total Strained, or StrainedFabric where a material relaxes
-template <bool alike, typename Total>
+template <bool alike>
 TACTILE_CLAY_INLINE void measure(const Measure& m, std::size_t first, std::size_t last) {
-  constexpr bool relaxes = std::is_same_v<Total, StrainedFabric>;
   for (std::size_t i = first; i < last; i += lane_width) {
-    Totals<Total> totals(last - i);
+    Totals<Strained> totals(last - i);
     Lane yield{}, kept = all(1.0f);
     for (int k = 0; k < lane_width && i + k < last; ++k) {
       yield[k] = m.yield[m.material[i + k]];
-      totals.set(k, strainedBonds<alike, Total>(m, i + k));
+      totals.set(k, strainedBonds<alike>(m, i + k));
     }
-    const Total total = totals.get();
+    const Strained total = totals.get();
     const Symmetric s = deviator(total.stress);
-    const Lane shear = s.yz * s.yz + s.zx * s.zx + s.xy * s.xy;
-    const Lane size = 0.5f * root(0.5f * (s.xx * s.xx + s.yy * s.yy + s.zz * s.zz) + shear);  // J, |s| V
-    Lane dilation = total.stress.xx + total.stress.yy + total.stress.zz;
-    dilation = total.square > 0.0f ? dilation / total.square : Lane{};
-    if constexpr (relaxes) {
-      const Lane strain = volumeStrain(total);
-      for (int k = 0; k < lane_width && i + k < last; ++k) {
-        const std::uint8_t material = m.material[i + k];
-        if (!(m.fading[material] > 0.0f)) continue;
-        kept[k] = std::exp(-m.fading[material] * std::max(total.square[k] / m.fresh[material], 1.0f));
-        dilation[k] = strain[k];
-      }
+    const Lane size = 0.5f * root(0.5f * product(s, s));  // J, |s| V
+    const Lane square = trace(total.fabric);
+    for (int k = 0; k < lane_width && i + k < last; ++k) {
+      const std::uint8_t material = m.material[i + k];
+      if (m.fading[material] > 0.0f)
+        kept[k] = std::exp(-m.fading[material] * std::max(square[k] / m.fresh[material], 1.0f));
     }
     store(m.share + i, kept * (size > yield ? yield / size : all(1.0f)));
-    store(m.dilation + i, dilation);
+    store(m.dilation + i, volumeStrain(total));
   }
 }
 TACTILE_CLAY_MULTIVERSION
 void measureAlike(const Measure m, std::size_t first, std::size_t last) {
-  measure<true, Strained>(m, first, last);
+  measure<true>(m, first, last);
 }
 TACTILE_CLAY_MULTIVERSION
 void measureMixed(const Measure m, std::size_t first, std::size_t last) {
-  measure<false, Strained>(m, first, last);
-}
-TACTILE_CLAY_MULTIVERSION
-void measureRelaxing(const Measure m, std::size_t first, std::size_t last) {
-  measure<false, StrainedFabric>(m, first, last);
+  measure<false>(m, first, last);
 }
 
 }  // namespace
@@ -144,8 +129,7 @@ void measureFlow(const Neighbourhood& near, const Particles& particles, const Bo
                   bonds.fresh().data(),
                   flow.share.data(),
                   flow.dilation.data()};
-  const bool relaxes = *std::max_element(flow.fading.begin(), flow.fading.end()) > 0.0f;
-  (relaxes ? measureRelaxing : bonds.materials() == 1 ? measureAlike : measureMixed)(m, first, last);
+  (bonds.materials() == 1 ? measureAlike : measureMixed)(m, first, last);
 }
 
 }  // namespace tactile_clay::clay
