@@ -9,6 +9,8 @@
 namespace tactile_clay::clay {
 namespace {
 
+constexpr float rounding = 1e-5f;  // of a sum that is taken in another order
+
 struct Rules {  // of eight pairs
   Lane bond_rate, unbond_rate;
 };
@@ -43,13 +45,15 @@ struct Update {
 
 /// Which pairs of particle i are bonded. \param rules with each material \param old of all particles, the
 /// rest lengths of what bonds i has, else 0 \param rest_lengths of its pairs; 0: not bonded
+/// \return m^2, the sum of their squares
 template <bool alike>
-TACTILE_CLAY_INLINE void activateBonds(const Update& u, std::size_t i, const BondRule* rules,
-                                       const float* old, float* rest_lengths) {
+TACTILE_CLAY_INLINE float activateBonds(const Update& u, std::size_t i, const BondRule* rules,
+                                        const float* old, float* rest_lengths) {
   const Lane vx = all(u.velocity[4 * i]), vy = all(u.velocity[4 * i + 1]), vz = all(u.velocity[4 * i + 2]);
   const Lane reach = all(u.reach);
   constexpr std::uint32_t first[lane_width] = {};
   Rules rule = rulesOf(rules, first);
+  Lane squares{};
   for (std::uint32_t p = u.near.begin(i); p < u.near.padded(i); p += lane_width) {
     const std::uint32_t* slots = u.near.slots() + p;
     const Lane x = load(u.near.x() + p), y = load(u.near.y() + p), z = load(u.near.z() + p);
@@ -66,42 +70,48 @@ TACTILE_CLAY_INLINE void activateBonds(const Update& u, std::size_t i, const Bon
     const Lane square = length * length, parting = opening < 0.0f ? -opening : opening;
     const LaneOrder forms = ~bonded & (length < reach) & (parting < rule.bond_rate * square);
     const LaneOrder holds = ((bonded & (parting <= rule.unbond_rate * square)) | forms) & (length > 0.0f);
-    store(rest_lengths + p, holds ? (bonded ? rest_length : length) : Lane{});
+    const Lane kept = holds ? (bonded ? rest_length : length) : Lane{};
+    store(rest_lengths + p, kept);
+    squares += kept * kept;
   }
+  return sum(squares);
 }
 
 TACTILE_CLAY_MULTIVERSION
-void activateAlike(const Update& u, std::size_t i, const BondRule* rules, const float* old,
-                   float* rest_lengths) {
-  activateBonds<true>(u, i, rules, old, rest_lengths);
+float activateAlike(const Update& u, std::size_t i, const BondRule* rules, const float* old,
+                    float* rest_lengths) {
+  return activateBonds<true>(u, i, rules, old, rest_lengths);
 }
 TACTILE_CLAY_MULTIVERSION
-void activateMixed(const Update& u, std::size_t i, const BondRule* rules, const float* old,
-                   float* rest_lengths) {
-  activateBonds<false>(u, i, rules, old, rest_lengths);
+float activateMixed(const Update& u, std::size_t i, const BondRule* rules, const float* old,
+                    float* rest_lengths) {
+  return activateBonds<false>(u, i, rules, old, rest_lengths);
 }
 
-/// Lets the rest lengths of the pairs of particle i flow. \param flow null: they do not \param bonds gets
-/// those of the particle \return their number
+/// Lets the rest lengths of the pairs of particle i flow. \param bonds gets those of the
+/// particle \return their number
 TACTILE_CLAY_MULTIVERSION
-std::uint32_t flowAndList(const Neighbourhood& near, std::size_t i, const Flow* flow, float* rest_lengths,
+std::uint32_t flowAndList(const Neighbourhood& near, std::size_t i, const Flow& flow, float* rest_lengths,
                           Bond* bonds) {
-  const Lane own_share = all(flow != nullptr ? flow->share[i] : 1.0f);
-  const Lane own_dilation = all(flow != nullptr ? flow->dilation[i] : 0.0f);
+  const Lane own_share = all(flow.share[i]), own_dilation = all(flow.dilation[i]);
+  const Lane own_stiffness = all(flow.stiffness[i]), own_before = all(flow.before[i]);
   std::uint32_t count = 0;
   for (std::uint32_t p = near.begin(i); p < near.padded(i); p += lane_width) {
     const std::uint32_t* slots = near.slots() + p;
     Lane rest_length = load(rest_lengths + p);
     const LaneOrder holds = rest_length > 0.0f;
-    if (flow != nullptr) {
-      const Lane share = 0.5f * (own_share + gatherNumbers(flow->share.data(), slots));
-      if (bits(holds & (share < 1.0f)) != 0) {
-        const Lane strain = 0.5f * (own_dilation + gatherNumbers(flow->dilation.data(), slots));
-        const Lane length = load(near.distances() + p);
-        const Lane flowed = rest_length + (1.0f - share) * (length - rest_length - strain * length);
-        rest_length = holds ? greatest(flowed, all(1e-6f) * length) : Lane{};
-        store(rest_lengths + p, rest_length);
-      }
+    const Lane share = 0.5f * (own_share + gatherNumbers(flow.share.data(), slots));
+    const Lane stiffness = own_stiffness + gatherNumbers(flow.stiffness.data(), slots);
+    const Lane before = own_before + gatherNumbers(flow.before.data(), slots);
+    const LaneOrder stiffens = before < (1.0f - rounding) * stiffness;
+    if (bits(holds & ((share < 1.0f) | stiffens)) != 0) {
+      const Lane strain = 0.5f * (own_dilation + gatherNumbers(flow.dilation.data(), slots));
+      const Lane length = load(near.distances() + p);
+      const Lane flowed = rest_length + (1.0f - share) * (length - rest_length - strain * length);
+      const Lane force_kept = stiffens ? before / stiffness : all(1.0f);
+      const Lane stiffened = length - force_kept * (length - flowed);
+      rest_length = holds ? greatest(stiffened, all(1e-6f) * length) : Lane{};
+      store(rest_lengths + p, rest_length);
     }
     const unsigned mask = bits(holds);
     storeBonds(bonds + count, slots, rest_length, mask);
@@ -113,14 +123,11 @@ std::uint32_t flowAndList(const Neighbourhood& near, std::size_t i, const Flow* 
 }  // namespace
 
 Bonds::Bonds(float spacing, const std::vector<Material>& materials)
-    : reach_(1.5f * spacing), materials_(materials.size()) {
+    : reach_(reach * spacing), materials_(materials.size()) {
   for (const Material& a : materials) {
     const double yield_stress = a.stiffness > 0.0 ? 2.0 * a.stiffness * a.yield_strain : INFINITY;
     yields_.push_back(static_cast<float>(yield_stress * std::pow(static_cast<double>(spacing), 3.0)));
-    // Of its 6 + 12 neighbours, k l^2 each.
-    fresh_.push_back(static_cast<float>(30.0 * a.stiffness * std::pow(static_cast<double>(spacing), 3.0)));
     relaxation_rates_.push_back(static_cast<float>(1.0 / a.relaxation_time));
-    flows_ = flows_ || std::isfinite(yield_stress) || std::isfinite(a.relaxation_time);
     for (const Material& b : materials) {
       const float stiffness = static_cast<float>(std::min(a.stiffness, b.stiffness) * spacing);
       rules_.push_back(
@@ -135,13 +142,20 @@ void Bonds::activate(const Neighbourhood& near, const Particles& particles, cons
   // Of each particle that this one is bonded to, the rest length. All zero between particles.
   thread_local std::vector<float> rest_length_to;
   if (rest_length_to.size() < particles.size()) rest_length_to.resize(particles.size(), 0.0f);
+  const float square = spacing() * spacing();
   const Update update{near, velocity.data(), particles.material.data(), form ? reach_ : 0.0f};
   for (std::size_t i = first; i < last; ++i) {
     const Bond* const begin = before_.bonds.data() + before_.begin[i];
     const Bond* const end = before_.bonds.data() + before_.end[i];
-    for (const Bond* b = begin; b != end; ++b) rest_length_to[b->other] = b->rest_length;
-    (materials_ == 1 ? activateAlike : activateMixed)(update, i, rules(particles.material[i]),
-                                                      rest_length_to.data(), rest_lengths_.data());
+    float squares = 0.0f;
+    for (const Bond* b = begin; b != end; ++b) {
+      rest_length_to[b->other] = b->rest_length;
+      squares += b->rest_length * b->rest_length;
+    }
+    flow_.before[i] = bondStiffness(squares / square);
+    squares = (materials_ == 1 ? activateAlike : activateMixed)(update, i, rules(particles.material[i]),
+                                                                rest_length_to.data(), rest_lengths_.data());
+    flow_.stiffness[i] = bondStiffness(squares / square);
     for (const Bond* b = begin; b != end; ++b) rest_length_to[b->other] = 0.0f;
   }
 }
@@ -150,25 +164,25 @@ void Bonds::list(const Neighbourhood& near, std::size_t first, std::size_t last)
   for (std::size_t i = first; i < last; ++i) {
     lists_.begin[i] = near.begin(i);
     lists_.end[i] = near.begin(i) +
-                    flowAndList(near, i, flow(), rest_lengths_.data(), lists_.bonds.data() + near.begin(i));
+                    flowAndList(near, i, flow_, rest_lengths_.data(), lists_.bonds.data() + near.begin(i));
   }
 }
 
 void Bonds::update(const Neighbourhood& near, const Particles& particles, const VectorField& velocity,
-                   bool form, float duration) {
+                   bool form, float duration, const std::vector<Contact>& contacts) {
   const std::size_t n = particles.size();
   std::swap(lists_, before_);
   before_.begin.resize(n, 0), before_.end.resize(n, 0);
   lists_.begin.resize(n), lists_.end.resize(n);
   lists_.bonds.resize(near.pairs()), rest_lengths_.resize(near.pairs());
-  if (flows_) {
-    flow_.resize(n);
-    flow_.fading.clear();
-    for (const float rate : relaxation_rates_) flow_.fading.push_back(duration * rate);
-  }
+  flow_.resize(n);
+  flow_.kept.clear();
+  for (const float rate : relaxation_rates_) flow_.kept.push_back(std::exp(-duration * rate));
   parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
     activate(near, particles, velocity, form, first, last);
-    if (flows_) measureFlow(near, particles, *this, first, last, flow_);
+  });
+  parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
+    measureFlow(near, particles, *this, contacts, first, last, flow_);
   });
   parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) { list(near, first, last); });
 }

@@ -40,21 +40,21 @@ class Bonds {
   /// Called before a step moves anything.
   /// \param velocity m/s, means over a time that does not depend on the time step \param form whether bonds
   /// may form \param duration s, since the last update, in which stress relaxes
+  /// \param contacts in the order of their particles
   void update(const Neighbourhood& near, const Particles& particles, const VectorField& velocity, bool form,
-              float duration = 0.0f);
+              float duration = 0.0f, const std::vector<Contact>& contacts = {});
 
   /// N/m, of a bond between two materials; 0: they do not bond
   float stiffness(std::uint8_t a, std::uint8_t b) const { return rules(a)[b].stiffness; }
   /// Of a material with each of all materials.
   const BondRule* rules(std::uint8_t material) const { return &rules_[material * materials_]; }
 
+  float spacing() const { return reach_ / reach; }  // m
   std::size_t materials() const { return materials_; }
   /// J, yield stress times the volume of a particle, of each material.
   const std::vector<float>& yields() const { return yields_; }
-  /// J, sum of k l^2 over the bonds of a particle in the initial lattice, of each material.
-  const std::vector<float>& fresh() const { return fresh_; }
-  /// How the bonds of each particle flowed in the last update; null where no material yields or relaxes.
-  const Flow* flow() const { return flows_ ? &flow_ : nullptr; }
+  /// How the bonds of each particle flowed in the last update.
+  const Flow& flow() const { return flow_; }
 
   std::size_t size() const;
   /// Bonds of particle i, in the order of its neighbours.
@@ -76,11 +76,11 @@ class Bonds {
                 std::size_t first, std::size_t last);
   void list(const Neighbourhood& near, std::size_t first, std::size_t last);
 
-  float reach_;  // m
+  static constexpr float reach = 1.5f;  // spacings, within which pairs can bond
+  float reach_;                         // m
   std::size_t materials_;
   std::vector<BondRule> rules_;
-  std::vector<float> yields_, relaxation_rates_, fresh_;
-  bool flows_ = false;
+  std::vector<float> yields_, relaxation_rates_;
   Lists lists_, before_;
   std::vector<float> rest_lengths_;
   Flow flow_;

@@ -191,7 +191,8 @@ void Clay::State::updateBonds() {
       if (ends) window_start[i] = particles.position[i];
     }
   });
-  bond_constraint.update(near, particles, mean_velocity, ends, static_cast<float>(config.timeStep()));
+  bond_constraint.update(near, particles, mean_velocity, ends, static_cast<float>(config.timeStep()),
+                         contact_constraint.contacts());
   window_steps = ends ? 1 : window_steps + 1;
 }
 

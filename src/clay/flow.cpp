@@ -10,16 +10,21 @@
 namespace tactile_clay::clay {
 namespace {
 
+constexpr float fresh = 6.0f * 1.0f + 12.0f * 2.0f;  // squares of the rest lengths in the initial lattice
+constexpr float least = fresh / 16.0f;               // that count: a lone pair is four times as stiff
+
 struct Measure {
   const std::uint32_t *begin, *end, *slot;
   const float *x, *y, *z, *length, *rest_length;  // m
   const std::uint8_t* material;                   // of each particle
   const BondRule* rules;                          // of each two materials
   std::size_t materials;
-  const float* yield;       // J, yield stress times volume, of each material
-  const float* fading;      // time over relaxation time, of each material
-  const float* fresh;       // J, trace of the fabric in the initial lattice, of each material
-  float *share, *dilation;  // of each particle
+  const float* yield;  // J, yield stress times volume, of each material
+  const float* kept;   // of the stress that relaxes, of each material
+  const std::vector<Contact>& contacts;
+  float spacing;                    // m
+  const float *stiffness, *before;  // of each particle, see Flow
+  float *share, *secant, *dilation;
 };
 
 /// What the bonds of a particle add up to.
@@ -55,43 +60,64 @@ TACTILE_CLAY_INLINE Lane volumeStrain(const Strained& total) {
 template <bool alike>
 TACTILE_CLAY_INLINE Strained strainedBonds(const Measure& m, std::size_t i) {
   const BondRule* const rules = m.rules + m.material[i] * m.materials;
-  Lane stiffness = all(rules[0].stiffness);
+  const Lane own_stiffness = all(m.stiffness[i]), own_before = all(m.before[i]);
+  Lane rule = all(rules[0].stiffness);
   Strained total{};
   for (std::uint32_t p = m.begin[i]; p < m.end[i]; p += lane_width) {
+    const std::uint32_t* slots = m.slot + p;
     const Lane rest_length = load(m.rest_length + p);
     const LaneOrder bonded = rest_length > 0.0f;  // which coincident particles are not
     if (!alike) {
       float of[lane_width];
-      for (int k = 0; k < lane_width; ++k) of[k] = rules[m.material[m.slot[p + k] / slot_size]].stiffness;
-      stiffness = load(of);
+      for (int k = 0; k < lane_width; ++k) of[k] = rules[m.material[slots[k] / slot_size]].stiffness;
+      rule = load(of);
     }
+    const Lane after = own_stiffness + gatherNumbers(m.stiffness, slots);
+    const Lane before = own_before + gatherNumbers(m.before, slots);
+    const Lane stiffness = bonded ? 0.5f * rule * (before < after ? before : after) : Lane{};
     const LaneVector x = loadVector(m.x, m.y, m.z, p);
     const Lane length = load(m.length + p), strain = 1.0f - rest_length / length;
     addOuter(total.stress, times(bonded ? stiffness * strain : Lane{}, x), x);
-    addOuter(total.fabric, times(bonded ? stiffness : Lane{}, x), x);
+    addOuter(total.fabric, times(stiffness, x), x);
   }
   return total;
 }
 
+/// Adds to a stress of the particles from `first` on what their contacts hold them with. \param contact the
+/// first one that may be theirs \return the first one that is not
+std::size_t addContacts(const std::vector<Contact>& contacts, std::size_t contact, std::size_t first,
+                        float spacing, Symmetric& stress) {
+  for (; contact < contacts.size() && contacts[contact].particle < first + lane_width; ++contact) {
+    const Contact& c = contacts[contact];
+    const std::size_t k = c.particle - first;
+    const Eigen::Vector3f f = -spacing * c.friction, &n = c.normal;
+    stress.xx[k] += 2.0f * f.x() * n.x(), stress.yz[k] += f.y() * n.z() + f.z() * n.y();
+    stress.yy[k] += 2.0f * f.y() * n.y(), stress.zx[k] += f.z() * n.x() + f.x() * n.z();
+    stress.zz[k] += 2.0f * f.z() * n.z(), stress.xy[k] += f.x() * n.y() + f.y() * n.x();
+  }
+  return contact;
+}
+
 template <bool alike>
 TACTILE_CLAY_INLINE void measure(const Measure& m, std::size_t first, std::size_t last) {
+  std::size_t contact = static_cast<std::size_t>(
+      std::lower_bound(m.contacts.begin(), m.contacts.end(), first,
+                       [](const Contact& c, std::size_t i) { return c.particle < i; }) -
+      m.contacts.begin());
   for (std::size_t i = first; i < last; i += lane_width) {
     Totals<Strained> totals(last - i);
-    Lane yield{}, kept = all(1.0f);
+    Lane yield{}, kept{};
     for (int k = 0; k < lane_width && i + k < last; ++k) {
       yield[k] = m.yield[m.material[i + k]];
+      kept[k] = m.kept[m.material[i + k]];
       totals.set(k, strainedBonds<alike>(m, i + k));
     }
     const Strained total = totals.get();
-    const Symmetric s = deviator(total.stress);
+    Symmetric s = deviator(total.stress);
+    contact = addContacts(m.contacts, contact, i, m.spacing, s);
     const Lane size = 0.5f * root(0.5f * product(s, s));  // J, |s| V
-    const Lane square = trace(total.fabric);
-    for (int k = 0; k < lane_width && i + k < last; ++k) {
-      const std::uint8_t material = m.material[i + k];
-      if (m.fading[material] > 0.0f)
-        kept[k] = std::exp(-m.fading[material] * std::max(square[k] / m.fresh[material], 1.0f));
-    }
-    store(m.share + i, kept * (size > yield ? yield / size : all(1.0f)));
+    const Lane share = kept * (size > yield ? yield / size : all(1.0f));
+    store(m.share + i, share), store(m.secant + i, share * load(m.stiffness + i));
     store(m.dilation + i, volumeStrain(total));
   }
 }
@@ -108,11 +134,16 @@ void measureMixed(const Measure m, std::size_t first, std::size_t last) {
 
 void Flow::resize(std::size_t particles) {
   const std::size_t whole_lanes = (particles + lane_width - 1) / lane_width * lane_width;
-  share.resize(whole_lanes), dilation.resize(whole_lanes);
+  for (auto* numbers : {&share, &stiffness, &before, &secant, &dilation}) numbers->resize(whole_lanes);
 }
 
-void measureFlow(const Neighbourhood& near, const Particles& particles, const Bonds& bonds, std::size_t first,
-                 std::size_t last, Flow& flow) {
+float bondStiffness(float squares) {
+  const float ratio = std::max(squares, least) / fresh;
+  return 1.0f / (ratio < 1.0f ? std::sqrt(ratio) : ratio);
+}
+
+void measureFlow(const Neighbourhood& near, const Particles& particles, const Bonds& bonds,
+                 const std::vector<Contact>& contacts, std::size_t first, std::size_t last, Flow& flow) {
   const Measure m{near.begins(),
                   near.paddeds(),
                   near.slots(),
@@ -125,9 +156,13 @@ void measureFlow(const Neighbourhood& near, const Particles& particles, const Bo
                   bonds.rules(0),
                   bonds.materials(),
                   bonds.yields().data(),
-                  flow.fading.data(),
-                  bonds.fresh().data(),
+                  flow.kept.data(),
+                  contacts,
+                  bonds.spacing(),
+                  flow.stiffness.data(),
+                  flow.before.data(),
                   flow.share.data(),
+                  flow.secant.data(),
                   flow.dilation.data()};
   (bonds.materials() == 1 ? measureAlike : measureMixed)(m, first, last);
 }

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "clay/contact.h"
 #include "clay/neighbourhood.h"
 #include "clay/particles.h"
 
@@ -20,19 +21,37 @@ class Bonds;
 /// forgotten, so flow keeps volume. A bond takes the mean of its two ends.
 ///
 /// Where the material has a relaxation time t_r, stress fades below the yield, too (Maxwell): `share` is less
-/// by exp(-t / t_r) in a time t. Worked clay has more bonds than the initial lattice, up to 2.6 times as
-/// stiff, and relaxes as much faster, so that its viscosity E t_r stays.
+/// by exp(-t / t_r) in a time t.
+///
+/// What an obstacle holds a particle with, the friction f of its contact of normal n, counts beside its
+/// bonds, as a pull at half a spacing: -1/(2 V) d/2 (f n^T + n f^T). So clay that sticks to a wall yields
+/// there as in its inside.
+///
+/// Worked clay has more bonds than the initial lattice, up to 2.6 times their sum k l^2, and a particle at a
+/// surface has less of that, but no more or less clay. So the bonds of a particle are softer by what they
+/// have too much, and stiffer by the root of what they lack: of the bonds that a surface takes away half
+/// matters, since no stress crosses a free surface. A bar of any number of columns then has the Young's
+/// modulus of the material. It is their rest lengths that count, so that this changes only with bonds and
+/// flow. Where it does, a bond that gets stiffer keeps its force, one that gets softer its elongation:
+/// neither gains energy.
 struct Flow {
-  std::vector<float> share;     // of the elongations; 1: does not flow
-  std::vector<float> dilation;  // a third of the strain of the volume, as bonds tell it
-  std::vector<float> fading;    // time of the last step over the relaxation time, of each material
+  std::vector<float> share;      // of the elongations; 1: does not flow
+  std::vector<float> stiffness;  // of its bonds, over that of their rule
+  std::vector<float> before;     // that of the bonds that were there before any formed or broke
+  std::vector<float> secant;     // stiffness times share, see Potential
+  std::vector<float> dilation;   // a third of the strain of the volume, as bonds tell it
+  std::vector<float> kept;       // of the stress that relaxes, exp(-t / t_r), of each material
 
   void resize(std::size_t particles);
 };
 
-/// Measures it of particles [first, last), for the rest lengths that the bonds have and the `fading` of the
-/// flow.
-void measureFlow(const Neighbourhood& near, const Particles& particles, const Bonds& bonds, std::size_t first,
-                 std::size_t last, Flow& flow);
+/// Stiffness of the bonds of a particle over that of their rule. \param squares of their rest lengths, the
+/// sum, in spacings
+float bondStiffness(float squares);
+
+/// Measures share, secant and dilation of particles [first, last), for the rest lengths of the bonds and the
+/// other numbers of the flow, of all particles. \param contacts in the order of their particles
+void measureFlow(const Neighbourhood& near, const Particles& particles, const Bonds& bonds,
+                 const std::vector<Contact>& contacts, std::size_t first, std::size_t last, Flow& flow);
 
 }  // namespace tactile_clay::clay

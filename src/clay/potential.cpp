@@ -159,7 +159,7 @@ struct Setup {
   const float* dashpot;      // N/m^3, of a displacement in the step, for each two materials
   const Bonds* bonds;        // or null
   const float* rest_length;  // of the bonds, per pair
-  const float* share;        // of the elongations that is left, see Flow; or null
+  const float* secant;       // of the stiffness of the bonds of each particle, see Flow; or null
   bool dense, sprung;
   float *x, *y, *z, *spring;         // per pair, see PairArrays
   float *ratio, *amend, *steepness;  // per particle
@@ -230,7 +230,7 @@ TACTILE_CLAY_INLINE void linearise(const Setup s, std::size_t first, std::size_t
     const float* dashpots = s.dashpot + s.material[i] * s.materials;
     const BondRule* rules = s.bonds != nullptr ? s.bonds->rules(s.material[i]) : nullptr;
     Lane damping = all(dashpots[0]), stiffness = all(rules != nullptr ? rules->stiffness : 0.0f);
-    const Lane own_share = all(s.share != nullptr ? s.share[i] : 1.0f);
+    const Lane own_secant = all(rules != nullptr ? s.secant[i] : 0.0f);
     LaneVector forces{};
     Lane guessed{}, lag{};
     for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.end[i]; p += lane_width) {
@@ -264,10 +264,8 @@ TACTILE_CLAY_INLINE void linearise(const Setup s, std::size_t first, std::size_t
           const Lane kept = load(s.rest_length + p);
           // What flowed after the last step flows on in this one: its elongation shrinks again, and it is as
           // much less stiff (the secant of its force), so that it stores no more at u = 0 than it did.
-          const Lane share =
-              0.5f *
-              (own_share + (s.share != nullptr ? gatherNumbers(s.share, s.pairs.slot + p) : all(1.0f)));
-          const Lane bond = (kept > 0.0f ? share * stiffness : Lane{}) * inverse_square;
+          const Lane secant = 0.5f * (own_secant + gatherNumbers(s.secant, s.pairs.slot + p));
+          const Lane bond = (kept > 0.0f ? secant * stiffness : Lane{}) * inverse_square;
           spring += bond, push += bond * (kept - start);
         }
         const Lane per_compression = greatest(square, shortest) * inverse;
@@ -342,7 +340,6 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
   for (auto* numbers : {&excess_, &beyond_, &ratio_, &active_, &pressure_, &amend_, &steepness_, &growth_,
                         &compression_, &lent_, &pressure_change_})
     numbers->resize(n);
-  const Flow* const flow = bonds != nullptr ? bonds->flow() : nullptr;
   const Setup setup{
       {near.begins(), near.paddeds(), near.slots(), near.x(), near.y(), near.z(), near.distances()},
       kernel_,
@@ -354,7 +351,7 @@ void Potential::begin(const Neighbourhood& near, const Particles& particles, con
       dashpot_of_step_.data(),
       bonds,
       bonds != nullptr ? bonds->restLengths().data() : nullptr,
-      flow != nullptr ? flow->share.data() : nullptr,
+      bonds != nullptr ? bonds->flow().secant.data() : nullptr,
       dense_,
       sprung_,
       x_.data(),

@@ -57,6 +57,25 @@ void forPairsWithin(double h, const Vectors& x, const F& f) {
   }
 }
 
+/// How stiff the bonds of each particle are, over E d: what makes sum k l^2 over their rest lengths, of a
+/// neighbourhood that has them all, 30 E d^3; half as much of what a surface takes away. \param before the
+/// step, in which rest lengths of old bonds are looked up \param bonds those of the step
+inline std::vector<double> bondStiffness(const Sculpture& before, const Sculpture& bonds) {
+  std::vector<double> stiffness;
+  for (std::size_t i = 0; i < before.position.size(); ++i) {
+    double squares = 0.0;
+    for (std::uint32_t b = bonds.bond_begin[i]; b < bonds.bond_begin[i + 1]; ++b) {
+      double length = bonds.bonds[b].rest_length;
+      for (std::uint32_t a = before.bond_begin[i]; a < before.bond_begin[i + 1]; ++a)
+        if (before.bonds[a].other == bonds.bonds[b].other) length = before.bonds[a].rest_length;
+      squares += length * length;
+    }
+    const double ratio = std::max(squares / (30.0 * before.spacing * before.spacing), 1.0 / 16.0);
+    stiffness.push_back(1.0 / (ratio < 1.0 ? std::sqrt(ratio) : ratio));
+  }
+  return stiffness;
+}
+
 /// Displacements of the step that begins as in `before`, without contacts: conjugate gradients,
 /// preconditioned by mass; which particles are compressed is looked at anew every `a_round` iterations.
 /// \param bonds those of the step \param iterations at most; it ends where all forces are in balance, to
@@ -89,6 +108,7 @@ inline Vectors referenceStep(const Sculpture& before, const Sculpture& bonds, co
   });
   for (double& a : amend) a = 1.0 / std::max(a, 0.25);
 
+  const std::vector<double> share_of_bonds = bondStiffness(before, bonds);
   std::vector<ReferencePair> pairs;
   forPairsWithin(h, x, [&](std::size_t i, std::size_t j) {
     ReferencePair pair{i, j, x[i] - x[j], 0.0, 0.0, 0.0};
@@ -100,7 +120,7 @@ inline Vectors referenceStep(const Sculpture& before, const Sculpture& bonds, co
     double spring = 0.0, rest = 0.0;
     for (std::uint32_t b = bonds.bond_begin[i]; b < bonds.bond_begin[i + 1]; ++b) {
       if (bonds.bonds[b].other != j) continue;
-      spring = material.stiffness * spacing / (r * r);
+      spring = material.stiffness * spacing / (r * r) * 0.5 * (share_of_bonds[i] + share_of_bonds[j]);
       rest = bonds.bonds[b].rest_length;
     }
     const double start = length + along / r;  // the length at u = 0, linear about the guess

@@ -191,10 +191,14 @@ struct Bar {
     return stress();
   }
   double stress() const { return Plates::force(clay).z() / (width * width); }
-  /// Of the clay, which may have left the plate.
-  double clayStrain() const {
-    const auto [low, high] = extent(clay.particles(), Eigen::Vector3d::UnitZ());
-    return 1.0 - (high - low) / gap;
+  /// Of the clay, which may have left the plate, and may lean a little then: between the middles of its ends.
+  double clayStrain() const { return 1.0 - (meanHeight(layers - 1) - meanHeight(0)) / gap; }
+  double meanHeight(int layer) const {
+    const int number = columns * columns;
+    double sum = 0.0;
+    for (int i = layer * number; i < (layer + 1) * number; ++i)
+      sum += static_cast<double>(clay.particles().position.at(i).z());
+    return sum / number;
   }
 
   int columns, layers;
@@ -206,14 +210,13 @@ struct Bar {
 class Stiffness : public ::testing::TestWithParam<Resolution> {};
 
 /// Springs E d to 6 + 12 neighbours are an isotropic solid of Lame's lambda = mu = E, so of Young's modulus
-/// 5/2 E. A bar of N columns a side lacks diagonals there, f = 1 - 1 / N of them are left: counted, Young's
-/// modulus is (1 + 2 f - f / (1 + f)) E. Without the density term, which would add to it. Within 3 %.
+/// 5/2 E, and a bar lacks none of it where its surface lacks bonds. Without the density term, which would add
+/// to it. Within 3 %.
 TEST_P(Stiffness, GivesYoungsModulus) {
   Material springs = Bar::slippery(INFINITY);
   springs.bulk_modulus = 0.0;
   Bar bar(GetParam(), springs);
-  const double young = bar.pressTo(0.01) / 0.01, f = 1.0 - 1.0 / bar.columns;
-  const double expected = (1.0 + 2.0 * f - f / (1.0 + f)) * springs.stiffness;
+  const double young = bar.pressTo(0.01) / 0.01, expected = 2.5 * springs.stiffness;
   EXPECT_NEAR(young, expected, 0.03 * expected);
 }
 
@@ -291,11 +294,13 @@ double yieldStress(const Material& m) {
 }
 
 /// Clay flows at tau_y = 2 E y, whether fresh or worked, and viscosity adds eta times the rate (Bingham).
-/// Within 10 %, at two rates.
+/// Within 10 %, at two rates. Its modulus is a hundred times its yield stress, as that of clays: the formula
+/// is for small elastic strains. Those of clay ten times as soft turn with the flow, and normal stresses take
+/// a share of the yield.
 TEST_P(Yield, StressOfShearedClay) {
   for (const double rate : {1.0, 4.0}) {
-    Material m = sticking(50.0, 1e5);
-    m.yield_strain = 0.05;
+    Material m = sticking(50.0, 1e6);
+    m.yield_strain = 0.005, m.bulk_modulus = 1e7;
     SimpleShear shear(GetParam(), m, rate);
     const double yield_stress = yieldStress(m), viscous = m.viscosity * rate;
     shear.shearTo(0.2);

@@ -150,7 +150,7 @@ TEST_F(SculptureTest, FuzzedFilesAreRefusedOrHarmless) {
                                           std::string("\0\0\0\0\1\0\0\0", 8),
                                           std::string("\x28\x6b\x6e\x4e", 4)};
   int refused = 0, taken = 0;
-  for (int round = 0; round < 300; ++round) {
+  for (int round = 0; round < 400; ++round) {
     std::string damaged = whole;
     for (std::size_t change = 0, changes = 1 + below(4); change < changes; ++change) {
       const std::string& bad = worst[below(worst.size())];
