@@ -31,6 +31,7 @@ struct Measure {
 struct Strained {
   Symmetric stress;  // J, twice the stress times volume
   Symmetric fabric;  // J, that stress where all bonds have a strain of one
+  LaneVector pull;   // N, of the bonds on the particle
 };
 
 TACTILE_CLAY_INLINE Lane trace(const Symmetric& a) {
@@ -77,20 +78,26 @@ TACTILE_CLAY_INLINE Strained strainedBonds(const Measure& m, std::size_t i) {
     const Lane stiffness = bonded ? 0.5f * rule * (before < after ? before : after) : Lane{};
     const LaneVector x = loadVector(m.x, m.y, m.z, p);
     const Lane length = load(m.length + p), strain = 1.0f - rest_length / length;
-    addOuter(total.stress, times(bonded ? stiffness * strain : Lane{}, x), x);
+    const LaneVector pull = times(bonded ? stiffness * strain : Lane{}, x);
+    addOuter(total.stress, pull, x);
+    total.pull = difference(total.pull, pull);
     addOuter(total.fabric, times(stiffness, x), x);
   }
   return total;
 }
 
-/// Adds to a stress of the particles from `first` on what their contacts hold them with. \param contact the
-/// first one that may be theirs \return the first one that is not
+/// Adds to the stress of the particles from `first` on what holds them against the pull of their bonds where
+/// an obstacle is: at most the friction there. \param contact the first one that may be theirs
+/// \return the first one that is not
 std::size_t addContacts(const std::vector<Contact>& contacts, std::size_t contact, std::size_t first,
-                        float spacing, Symmetric& stress) {
+                        float spacing, const LaneVector& pull, Symmetric& stress) {
   for (; contact < contacts.size() && contacts[contact].particle < first + lane_width; ++contact) {
     const Contact& c = contacts[contact];
     const std::size_t k = c.particle - first;
-    const Eigen::Vector3f f = -spacing * c.friction, &n = c.normal;
+    const Eigen::Vector3f& n = c.normal;
+    const Eigen::Vector3f pulled(pull.x[k], pull.y[k], pull.z[k]), along = pulled - pulled.dot(n) * n;
+    const float most = c.friction.norm(), size = along.norm();
+    const Eigen::Vector3f f = spacing * (size > most ? most / size : 1.0f) * along;
     stress.xx[k] += 2.0f * f.x() * n.x(), stress.yz[k] += f.y() * n.z() + f.z() * n.y();
     stress.yy[k] += 2.0f * f.y() * n.y(), stress.zx[k] += f.z() * n.x() + f.x() * n.z();
     stress.zz[k] += 2.0f * f.z() * n.z(), stress.xy[k] += f.x() * n.y() + f.y() * n.x();
@@ -114,7 +121,7 @@ TACTILE_CLAY_INLINE void measure(const Measure& m, std::size_t first, std::size_
     }
     const Strained total = totals.get();
     Symmetric s = deviator(total.stress);
-    contact = addContacts(m.contacts, contact, i, m.spacing, s);
+    contact = addContacts(m.contacts, contact, i, m.spacing, total.pull, s);
     const Lane size = 0.5f * root(0.5f * product(s, s));  // J, |s| V
     const Lane share = kept * (size > yield ? yield / size : all(1.0f));
     store(m.share + i, share), store(m.secant + i, share * load(m.stiffness + i));
