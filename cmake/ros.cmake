@@ -35,7 +35,7 @@ set(CMAKE_INCLUDE_CURRENT_DIR OFF)
 
 add_message_files(DIRECTORY msg FILES
   AcousticReport.msg ArrayDrive.msg ArrayState.msg ClayStatus.msg FocalPoint.msg FocalPointArray.msg
-  ParameterChange.msg RenderingReport.msg RigNumbers.msg TrackedHand.msg TrackedHands.msg)
+  ParameterChange.msg RenderingReport.msg RigLatency.msg RigNumbers.msg TrackedHand.msg TrackedHands.msg)
 add_service_files(DIRECTORY srv FILES SculptureFile.srv Undo.srv)
 generate_messages(DEPENDENCIES std_msgs geometry_msgs)
 

@@ -10,7 +10,8 @@ import urllib.parse
 PACKAGE = 'tactile_clay'
 NODES = ('hand_tracking', 'hand_simulator', 'clay_simulator', 'clay_surface', 'hand_surface', 'rig_numbers',
          'contact_pressure', 'focal_point_renderer', 'robot_state_publisher', 'simulated_array', 'array_driver',
-         'boards', 'hand_skeleton', 'hand_left_state_publisher', 'hand_right_state_publisher', 'manager')
+         'boards', 'hand_skeleton', 'hand_left_state_publisher', 'hand_right_state_publisher', 'manager',
+         'diagnostic_aggregator')
 # The topic of the hands, by which all others are dated.
 HANDS = 'hands/tracked'
 
@@ -32,6 +33,7 @@ def nodes_of_rig(arguments):
     without = {'array_driver' if arguments.get('device', 'simulated') == 'simulated' else 'simulated_array'}
     without |= set() if arguments.get('wire') else {'boards'}
     without |= set() if on('nodelets') else {'manager'}
+    without |= set() if on('diagnostics') else {'diagnostic_aggregator'}
     without |= set() if on('skeleton') else {'hand_skeleton', 'hand_left_state_publisher', 'hand_right_state_publisher'}
     return [name for name in NODES if name not in without]
 

@@ -368,7 +368,7 @@ void HandTracking::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status)
   if (!report.fault.empty())
     status.summary(Level::WARN, report.fault);
   else if (report.frames == 0)
-    status.summary(Level::WARN, "no frames from source '" + source_name_ + "'");
+    status.summary(is_live_ ? Level::ERROR : Level::WARN, "no frames from source '" + source_name_ + "'");
   else if (stands_still_)
     status.summary(Level::WARN, "the tracker stands still: it repeats its hands");
   else if (bad_hands_ > 0 || bad_fingers_ > 0 || repaired_stamps_ > 0)

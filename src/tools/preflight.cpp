@@ -1,4 +1,5 @@
 #include <ros/console.h>
+#include <ros/package.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "device/array_device.h"
 #include "files/input_file.h"
@@ -168,6 +170,15 @@ void checkRig(const std::string& file) {
   if (rig.isList("head_point")) rig.numbers("head_point", 3, "x y z in m");
 }
 
+/// Not by its path, for which rospack tells the standard error what it does not find.
+void requirePackage(const std::string& name) {
+  std::vector<std::string> packages;
+  ros::package::getAll(packages);
+  if (std::find(packages.begin(), packages.end(), name) == packages.end())
+    throw std::runtime_error("diagnostics 'true': the package " + name +
+                             " is not found, expected it on ROS_PACKAGE_PATH");
+}
+
 void checkParameters(const Arguments& arguments, const clay::scene::Scene& scene) {
   Arguments parameters;
   for (const auto& [name, value] : arguments)
@@ -201,10 +212,12 @@ std::string checkAll(const Arguments& arguments) {
   clay::ultrasound::arrayLayouts(valueOf(arguments, "layout", "usx"));
   clay::ultrasound::phaseMethod(valueOf(arguments, "phase_method", "newton"));
   for (const char* key : {"loop", "skeleton", "perceptual_weights", "nodelets", "lockstep", "sleeping",
-                          "rviz", "record_skin"})
+                          "rviz", "diagnostics", "record_skin"})
     checkSwitch(arguments, key);
   if (valueOf(arguments, "clean", "auto") != "auto") checkSwitch(arguments, "clean");
   if (!valueOf(arguments, "head_spl_cap", "").empty()) check(arguments, "head_spl_cap", 0.0, 200.0);
+  if (lowerCase(valueOf(arguments, "diagnostics", "false")) == "true")
+    requirePackage("diagnostic_aggregator");
   const std::string compression = valueOf(arguments, "record_compression", "none");
   if (compression != "none" && compression != "lz4" && compression != "bz2")
     throw std::runtime_error("record_compression '" + compression + "': expected none, lz4 or bz2");
