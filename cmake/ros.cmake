@@ -35,8 +35,8 @@ set(CMAKE_INCLUDE_CURRENT_DIR OFF)
 
 add_message_files(DIRECTORY msg FILES
   AcousticReport.msg ArrayDrive.msg ArrayState.msg ClayStatus.msg FocalPoint.msg FocalPointArray.msg
-  ParameterChange.msg RenderingReport.msg RigNumbers.msg TrackedHand.msg TrackedHands.msg)
-add_service_files(DIRECTORY srv FILES SculptureFile.srv)
+  ParameterChange.msg RenderingReport.msg RigLatency.msg RigNumbers.msg TrackedHand.msg TrackedHands.msg)
+add_service_files(DIRECTORY srv FILES SculptureFile.srv Undo.srv)
 generate_messages(DEPENDENCIES std_msgs geometry_msgs)
 
 # Interfaces for plugins of other packages. In the devel space they are copied to where an install puts them, so
@@ -73,7 +73,10 @@ function(tactile_clay_install)
 endfunction()
 
 catkin_install_python(PROGRAMS scripts/calibrate_board scripts/describe_rig scripts/fuzz_topics scripts/record_run scripts/replay
-  scripts/show_moment scripts/start_when_set
+  scripts/show_moment scripts/start_when_set scripts/trial
+  DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+# Modules of theirs, which stand beside them and are no programs.
+install(FILES scripts/rig_tools.py scripts/trial_plan.py scripts/trial_summary.py
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 install(FILES plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 install(DIRECTORY launch config rviz DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})

@@ -241,7 +241,8 @@ Sculpture Clay::State::sculpture() const {
               {0},
               {},
               sleeping_contacts,
-              sleep.state()};
+              sleep.state(),
+              everyone.density_ratio};
   for (std::size_t k = 0; k < awake.size(); ++k) s.window_start[awake[k]] = window_start[k];
   std::size_t k = 0;
   for (std::size_t i = 0; i < everyone.size(); ++i) {
@@ -272,6 +273,7 @@ void Clay::State::restore(const Sculpture& s) {
   window_steps = s.window_steps;
   everyone.position = s.position, everyone.velocity = s.velocity;
   everyone.compression = s.compression;
+  if (!s.density_ratio.empty()) everyone.density_ratio = s.density_ratio;
   sleep.restore(s.sleep, everyone);
   awake = sleep.awake();
 

@@ -28,6 +28,7 @@ struct Sculpture {
   std::vector<Bond> bonds;
   std::vector<Contact> contacts;  // of the last step, or the last before sleep, by ascending particle
   Sleep::State sleep;
+  std::vector<float> density_ratio = {};  // of each particle, which is only shown; not saved: empty
 };
 
 /// The same clay, all of it awake.

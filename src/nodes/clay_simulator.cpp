@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <chrono>
+#include <cstdio>
 #include <limits>
 #include <stdexcept>
 
@@ -44,15 +45,54 @@ std::string groupOf(const std::vector<clay::Material>& materials, std::size_t k)
 
 }  // namespace
 
+/// How much of the past `~undo` can go back to.
+clay::Keyframes::Limits undoLimits(const ros::NodeHandle& nh) {
+  constexpr double megabyte = 1024.0 * 1024.0;
+  clay::Keyframes::Limits limits;
+  limits.seconds = paramIn(nh, "undo_seconds", limits.seconds, 0.0, 3600.0);
+  limits.bytes = static_cast<std::size_t>(megabyte * paramIn(nh, "undo_megabytes", 256.0, 1.0, 65536.0));
+  return limits;
+}
+
+ClayChoice readClay(Settings& settings, const clay::ClayConfig& config,
+                    const std::vector<clay::Material>& materials) {
+  ClayChoice choice{config, materials};
+  clay::Budget& budget = choice.config.budget;
+  budget = scene::loadQuality(
+      settings.text("quality", "balanced", "how well a frame is solved: a preset of config/quality.yaml"),
+      packageFolder());
+  // 0 or nothing means what the preset says, so that launch arguments can pass it on.
+  if (const auto solver = settings.text("solver", "", "minimise or paper; empty: the preset's");
+      !solver.empty())
+    budget.method = clay::methodNamed(solver);
+  if (const int n = settings.whole("substeps", 0, 0, 1000, "of a frame; 0: the preset's"))
+    budget.substeps = n;
+  if (const int n = settings.whole("iterations", 0, 0, 1000, "of a substep, at most; 0: the preset's"))
+    budget.iterations = n;
+  choice.config.tolerance =
+      settings.number("tolerance", config.tolerance, 0.0, any, "m/s^2, at which iterations stop");
+  choice.config.sleeping =
+      settings.truth("sleeping", true, "leave clay at rest alone until something comes near");
+  clay::validate(choice.config);
+  for (std::size_t k = 0; k < materials.size(); ++k) {
+    settings.group(groupOf(materials, k));
+    for (const clay::Coefficient& c : clay::coefficients)
+      choice.materials[k].*c.value = settings.number(groupOf(materials, k) + "/" + c.name,
+                                                     materials[k].*c.value, c.low, c.high, c.meaning);
+    clay::validate(choice.materials[k]);
+  }
+  return choice;
+}
+
 ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : lockstep_(param(private_nh, "lockstep", false)),
       period_(1.0 / paramIn(private_nh, "rate", 60.0, 1.0, 1000.0)),
       scene_(scene::loadScene(param<std::string>(private_nh, "scene", "kindergarten"), packageFolder(), 0.0,
-                              folderOfPackage)),
+                              folderOfPackage, param<std::string>(private_nh, "material", ""))),
+      keyframes_(undoLimits(private_nh)),
       inbox_(private_nh) {
   scene_.config.threads = paramIn(private_nh, "threads", 0, 0, 1024);
-  materials_ = scene_.materials;
-  tolerance_ = scene_.config.tolerance;
+  of_files_ = {scene_.config, scene_.materials};
 
   // The clay collides with what the rest of the graph knows as the robot.
   std::string urdf, source = "parameter " + nh.resolveName("robot_description");
@@ -71,6 +111,7 @@ ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
   save_server_ = private_nh.advertiseService("save", &ClaySimulator::save, this);
   overwrite_server_ = private_nh.advertiseService("overwrite", &ClaySimulator::overwrite, this);
   load_server_ = private_nh.advertiseService("load", &ClaySimulator::load, this);
+  undo_server_ = private_nh.advertiseService("undo", &ClaySimulator::undo, this);
   const unsigned queue = lockstep_ ? lockstep_queue : 2;
   particles_ = nh.advertise<Cloud>(topic::clay_particles, queue);
   status_ = nh.advertise<ClayStatus>(topic::clay_status, queue);
@@ -91,36 +132,15 @@ ClaySimulator::~ClaySimulator() {
 }
 
 LiveParameters::Apply ClaySimulator::read(Settings& settings) {
-  clay::ClayConfig config = scene_.config;
-  config.budget = scene::loadQuality(
-      settings.text("quality", "balanced", "how well a frame is solved: a preset of config/quality.yaml"),
-      packageFolder());
-  // 0 or nothing means what the preset says, so that launch arguments can pass it on.
-  if (const auto solver = settings.text("solver", "", "minimise or paper; empty: the preset's");
-      !solver.empty())
-    config.budget.method = clay::methodNamed(solver);
-  if (const int n = settings.whole("substeps", 0, 0, 1000, "of a frame; 0: the preset's"))
-    config.budget.substeps = n;
-  if (const int n = settings.whole("iterations", 0, 0, 1000, "of a substep, at most; 0: the preset's"))
-    config.budget.iterations = n;
-  config.tolerance = settings.number("tolerance", tolerance_, 0.0, any, "m/s^2, at which iterations stop");
-  config.sleeping = settings.truth("sleeping", true, "leave clay at rest alone until something comes near");
-  clay::validate(config);
-  std::vector<clay::Material> materials = materials_;
-  for (std::size_t k = 0; k < materials.size(); ++k) {
-    settings.group(groupOf(materials_, k));
-    for (const clay::Coefficient& c : clay::coefficients)
-      materials[k].*c.value = settings.number(groupOf(materials_, k) + "/" + c.name, materials[k].*c.value,
-                                              c.low, c.high, c.meaning);
-    clay::validate(materials[k]);
-  }
-  return [this, config, materials] {
+  ClayChoice choice = readClay(settings, of_files_.config, of_files_.materials);
+  return [this, choice = std::move(choice)] {
     const std::lock_guard<std::mutex> lock(clay_mutex_);
-    scene_.config = config;
-    scene_.materials = materials;
+    scene_.config = choice.config;
+    scene_.materials = choice.materials;
     if (!clay_) return restart();
     // The clay goes on from what it is, as from a sculpture that was saved; what sleeps may not hold any
     // more.
+    ++changes_;
     const clay::Sculpture sculpture = woken(clay_->sculpture());
     restart();
     clay_->restore(sculpture);
@@ -137,6 +157,7 @@ void ClaySimulator::restart() {
 
 bool ClaySimulator::reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
   const std::lock_guard<std::mutex> lock(clay_mutex_);
+  keyframes_.keep(clay_->sculpture(), changes_);
   restart();
   response.success = true;
   response.message = "scene '" + scene_.name + "' starts again";
@@ -172,8 +193,24 @@ bool ClaySimulator::load(SculptureFile::Request& request, SculptureFile::Respons
     requireAbsolute("sculpture", request.file);
     const clay::Sculpture sculpture = clay::loadSculpture(request.file);
     const std::lock_guard<std::mutex> lock(clay_mutex_);
+    const clay::Sculpture before = clay_->sculpture();
     clay_->restore(sculpture);
+    keyframes_.keep(before, changes_);
     return "scene '" + scene_.name + "' goes on from " + request.file;
+  });
+  return true;
+}
+
+bool ClaySimulator::undo(Undo::Request& request, Undo::Response& response) {
+  answer(response, [&] {
+    const std::lock_guard<std::mutex> lock(clay_mutex_);
+    const clay::Keyframes::State& state = keyframes_.back(request.seconds, response.went_back);
+    // What sleeps may not hold any more with other parameters.
+    clay_->restore(state.version == changes_ ? state.clay : woken(state.clay));
+    char text[80];
+    std::snprintf(text, sizeof text, "the clay is what it was %.2f s ago, at %.2f s", response.went_back,
+                  clay_->time());
+    return std::string(text);
   });
   return true;
 }
@@ -223,7 +260,9 @@ clay::Ghosts ClaySimulator::read(const Cloud& skin) {
 double ClaySimulator::step(const clay::Ghosts& ghosts, double duration) {
   const std::lock_guard<std::mutex> lock(clay_mutex_);
   const ros::WallTime start = ros::WallTime::now();
+  if (keyframes_.pass(0.0)) keyframes_.keep(clay_->sculpture(), changes_);  // the start
   clay_->advance(ghosts, solids_->solids(), solids_->motion(), duration);
+  if (keyframes_.pass(duration)) keyframes_.keep(clay_->sculpture(), changes_);
   const std::uint64_t rejected = clay_->statistics().rejected_displacements;
   if (rejected > told_rejected_)
     ROS_WARN_THROTTLE(
@@ -324,7 +363,7 @@ void ClaySimulator::runLive() {
 void ClaySimulator::publishContacts(const Cloud& skin, const clay::Ghosts& ghosts) {
   const std::lock_guard<std::mutex> lock(clay_mutex_);
   // A reset between the step and here leaves no forces, which is right.
-  contacts_.publish(contactCloud(clay_->ghostForces(), ghosts, skin.header));
+  contacts_.publish(contactCloud(clay_->ghostForces(), ghosts, skin));
 }
 
 void ClaySimulator::publishState(ros::Time stamp) {
@@ -382,7 +421,8 @@ void ClaySimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
   const std::lock_guard<std::mutex> lock(clay_mutex_);
   if (dropped_ > 0.1) {
     ROS_WARN_THROTTLE(10.0, "clay_simulator: late, %.2f s dropped; a lower quality would keep up", dropped_);
-    status.summary(Level::WARN, "late: time is dropped");
+    // Clay at half its speed is another material.
+    status.summary(dropped_ > simulated_ ? Level::ERROR : Level::WARN, "late: time is dropped");
   } else if (bad_skins_ > 0) {
     status.summary(Level::WARN, "skins left out");
   } else {
@@ -397,6 +437,8 @@ void ClaySimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
   status.add("dropped s", dropped_);
   status.add("ms of computing", 1e3 * busy_);
   status.add("skins left out", bad_skins_);
+  status.add("undo, states", keyframes_.size());
+  status.add("undo, MB", 1e-6 * static_cast<double>(keyframes_.bytes()));
   status.add("skins overtaken by newer ones", dropped_skins);
   inbox_.report(status);
   simulated_ = dropped_ = busy_ = 0.0;

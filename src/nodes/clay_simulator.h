@@ -4,6 +4,7 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <std_srvs/Trigger.h>
 #include <tactile_clay/SculptureFile.h>
+#include <tactile_clay/Undo.h>
 
 #include <condition_variable>
 #include <deque>
@@ -14,6 +15,7 @@
 #include <thread>
 
 #include "clay/clay.h"
+#include "clay/keyframes.h"
 #include "files/output_file.h"
 #include "nodes/health.h"
 #include "nodes/inbox.h"
@@ -24,6 +26,17 @@
 
 namespace tactile_clay::nodes {
 
+struct ClayChoice {
+  clay::ClayConfig config;
+  std::vector<clay::Material> materials;
+};
+
+/// Reads and checks quality, substeps, iterations, tolerance, sleeping, and of each material what it is made
+/// of. \param config, materials of the scene's file
+/// \throws std::exception with one line where one is wrong
+ClayChoice readClay(Settings& settings, const clay::ClayConfig& config,
+                    const std::vector<clay::Material>& materials);
+
 /// Simulates the clay of one scene: `hands/skin` in, `clay/contacts`, `clay/particles` and `clay/status` out.
 ///
 /// Live, simulated time follows the wall clock: a new skin starts a frame at once, the newest skin wins, and
@@ -32,7 +45,8 @@ namespace tactile_clay::nodes {
 /// between its stamp and the one before.
 ///
 /// Services: `~reset` starts the scene again, `~save` writes the clay to a new file, `~overwrite` to one that
-/// may be there already, `~load` goes on from one.
+/// may be there already, `~load` goes on from one. `~undo` goes back to a state of the last
+/// `~undo_seconds` (`clay::Keyframes`), also to what was before a reset or a load.
 ///
 /// Quality, substeps, iterations, tolerance, sleeping and what the materials are made of may change while it
 /// runs (LiveParameters): the clay goes on from what it is.
@@ -60,17 +74,19 @@ class ClaySimulator {
   bool overwrite(SculptureFile::Request& request, SculptureFile::Response& response);
   void write(const std::string& file, files::Existing existing, SculptureFile::Response& response);
   bool load(SculptureFile::Request& request, SculptureFile::Response& response);
+  bool undo(Undo::Request& request, Undo::Response& response);
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   bool lockstep_;
   double period_;  // s, longest wait for a skin
   scene::Scene scene_;
-  std::vector<clay::Material> materials_;  // as they are in their files
-  double tolerance_;                       // m/s^2, of the scene's file
+  ClayChoice of_files_;  // as scene and materials have them
   std::unique_ptr<scene::Solids> solids_;
 
   std::mutex clay_mutex_;  // guards what services replace and diagnostics read
   std::unique_ptr<clay::Clay> clay_;
+  clay::Keyframes keyframes_;
+  int changes_ = 0;                                      // of parameters that the clay was made with
   double simulated_ = 0.0, dropped_ = 0.0, busy_ = 0.0;  // s, since the last diagnostics
   unsigned bad_skins_ = 0, dropped_skins_ = 0;
   std::uint64_t told_rejected_ = 0;  // displacements
@@ -88,7 +104,7 @@ class ClaySimulator {
   std::optional<JointRelay> joint_relay_;
   ros::Subscriber skin_subscriber_;
   ros::Publisher particles_, contacts_, status_, joints_;
-  ros::ServiceServer reset_server_, save_server_, overwrite_server_, load_server_;
+  ros::ServiceServer reset_server_, save_server_, overwrite_server_, load_server_, undo_server_;
   std::unique_ptr<Health> health_;
   std::unique_ptr<LiveParameters> live_;
   std::thread thread_;

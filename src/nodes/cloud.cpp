@@ -13,6 +13,12 @@ using sensor_msgs::PointField;
 template <typename T>
 constexpr std::uint8_t type_of = std::is_same_v<T, float> ? PointField::FLOAT32 : PointField::UINT32;
 
+template <typename T>
+bool isColumn(const sensor_msgs::PointCloud2& cloud, const PointField& field, const std::string& name) {
+  return field.name == name && field.datatype == type_of<T> &&
+         std::size_t{field.offset} + 4 <= cloud.point_step;
+}
+
 }  // namespace
 
 std::size_t pointCount(const sensor_msgs::PointCloud2& cloud) {
@@ -33,11 +39,18 @@ bool hasField(const sensor_msgs::PointCloud2& cloud, const std::string& name) {
 }
 
 template <typename T>
+bool hasColumn(const sensor_msgs::PointCloud2& cloud, const std::string& name) {
+  return std::any_of(cloud.fields.begin(), cloud.fields.end(),
+                     [&](const PointField& field) { return isColumn<T>(cloud, field, name); });
+}
+
+template bool hasColumn<float>(const sensor_msgs::PointCloud2&, const std::string&);
+template bool hasColumn<std::uint32_t>(const sensor_msgs::PointCloud2&, const std::string&);
+
+template <typename T>
 Column<T> column(const sensor_msgs::PointCloud2& cloud, const std::string& name) {
   for (const PointField& field : cloud.fields)
-    if (field.name == name && field.datatype == type_of<T> &&
-        std::size_t{field.offset} + 4 <= cloud.point_step)
-      return {cloud, field.offset};
+    if (isColumn<T>(cloud, field, name)) return {cloud, field.offset};
   throw std::runtime_error("cloud without field '" + name + "' of type " +
                            (std::is_same_v<T, float> ? "float32" : "uint32"));
 }

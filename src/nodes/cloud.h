@@ -31,6 +31,10 @@ std::size_t pointCount(const sensor_msgs::PointCloud2& cloud);
 
 bool hasField(const sensor_msgs::PointCloud2& cloud, const std::string& name);
 
+/// Whether `column` gives a field of that name and type.
+template <typename T>
+bool hasColumn(const sensor_msgs::PointCloud2& cloud, const std::string& name);
+
 /// Field `name` of type float or std::uint32_t. \throws std::runtime_error naming a field that is missing or
 /// of other type
 template <typename T>

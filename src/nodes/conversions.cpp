@@ -165,10 +165,20 @@ sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::S
 }
 
 sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& forces,
-                                         const clay::Ghosts& ghosts, const std_msgs::Header& header) {
-  CloudWriter cloud(header, "x y z fx fy fz index:u", forces.size());
-  for (const clay::GhostForce& force : forces)
+                                         const clay::Ghosts& ghosts, const sensor_msgs::PointCloud2& skin) {
+  // Skin of others may leave them out.
+  const bool told = hasColumn<std::uint32_t>(skin, "hand") && hasColumn<std::uint32_t>(skin, "region") &&
+                    hasColumn<float>(skin, "area");
+  CloudWriter cloud(skin.header,
+                    std::string("x y z fx fy fz index:u vx vy vz") + (told ? " hand:u region:u area" : ""),
+                    forces.size());
+  for (const clay::GhostForce& force : forces) {
     cloud.vector(ghosts.position.at(force.ghost)).vector(force.force) << force.ghost;
+    cloud.vector(ghosts.velocity.at(force.ghost));
+    if (told)
+      cloud << column<std::uint32_t>(skin, "hand")[force.ghost]
+            << column<std::uint32_t>(skin, "region")[force.ghost] << column<float>(skin, "area")[force.ghost];
+  }
   return cloud.finish();
 }
 

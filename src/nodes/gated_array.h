@@ -135,7 +135,8 @@ class GatedArray {
   std_msgs::Header in_force_;  // of the last frame
   bool emitting_ = false, open_ = false, told_silence_ = false;
   std::string silent_reason_ = "no focal points have come";
-  std::string stop_line_;  // of the last emergency stop, to be logged
+  std::string stop_line_;   // of the last emergency stop, to be logged
+  unsigned told_late_ = 0;  // of the frames that were late, those that diagnostics told
   unsigned sent_ = 0, rejected_ = 0, late_ = 0;
   double latency_ = 0.0, head_spl_ = 0.0;
 

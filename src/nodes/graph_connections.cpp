@@ -4,6 +4,7 @@
 #include <ros/this_node.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -65,7 +66,9 @@ std::string missingConnection(const Connections& wanted) {
   for (const std::string& topic : wanted.required) {
     if (publishers[topic].empty()) return "nobody publishes " + topic;
     if (subscribers[topic].empty()) return "nobody subscribes to " + topic;
-    if (!wanted.recorder.empty() && subscribers[topic].count(wanted.recorder) == 0)
+    const bool left_out =
+        std::find(wanted.unrecorded.begin(), wanted.unrecorded.end(), topic) != wanted.unrecorded.end();
+    if (!wanted.recorder.empty() && !left_out && subscribers[topic].count(wanted.recorder) == 0)
       return wanted.recorder + " does not record " + topic;
   }
   for (const auto* topics : {&wanted.required, &wanted.optional})

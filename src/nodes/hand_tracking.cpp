@@ -119,6 +119,8 @@ HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
   if (lockstep_) chain_.emplace(nh, graph_.required);
   const auto recorder = param<std::string>(private_nh, "recorder", "");
   if (!recorder.empty()) graph_.recorder = nh.resolveName(recorder);
+  for (const std::string& name : param(private_nh, "unrecorded", std::vector<std::string>()))
+    graph_.unrecorded.push_back(nh.resolveName(name));
   for (const std::string& name : param(private_nh, "recorded_first", std::vector<std::string>()))
     graph_.required.push_back(nh.resolveName(name));
   if (!passes_by_) publisher_ = nh.advertise<TrackedHands>(topic::hands_tracked, lockstep_ ? 0 : 1);
@@ -366,7 +368,7 @@ void HandTracking::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status)
   if (!report.fault.empty())
     status.summary(Level::WARN, report.fault);
   else if (report.frames == 0)
-    status.summary(Level::WARN, "no frames from source '" + source_name_ + "'");
+    status.summary(is_live_ ? Level::ERROR : Level::WARN, "no frames from source '" + source_name_ + "'");
   else if (stands_still_)
     status.summary(Level::WARN, "the tracker stands still: it repeats its hands");
   else if (bad_hands_ > 0 || bad_fingers_ > 0 || repaired_stamps_ > 0)

@@ -6,14 +6,18 @@
 #include <map>
 #include <string>
 
+#include <tactile_clay/FocalPointArray.h>
+#include <tactile_clay/TrackedHands.h>
+
 #include "nodes/conversions.h"
 #include "nodes/topics.h"
 
 namespace tactile_clay::nodes {
 namespace {
 
-constexpr double look_every = 0.1;  // s
-constexpr unsigned queue = 60;      // a second of frames
+constexpr double look_every = 0.1;                            // s
+constexpr unsigned queue = 60;                                // a second of frames
+constexpr double latency_every = 1.0, latency_window = 60.0;  // s
 
 float sum(const std::vector<float>& values) {
   float total = 0.0f;
@@ -105,7 +109,10 @@ RigNumbers unknownNumbers() {
 RigNumbersNode::RigNumbersNode(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : nh_(nh), numbers_(unknownNumbers()), inbox_(private_nh) {
   publisher_ = nh.advertise<RigNumbers>(topic::rig_numbers, queue);
+  latency_publisher_ = nh.advertise<RigLatency>(topic::rig_latency, 2);
   timer_ = nh.createWallTimer(ros::WallDuration(look_every), [this](const ros::WallTimerEvent&) { look(); });
+  latency_timer_ = nh.createWallTimer(ros::WallDuration(latency_every),
+                                      [this](const ros::WallTimerEvent&) { lookAtLatency(); });
 }
 
 template <typename Message>
@@ -113,6 +120,31 @@ void RigNumbersNode::follow(const char* topic) {
   subscribers_.push_back(inbox_.subscribe<Message>(
       nh_, topic, queue,
       [this](const typename Message::ConstPtr& message) { takeNumbers(*message, numbers_); }));
+}
+
+template <typename Message>
+void RigNumbersNode::time(std::size_t topic) {
+  timed_.push_back(inbox_.subscribe<Message>(
+      nh_, latency_topics.at(topic), queue, [this, topic](const typename Message::ConstPtr& message) {
+        latency_->arrived(topic, message->header.stamp, ros::Time::now());
+      }));
+}
+
+void RigNumbersNode::lookAtLatency() {
+  if (latency_publisher_.getNumSubscribers() == 0) {
+    timed_.clear();
+    latency_.reset();
+  } else if (!latency_) {
+    latency_.emplace(latency_window);
+    time<TrackedHands>(0);
+    time<sensor_msgs::PointCloud2>(1);
+    time<sensor_msgs::PointCloud2>(2);
+    time<sensor_msgs::PointCloud2>(3);
+    time<FocalPointArray>(4);
+    time<ArrayState>(5);
+  } else {
+    latency_publisher_.publish(latency_->message());
+  }
 }
 
 void RigNumbersNode::look() {

@@ -7,9 +7,11 @@
 #include <tactile_clay/RenderingReport.h>
 #include <tactile_clay/RigNumbers.h>
 
+#include <optional>
 #include <vector>
 
 #include "nodes/inbox.h"
+#include "nodes/stage_latency.h"
 
 namespace tactile_clay::nodes {
 
@@ -23,23 +25,29 @@ void takeNumbers(const ArrayState& state, RigNumbers& numbers);
 RigNumbers unknownNumbers();
 
 /// What is worth a plot, for rqt_plot and PlotJuggler: `clay/status`, `hands/pressure`, `array/rendering` and
-/// `array/state` in, `rig/numbers` out, one message for each state of the array. While nobody subscribes to
-/// it, it does not subscribe either.
+/// `array/state` in, `rig/numbers` out, one message for each state of the array; and the latency of each
+/// stage (StageLatency), `rig/latency`, one message a second. While nobody subscribes to them, it does not
+/// subscribe either.
 class RigNumbersNode {
  public:
   RigNumbersNode(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
  private:
   void look();
+  void lookAtLatency();
   template <typename Message>
   void follow(const char* topic);
+  template <typename Message>
+  void time(std::size_t topic);
 
   ros::NodeHandle nh_;
   RigNumbers numbers_;
   Inbox inbox_;
   std::vector<ros::Subscriber> subscribers_;  // only while somebody looks
-  ros::Publisher publisher_;
-  ros::WallTimer timer_;
+  std::optional<StageLatency> latency_;       // only while somebody looks
+  std::vector<ros::Subscriber> timed_;        // the same
+  ros::Publisher publisher_, latency_publisher_;
+  ros::WallTimer timer_, latency_timer_;
 };
 
 }  // namespace tactile_clay::nodes

@@ -17,6 +17,7 @@ constexpr char clay_contacts[] = "clay/contacts";
 constexpr char clay_surface[] = "clay/surface";
 constexpr char clay_status[] = "clay/status";
 constexpr char rig_numbers[] = "rig/numbers";
+constexpr char rig_latency[] = "rig/latency";
 constexpr char joint_states[] = "joint_states";
 constexpr char focal_points[] = "array/focal_points";
 constexpr char rendering[] = "array/rendering";

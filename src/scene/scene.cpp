@@ -23,6 +23,7 @@ struct Places {
   fs::path beside;  // folder of the scene
   fs::path share;   // of the package
   FindPackage find_package;
+  std::string material;  // of all bodies; empty: their own
 };
 
 clay::Material readMaterial(YamlMap map, const std::string& name) {
@@ -107,7 +108,8 @@ Eigen::Isometry3d readPose(YamlMap& map) {
 /// A body's material is a named file, with values of the body's own where it gives a map.
 std::uint8_t materialOf(YamlMap& body, const Places& places, Scene& scene,
                         std::map<std::string, std::uint8_t>& known) {
-  const std::string name = body.get<std::string>("material", "the name of a material");
+  const auto own = body.get<std::string>("material", "the name of a material");
+  const std::string& name = places.material.empty() ? own : places.material;
   const auto found = known.find(name);
   if (found != known.end()) return found->second;
   if (scene.materials.size() >= std::numeric_limits<std::uint8_t>::max())
@@ -117,6 +119,7 @@ std::uint8_t materialOf(YamlMap& body, const Places& places, Scene& scene,
     file = findFile("material", name, places.beside, places.share / "config" / "materials", ".yaml",
                     places.find_package);
   } catch (const std::runtime_error& e) {
+    if (name != own) throw;
     body.failAt("material", e.what());
   }
   scene.materials.push_back(readMaterial(loadYaml(file), fs::path(file).stem().string()));
@@ -160,9 +163,9 @@ void readBody(YamlMap map, const Places& places, Scene& scene, std::map<std::str
 }  // namespace
 
 Scene loadScene(const std::string& name, const std::string& share, double spacing,
-                const FindPackage& find_package) {
+                const FindPackage& find_package, const std::string& material) {
   const std::string file = findFile("scene", name, "", fs::path(share) / "config" / "scenes", ".yaml");
-  const Places places{fs::path(file).parent_path(), share, find_package};
+  const Places places{fs::path(file).parent_path(), share, find_package, material};
   YamlMap map = loadYaml(file);
   Scene scene;
   scene.name = fs::path(file).stem().string();

@@ -40,9 +40,10 @@ struct Scene {
 /// \param share the package's share folder, which holds `config`
 /// \param spacing between particles, m, instead of the scene's own; 0: the scene's
 /// \param find_package for files of other packages; without it there are none
+/// \param material of all bodies, instead of their own; empty: their own
 /// \throws std::runtime_error with one line: what, where, what was expected
 Scene loadScene(const std::string& name, const std::string& share, double spacing = 0.0,
-                const FindPackage& find_package = {});
+                const FindPackage& find_package = {}, const std::string& material = "");
 
 /// Reads a material.
 /// \param name a file, or the name of one in `<share>/config/materials`

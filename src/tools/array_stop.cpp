@@ -1,11 +1,3 @@
-// Stops every array of a graph at a key or a foot switch:
-//
-//   array_stop [switch:=FILE] [__ns:=NAMESPACE]
-//
-// It is connected to the arrays before anything happens, so that a stop is one small message. Any key stops,
-// `r` resets, Ctrl-C stops and leaves; what else may be read is in tools/stop_input.h. A stop is sent until
-// each array has answered in `array/state`, and to arrays that come later; in the end, however it comes, the
-// arrays are stopped. Exits with 0 where the last stop was answered.
 #include <poll.h>
 #include <ros/ros.h>
 #include <std_msgs/Empty.h>
@@ -27,6 +19,16 @@
 #include "tools/tool_arguments.h"
 
 namespace {
+
+constexpr char usage[] = R"(Stops every array of a graph at a key or a foot switch:
+
+  array_stop [switch:=FILE] [__ns:=NAMESPACE]
+
+It is connected to the arrays before anything happens, so that a stop is one small message. Any key stops,
+`r` resets, Ctrl-C stops and leaves; what else may be read is in tools/stop_input.h. A stop is sent until
+each array has answered in `array/state`, and to arrays that come later; in the end, however it comes, the
+arrays are stopped. Exits with 0 where the last stop was answered.
+)";
 
 using tactile_clay::ArrayState;
 using tactile_clay::tools::FootSwitch;
@@ -169,6 +171,7 @@ int serve(const std::string& path) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (tactile_clay::tools::askedForHelp(argc, argv, usage)) return 0;
   try {
     // Remappings and names, such as __ns:=, are ROS's.
     std::vector<char*> ours{argv[0]}, ros_own{argv[0]};

@@ -1,13 +1,3 @@
-// Finds where the tracker stands in the world: touch three or more marked points of the table, one after the
-// other, with the tip of an index finger from above, and rest on each until the program says so.
-//
-//   calibrate_tracker points:="x y z, x y z, x y z" [out:=rig.yaml] [hands:=leap_websocket] [url:=...]
-//   [file:=...]
-//                     [topic:=...] [rest:=0.7] [most:=0.01]
-//
-// `points` are in frame world, m. `out` gets the line `tracker_pose: [...]` in the format of config/rig.yaml;
-// in a file that is there, only that line changes. Touches that do not fit to `most` m are an error, and
-// nothing is written.
 #include <ros/init.h>
 
 #include <chrono>
@@ -31,6 +21,19 @@
 #include "tools/tool_arguments.h"
 
 namespace {
+
+constexpr char usage[] =
+    R"(Finds where the tracker stands in the world: touch three or more marked points of the table, one after the
+other, with the tip of an index finger from above, and rest on each until the program says so.
+
+  calibrate_tracker points:="x y z, x y z, x y z" [out:=rig.yaml] [hands:=leap_websocket] [url:=...]
+  [file:=...]
+                    [topic:=...] [rest:=0.7] [most:=0.01]
+
+`points` are in frame world, m. `out` gets the line `tracker_pose: [...]` in the format of config/rig.yaml;
+in a file that is there, only that line changes. Touches that do not fit to `most` m are an error, and
+nothing is written.
+)";
 
 namespace files = tactile_clay::files;
 namespace hand = tactile_clay::hand;
@@ -138,6 +141,7 @@ void run(const tactile_clay::tools::Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (tactile_clay::tools::askedForHelp(argc, argv, usage)) return 0;
   try {
     int nothing = 0;  // of the arguments is for ROS, which takes := for a remapping
     ros::init(nothing, argv, "calibrate_tracker",

@@ -1,8 +1,3 @@
-// How well modulations render the contacts of recorded runs, as the tables of doc/rendering.md:
-//   compare_modulation [step=5] [layout=usx] [samples=1600] [strength=0.03,...] [patterns=1,...]
-//   [evaluations=40] RUN.bag...
-// where each bag was written by `scripts/rig lockstep:=true record:=RUN.bag`. Every N-th frame that is
-// touched counts; fields are solved in all of them, as in the rig.
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <tf2_msgs/TFMessage.h>
@@ -23,11 +18,20 @@
 #include "nodes/conversions.h"
 #include "nodes/frame_name.h"
 #include "nodes/topics.h"
+#include "tools/tool_arguments.h"
 #include "ultrasound/field_solver.h"
 #include "ultrasound/focal_points.h"
 #include "ultrasound/modulation.h"
 
 namespace {
+
+constexpr char usage[] =
+    R"(How well modulations render the contacts of recorded runs, as the tables of doc/rendering.md:
+  compare_modulation [step=5] [layout=usx] [samples=1600] [strength=0.03,...] [patterns=1,...]
+  [evaluations=40] RUN.bag...
+where each bag was written by `scripts/rig lockstep:=true record:=RUN.bag`. Every N-th frame that is
+touched counts; fields are solved in all of them, as in the rig.
+)";
 
 using namespace tactile_clay;
 using ultrasound::Modulation;
@@ -306,6 +310,7 @@ std::vector<double> numbers(const std::string& word, const std::string& list) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (tactile_clay::tools::askedForHelp(argc, argv, usage)) return 0;
   try {
     std::size_t step = 5, samples = ultrasound::FocalPointConfig().field_samples;
     std::string layout = "usx";

@@ -1,11 +1,3 @@
-// Writes the surface of the clay as a mesh: a closed manifold, ready for a printer.
-//
-//   export_mesh in:=FILE out:=FILE [scene:=kindergarten] [time:=S] [topic:=clay/particles] [overwrite:=false]
-//
-// `in` is a sculpture (`save` of clay_simulator), or a bag with `clay/particles` (`record:=` of the rig), of
-// which the cloud at `time` s after the first is taken, by default the last one. `out` ends in .ply (metres,
-// with colours) or .stl (millimetres). `scene` is that of the clay: it tells the colours of its bodies to a
-// sculpture, and the spacing of the particles to a bag.
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 
@@ -32,6 +24,16 @@
 #include "tools/tool_arguments.h"
 
 namespace {
+
+constexpr char usage[] = R"(Writes the surface of the clay as a mesh: a closed manifold, ready for a printer.
+
+  export_mesh in:=FILE out:=FILE [scene:=kindergarten] [time:=S] [topic:=clay/particles] [overwrite:=false]
+
+`in` is a sculpture (`save` of clay_simulator), or a bag with `clay/particles` (`record:=` of the rig), of
+which the cloud at `time` s after the first is taken, by default the last one. `out` ends in .ply (metres,
+with colours) or .stl (millimetres). `scene` is that of the clay: it tells the colours of its bodies to a
+sculpture, and the spacing of the particles to a bag.
+)";
 
 using namespace tactile_clay;
 
@@ -104,6 +106,7 @@ void run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (tactile_clay::tools::askedForHelp(argc, argv, usage)) return 0;
   try {
     run(argc, argv);
     return 0;

@@ -1,9 +1,3 @@
-// Writes the bags of test/bags: scripted hands on topic /hands/tracked, in frame `world`, 60 samples a
-// second.
-//
-//   make_bags FOLDER
-//
-// The same program writes the same messages every time; test/bags/README.md tells each bag's story.
 #include <ros/time.h>
 #include <rosbag/bag.h>
 
@@ -17,8 +11,18 @@
 
 #include "hand/choreography.h"
 #include "nodes/conversions.h"
+#include "tools/tool_arguments.h"
 
 namespace {
+
+constexpr char usage[] =
+    R"(Writes the bags of test/bags: scripted hands on topic /hands/tracked, in frame `world`, 60 samples a
+second.
+
+  make_bags FOLDER
+
+The same program writes the same messages every time; test/bags/README.md tells each bag's story.
+)";
 
 namespace hand = tactile_clay::hand;
 using tactile_clay::TrackedHand;
@@ -118,6 +122,7 @@ void writeAll(const std::string& folder) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (tactile_clay::tools::askedForHelp(argc, argv, usage)) return 0;
   if (argc != 2) {
     std::fprintf(stderr, "usage: make_bags FOLDER\n");
     return 2;

@@ -97,6 +97,7 @@ std::vector<std::string> nodesOfRig(const Arguments& arguments) {
   if (isOn(arguments, "skeleton"))
     names.insert(names.end(), {"hand_skeleton", "hand_left_state_publisher", "hand_right_state_publisher"});
   if (isOn(arguments, "nodelets")) names.push_back("manager");
+  if (isOn(arguments, "diagnostics")) names.push_back("diagnostic_aggregator");
   if (isOn(arguments, "record")) names.insert(names.end(), {"describe_rig", "record"});
   return names;
 }

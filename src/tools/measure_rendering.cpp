@@ -1,9 +1,3 @@
-// What rendering makes of the contacts of recorded runs, as the tables of doc/rendering.md:
-//   measure_rendering [step=N] [full_scale_pressure=PA] [min_resolution=X] [side_lobe_floor=X] [peaks=0]
-//   RUN.bag...
-// where each bag was written by `scripts/rig lockstep:=true record:=RUN.bag`. Times and pressures are of
-// every frame that is touched; peaks are searched in every N-th, uphill in the plane of a point, in the field
-// (summed in double precision) of the SonicSurface board at 32 levels of phase.
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 
@@ -19,11 +13,21 @@
 #include "nodes/conversions.h"
 #include "nodes/topics.h"
 #include "tools/quantile.h"
+#include "tools/tool_arguments.h"
 #include "ultrasound/focal_points.h"
 #include "ultrasound/focus_peak.h"
 #include "ultrasound/phase_solver.h"
 
 namespace {
+
+constexpr char usage[] =
+    R"(What rendering makes of the contacts of recorded runs, as the tables of doc/rendering.md:
+  measure_rendering [step=N] [full_scale_pressure=PA] [min_resolution=X] [side_lobe_floor=X] [peaks=0]
+  RUN.bag...
+where each bag was written by `scripts/rig lockstep:=true record:=RUN.bag`. Times and pressures are of
+every frame that is touched; peaks are searched in every N-th, uphill in the plane of a point, in the field
+(summed in double precision) of the SonicSurface board at 32 levels of phase.
+)";
 
 using namespace tactile_clay;
 using namespace tactile_clay::ultrasound;
@@ -132,6 +136,7 @@ bool option(const std::string& word, const char* name, double& value) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (tactile_clay::tools::askedForHelp(argc, argv, usage)) return 0;
   try {
     double step = 10.0, peaks = 1.0;
     FocalPointConfig config;

@@ -1,13 +1,3 @@
-// How long an emergency stop takes, from the call to silence at the boards:
-//
-//   measure_stop [rounds:=100] [busy:=2] [by:=service|topic] [device_options:='...']
-//   [modulation_frequency:=200]
-//
-// Makes simulated SonicSurface boards behind a serial port, starts an `array_driver` on it and busy loops
-// beside it, sends focal points that move at 60 Hz, and stops and resets the array again and again, over a
-// connection that stays. Bytes count as come when the wire of the boards would have brought them. Says LATE
-// where 99 of 100 stops took longer than `silence_times::stop`, and exits with 1 where the boards sounded
-// after a stop. Needs a master.
 #include <ros/ros.h>
 #include <signal.h>
 #include <std_msgs/Empty.h>
@@ -35,6 +25,18 @@
 #include "tools/tool_arguments.h"
 
 namespace {
+
+constexpr char usage[] = R"(How long an emergency stop takes, from the call to silence at the boards:
+
+  measure_stop [rounds:=100] [busy:=2] [by:=service|topic] [device_options:='...']
+  [modulation_frequency:=200]
+
+Makes simulated SonicSurface boards behind a serial port, starts an `array_driver` on it and busy loops
+beside it, sends focal points that move at 60 Hz, and stops and resets the array again and again, over a
+connection that stays. Bytes count as come when the wire of the boards would have brought them. Says LATE
+where 99 of 100 stops took longer than `silence_times::stop`, and exits with 1 where the boards sounded
+after a stop. Needs a master.
+)";
 
 using namespace std::chrono_literals;
 using namespace tactile_clay;
@@ -183,6 +185,7 @@ int measure(const tools::Arguments& arguments, const std::string& port) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (tactile_clay::tools::askedForHelp(argc, argv, usage)) return 0;
   try {
     const tools::Arguments arguments(argc, argv,
                                      {{"rounds", "100"},

@@ -1,12 +1,5 @@
-// Checks the arguments of rig.launch before anything starts, with the loaders that the nodes use. Prints the
-// robot model of the scene, or one line about what is wrong, and then exits with 1.
-//
-//   preflight [scene:=NAME] [quality:=NAME] [hands:=SOURCE] [file:=PATH] [device:=NAME] [record:=BAG] [...]
-//
-// Arguments of rig.launch that need no check are passed over. One word may hold several, one a line. Names of
-// files are those of the working directory. With starts:=true, a rig is about to start: the master must have
-// room for it.
 #include <ros/console.h>
+#include <ros/package.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -22,6 +15,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "device/array_device.h"
 #include "files/input_file.h"
@@ -36,12 +30,24 @@
 #include "scene/yaml_reader.h"
 #include "tools/master_check.h"
 #include "tools/rig_file.h"
+#include "tools/tool_arguments.h"
 #include "tools/user_paths.h"
 #include "ultrasound/array_layout.h"
 #include "ultrasound/modulation.h"
 #include "ultrasound/phase_solver.h"
 
 namespace {
+
+constexpr char usage[] =
+    R"(Checks the arguments of rig.launch before anything starts, with the loaders that the nodes use. Prints the
+robot model of the scene, or one line about what is wrong, and then exits with 1.
+
+  preflight [scene:=NAME] [quality:=NAME] [hands:=SOURCE] [file:=PATH] [device:=NAME] [record:=BAG] [...]
+
+Arguments of rig.launch that need no check are passed over. NODE/NAME:=VALUE is a parameter of a node,
+which is checked as well. One word may hold several, one a line. Names of files are those of the working
+directory. With starts:=true, a rig is about to start: the master must have room for it.
+)";
 
 using Arguments = std::map<std::string, std::string>;
 namespace clay = tactile_clay;
@@ -71,6 +77,7 @@ void nameFiles(Arguments& arguments) {
     arguments[key] = clay::tools::userPath(arguments[key], key, here, home);
   };
   if (!isOfConfig(arguments["scene"])) name("scene");
+  if (!arguments["material"].empty() && !isOfConfig(arguments["material"])) name("material");
   if (arguments["hands"] != "choreography" || !isOfConfig(arguments["file"])) name("file");
   if (!arguments["rig"].empty()) name("rig");
   const std::string record = lowerCase(arguments["record"]);
@@ -163,10 +170,26 @@ void checkRig(const std::string& file) {
   if (rig.isList("head_point")) rig.numbers("head_point", 3, "x y z in m");
 }
 
+/// Not by its path, for which rospack tells the standard error what it does not find.
+void requirePackage(const std::string& name) {
+  std::vector<std::string> packages;
+  ros::package::getAll(packages);
+  if (std::find(packages.begin(), packages.end(), name) == packages.end())
+    throw std::runtime_error("diagnostics 'true': the package " + name +
+                             " is not found, expected it on ROS_PACKAGE_PATH");
+}
+
+void checkParameters(const Arguments& arguments, const clay::scene::Scene& scene) {
+  Arguments parameters;
+  for (const auto& [name, value] : arguments)
+    if (name.find('/') != std::string::npos) parameters[name] = value;
+  clay::tools::requireParameters(parameters, scene);
+}
+
 std::string checkAll(const Arguments& arguments) {
   const std::string package = clay::nodes::packageFolder();
-  const clay::scene::Scene scene =
-      clay::scene::loadScene(arguments.at("scene"), package, 0.0, clay::nodes::folderOfPackage);
+  const clay::scene::Scene scene = clay::scene::loadScene(
+      arguments.at("scene"), package, 0.0, clay::nodes::folderOfPackage, valueOf(arguments, "material", ""));
   const std::string urdf = clay::scene::loadRobotModel(scene.urdf);
   try {
     clay::scene::Solids(urdf, scene.motions, clay::nodes::folderOfPackage);
@@ -188,11 +211,16 @@ std::string checkAll(const Arguments& arguments) {
   clay::ultrasound::modulation(valueOf(arguments, "modulation", "am"));
   clay::ultrasound::arrayLayouts(valueOf(arguments, "layout", "usx"));
   clay::ultrasound::phaseMethod(valueOf(arguments, "phase_method", "newton"));
-  for (const char* key :
-       {"loop", "skeleton", "perceptual_weights", "nodelets", "lockstep", "sleeping", "rviz"})
+  for (const char* key : {"loop", "skeleton", "perceptual_weights", "nodelets", "lockstep", "sleeping",
+                          "rviz", "diagnostics", "record_skin"})
     checkSwitch(arguments, key);
   if (valueOf(arguments, "clean", "auto") != "auto") checkSwitch(arguments, "clean");
   if (!valueOf(arguments, "head_spl_cap", "").empty()) check(arguments, "head_spl_cap", 0.0, 200.0);
+  if (lowerCase(valueOf(arguments, "diagnostics", "false")) == "true")
+    requirePackage("diagnostic_aggregator");
+  const std::string compression = valueOf(arguments, "record_compression", "none");
+  if (compression != "none" && compression != "lz4" && compression != "bz2")
+    throw std::runtime_error("record_compression '" + compression + "': expected none, lz4 or bz2");
   check(arguments, "phase_levels", 0, 65536);
   check(arguments, "rate", 0.01, 100.0);
   check(arguments, "prediction", 0.0, clay::hand::most_prediction);
@@ -201,6 +229,7 @@ std::string checkAll(const Arguments& arguments) {
   check(arguments, "iterations", 0, 1000);
   check(arguments, "threads", 0, 1024);
   check(arguments, "max_points", 1, 256);
+  checkParameters(arguments, scene);
   if (valueOf(arguments, "starts", "") == "true") clay::tools::requireRoomOnMaster(arguments);
   return urdf;
 }
@@ -217,6 +246,7 @@ std::FILE* takeOutput() {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (tactile_clay::tools::askedForHelp(argc, argv, usage)) return 0;
   try {
     std::FILE* const output = takeOutput();
     const std::string model = checkAll(parse(argc, argv));

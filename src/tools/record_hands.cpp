@@ -1,12 +1,3 @@
-// Turns any source of hands into a bag that `hands:=bag` plays.
-//
-//   record_hands out:=FILE hands:=SOURCE [file:=...] [url:=...] [topic:=...] [duration:=S] [clean:=true]
-//                [tracker_pose:="x y z roll pitch yaw"]
-//
-// The bag holds `/hands/tracked` in the source's own frame, `/tf_static` with the calibration (by default
-// that of config/rig.yaml), and `/hands/recording`, a std_msgs/String of YAML: source, where it came from,
-// person_scale, tracker_pose, whether the hands were cleaned, and what they went through. Ends with the
-// source, after `duration`, or with Ctrl-C. It must be a new bag; its folder is made.
 #include <ros/init.h>
 #include <ros/time.h>
 #include <rosbag/bag.h>
@@ -43,6 +34,17 @@
 #include "tools/user_paths.h"
 
 namespace {
+
+constexpr char usage[] = R"(Turns any source of hands into a bag that `hands:=bag` plays.
+
+  record_hands out:=FILE hands:=SOURCE [file:=...] [url:=...] [topic:=...] [duration:=S] [clean:=true]
+               [tracker_pose:="x y z roll pitch yaw"]
+
+The bag holds `/hands/tracked` in the source's own frame, `/tf_static` with the calibration (by default
+that of config/rig.yaml), and `/hands/recording`, a std_msgs/String of YAML: source, where it came from,
+person_scale, tracker_pose, whether the hands were cleaned, and what they went through. Ends with the
+source, after `duration`, or with Ctrl-C. It must be a new bag; its folder is made.
+)";
 
 namespace hand = tactile_clay::hand;
 namespace nodes = tactile_clay::nodes;
@@ -236,6 +238,7 @@ class Recorder {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (tactile_clay::tools::askedForHelp(argc, argv, usage)) return 0;
   try {
     int nothing = 0;  // of the arguments is for ROS, which takes := for a remapping
     ros::init(nothing, argv, "record_hands",

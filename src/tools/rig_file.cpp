@@ -1,11 +1,14 @@
 #include "tools/rig_file.h"
 
+#include <functional>
+#include <map>
 #include <regex>
 #include <set>
 #include <stdexcept>
 
 #include "files/input_file.h"
 #include "nodes/array_model.h"
+#include "nodes/clay_simulator.h"
 #include "nodes/focal_point_renderer.h"
 #include "nodes/gated_array.h"
 #include "nodes/hand_tracking.h"
@@ -43,13 +46,21 @@ std::set<std::string> argumentsOfRig() {
   return names;
 }
 
-/// What the nodes of the rig read, as they read it.
+/// What the nodes of the rig read, as they read it, of a rig file.
 void readAll(nodes::Settings& settings, device::SafetyGateConfig gate) {
   nodes::cleanConfig(settings);
   nodes::focalPointConfig(settings);
   nodes::modulationFrequency(settings);
   nodes::readLimits(settings, gate);
   nodes::ArrayModel().read(settings);
+}
+
+/// The keys of a map, separated by commas.
+template <typename Map>
+std::string listOf(const Map& map) {
+  std::string list;
+  for (const auto& [name, value] : map) list += (list.empty() ? "" : ", ") + name;
+  return list;
 }
 
 }  // namespace
@@ -88,6 +99,50 @@ void requireRigFile(const std::string& file) {
     readAll(settings, gate);
   } catch (const std::invalid_argument& error) {
     throw std::runtime_error(file + ": " + error.what());  // what the core says knows no file
+  }
+}
+
+void requireParameters(const std::map<std::string, std::string>& parameters, const scene::Scene& scene) {
+  using Read = std::function<void(nodes::Settings&)>;
+  const Read array = [](nodes::Settings& settings) {
+    device::SafetyGateConfig gate;
+    nodes::readLimits(settings, gate);
+    nodes::ArrayModel().read(settings);
+  };
+  const std::map<std::string, Read> nodes_of_rig = {
+      {"clay_simulator",
+       [&](nodes::Settings& settings) { nodes::readClay(settings, scene.config, scene.materials); }},
+      {"focal_point_renderer",
+       [](nodes::Settings& settings) {
+         nodes::focalPointConfig(settings);
+         nodes::modulationFrequency(settings);
+       }},
+      {"hand_tracking", [](nodes::Settings& settings) { nodes::cleanConfig(settings); }},
+      {"simulated_array", array},
+      {"array_driver", array}};
+  const std::set<std::string> arguments = argumentsOfRig();
+  std::map<std::string, nodes::SettingValues> values;
+  for (const auto& [path, text] : parameters) {
+    const std::string node = path.substr(0, path.find('/')), name = path.substr(path.find('/') + 1);
+    if (nodes_of_rig.count(node) == 0)
+      throw std::runtime_error("parameter '" + path + "': unknown node '" + node + "', expected one of " +
+                               listOf(nodes_of_rig));
+    if (arguments.count(name) > 0)
+      throw std::runtime_error("parameter '" + path + "' is an argument of the rig, expected it as " + name);
+    values[node][name] = valueOf(text);
+  }
+  for (const auto& [node, given] : values) {
+    const auto naming = [&node = node](const std::string& name) {
+      return "parameter '" + node + "/" + name + "'";
+    };
+    nodes::Settings settings(naming, given);
+    nodes_of_rig.at(node)(settings);
+    std::map<std::string, bool> known;
+    for (const nodes::Setting& setting : settings.read())
+      if (arguments.count(setting.name) == 0) known[setting.name] = true;
+    for (const auto& [name, value] : given)
+      if (known.count(name) == 0)
+        throw std::runtime_error(naming(name) + " is not known, expected one of " + listOf(known));
   }
 }
 

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <map>
 #include <string>
+
+#include "scene/scene.h"
 
 namespace tactile_clay::tools {
 
@@ -8,5 +11,10 @@ namespace tactile_clay::tools {
 /// the functions by which the nodes read them. Arguments of the rig are given there, and not in the file.
 /// \throws std::runtime_error with one line: file, line, what was expected
 void requireRigFile(const std::string& file);
+
+/// Checks parameters NODE/NAME of the rig's nodes, with the functions by which the nodes read them.
+/// \param parameters texts by name, as YAML has them \param scene that is kneaded
+/// \throws std::runtime_error with one line naming the parameter and what was expected
+void requireParameters(const std::map<std::string, std::string>& parameters, const scene::Scene& scene);
 
 }  // namespace tactile_clay::tools

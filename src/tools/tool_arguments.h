@@ -23,17 +23,20 @@ inline double numberOf(const std::string& name, const std::string& text, double 
   return number;
 }
 
+/// Prints the usage where one of the arguments is `--help` or `-h`. \return whether it did
+inline bool askedForHelp(int argc, char** argv, const char* usage) {
+  for (int k = 1; k < argc; ++k)
+    if (argv[k] == std::string("--help") || argv[k] == std::string("-h"))
+      return std::printf("%s", usage) >= 0;
+  return false;
+}
+
 /// The main function of a tool: `--help` or `-h` prints the usage; what `run` throws is told in one line,
 /// with the tool's name, and ends it with 1.
 template <typename Run>
 int runTool(const char* name, const char* usage, int argc, char** argv, const Run& run) {
   try {
-    for (int k = 1; k < argc; ++k) {
-      if (argv[k] == std::string("--help") || argv[k] == std::string("-h")) {
-        std::printf("%s", usage);
-        return 0;
-      }
-    }
+    if (askedForHelp(argc, argv, usage)) return 0;
     run();
     return 0;
   } catch (const std::exception& error) {

@@ -1,8 +1,3 @@
-// Starts a program as a node unless a node of its name runs, which the master would end in its favour:
-//
-//   unless_running PROGRAM ARGUMENTS... __name:=NAME ...
-//
-// rig.launch has it before each of its programs (launch-prefix).
 #include <unistd.h>
 
 #include <cerrno>
@@ -12,8 +7,17 @@
 #include <string>
 
 #include "nodes/ros_master.h"
+#include "tools/tool_arguments.h"
 
 namespace {
+
+constexpr char usage[] =
+    R"(Starts a program as a node unless a node of its name runs, which the master would end in its favour:
+
+  unless_running PROGRAM ARGUMENTS... __name:=NAME ...
+
+rig.launch has it before each of its programs (launch-prefix).
+)";
 
 namespace nodes = tactile_clay::nodes;
 
@@ -39,6 +43,7 @@ std::string nodeName(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc == 2 && tactile_clay::tools::askedForHelp(argc, argv, usage)) return 0;
   if (argc < 2) {
     std::fprintf(stderr, "usage: unless_running PROGRAM ARGUMENTS...\n");
     return 1;

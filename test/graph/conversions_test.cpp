@@ -120,10 +120,10 @@ TEST(Conversions, SkinThatTellsHalfOfWhereItIsFeltIsRefused) {
 // Where a stamp comes twice, forces of one skin must not press samples of the other.
 TEST(Conversions, ContactsAreOnTheSkinThatTheyAreOf) {
   const auto cloud = skinCloud(twoSamples(), header("world"));
-  const auto contacts = contactCloud({{1, {0, 0, 1}}}, ghosts(*cloud), header("world"));
+  const auto contacts = contactCloud({{1, {0, 0, 1}}}, ghosts(*cloud), *cloud);
   const PressureSkin skin = pressureSkin(*cloud);
   EXPECT_TRUE(onSkin(*contacts, skin));
-  EXPECT_TRUE(onSkin(*contactCloud({}, {}, header("world")), PressureSkin()));
+  EXPECT_TRUE(onSkin(*contactCloud({}, {}, *cloud), PressureSkin()));
   hand::Skin moved = twoSamples();
   moved.position[1].x() += 0.01f;
   EXPECT_FALSE(onSkin(*contacts, pressureSkin(*skinCloud(moved, header("world")))));
@@ -131,6 +131,23 @@ TEST(Conversions, ContactsAreOnTheSkinThatTheyAreOf) {
   CloudWriter forces_alone(header("world"), "fx fy fz index:u", 1);
   forces_alone << 0.0f << 0.0f << 1.0f << std::uint32_t{1};
   EXPECT_TRUE(onSkin(*forces_alone.finish(), skin));
+}
+
+TEST(Conversions, ContactsTellWhoseSkinTheyAreOnAndHowItMoves) {
+  hand::Skin skin = twoSamples();
+  skin.side[1] = 1;
+  skin.region[1] = hand::index_distal;
+  const auto cloud = skinCloud(skin, header("world"));
+  const auto contacts = contactCloud({{1, {0, 0, 1}}}, ghosts(*cloud), *cloud);
+  EXPECT_EQ(column<std::uint32_t>(*contacts, "hand")[0], 1u);
+  EXPECT_EQ(column<std::uint32_t>(*contacts, "region")[0], std::uint32_t{hand::index_distal});
+  EXPECT_EQ(column<float>(*contacts, "area")[0], skin.area[1]);
+  EXPECT_EQ(column<float>(*contacts, "vz")[0], skin.velocity[1].z());
+  CloudWriter others(header("world"), "x y z normal_x normal_y normal_z vx vy vz hand region area", 1);
+  for (int k = 0; k < 12; ++k) others << (k == 5 ? 1.0f : 0.5f);
+  const auto foreign = others.finish();
+  EXPECT_FALSE(hasField(*contactCloud({{0, {0, 0, 1}}}, ghosts(*foreign), *foreign), "hand"))
+      << "of another type";
 }
 
 TEST(Conversions, FieldsAreFoundByNameWhereverTheyStand) {

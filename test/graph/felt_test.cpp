@@ -78,7 +78,7 @@ class Rig {
     last_ = frame.stamp;
     const clay::Ghosts ghosts = nodes::ghosts(*skin);
     clay_->advance(ghosts, solids_->solids(), solids_->motion(), std::min(dt, 1.0));
-    const auto contacts = contactCloud(clay_->ghostForces(), ghosts, header);
+    const auto contacts = contactCloud(clay_->ghostForces(), ghosts, *skin);
     const auto forces = contactForces(*contacts);
     react(frame.stamp, forces);
     const PressureSkin pressed = pressureSkin(*skin);

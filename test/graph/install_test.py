@@ -9,6 +9,7 @@ import unittest
 
 SOURCE = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..'))
 BUILD = os.path.abspath(sys.argv.pop())
+PROGRAMS = os.path.join(BUILD, 'devel', 'lib', 'tactile_clay')
 
 
 class Install(unittest.TestCase):
@@ -43,6 +44,20 @@ class Install(unittest.TestCase):
                                       capture_output=True, text=True, timeout=30, check=False)
                 self.assertEqual((done.returncode, done.stderr), (0, ''))
                 self.assertGreater(len(done.stdout), 40)
+
+    def test_each_tool_tells_what_it_is(self):
+        tools = []
+        for path in sorted(glob.glob(os.path.join(SOURCE, 'src', 'tools', '*.cpp'))):
+            with open(path) as text:
+                tools += [os.path.splitext(os.path.basename(path))[0]] if 'int main(' in text.read() else []
+        self.assertGreater(len(tools), 10)
+        for tool in tools:
+            with self.subTest(tool):
+                done = subprocess.run([os.path.join(PROGRAMS, tool), '--help'], stdin=subprocess.DEVNULL, capture_output=True,
+                                      text=True, timeout=30, check=False)
+                self.assertEqual((done.returncode, done.stderr), (0, ''))
+                self.assertIn(tool, done.stdout)
+                self.assertGreater(len(done.stdout), 80)
 
 
 if __name__ == '__main__':

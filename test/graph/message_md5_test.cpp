@@ -8,6 +8,7 @@
 #include <tactile_clay/FocalPoint.h>
 #include <tactile_clay/FocalPointArray.h>
 #include <tactile_clay/RenderingReport.h>
+#include <tactile_clay/RigLatency.h>
 #include <tactile_clay/RigNumbers.h>
 #include <tactile_clay/TrackedHand.h>
 #include <tactile_clay/TrackedHands.h>
@@ -34,8 +35,8 @@ TEST(Messages, HaveTheMd5OfTheCheckedInList) {
   using namespace tactile_clay;
   const std::map<std::string, std::string> compiled = {
       entry<AcousticReport>(), entry<ArrayDrive>(),      entry<ArrayState>(),      entry<ClayStatus>(),
-      entry<FocalPoint>(),     entry<FocalPointArray>(), entry<RenderingReport>(), entry<RigNumbers>(),
-      entry<TrackedHand>(),    entry<TrackedHands>()};
+      entry<FocalPoint>(),     entry<FocalPointArray>(), entry<RenderingReport>(), entry<RigLatency>(),
+      entry<RigNumbers>(),     entry<TrackedHand>(),     entry<TrackedHands>()};
   EXPECT_EQ(compiled, checkedIn());
 }
 

@@ -15,7 +15,7 @@ import roslib.packages
 import rospy
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
-from tactile_clay.srv import SculptureFile
+from tactile_clay.srv import SculptureFile, Undo
 
 import rig_run
 
@@ -91,6 +91,41 @@ class Sculpture(unittest.TestCase):
         self.assertTrue(loaded.success, loaded.message)
         self.answers(before[-1:])  # no time passes: its stamp lies before
         self.assertEqual(self.answers(after), once)
+
+    def undo(self, seconds):
+        rospy.wait_for_service('clay_simulator/undo', PATIENCE)
+        return rospy.ServiceProxy('clay_simulator/undo', Undo)(seconds=seconds)
+
+    def test_what_is_undone_comes_again_to_the_bit(self):
+        """Samples of a second and a half, from a state of which the second half is undone."""
+        self.assertTrue(self.call('reset').success)
+        once = self.answers(self.skins)
+        times = [skin.header.stamp.to_sec() for skin in self.skins]
+        answer = self.undo(times[-1] - times[0] - 1.0)
+        self.assertTrue(answer.success, answer.message)
+        self.assertGreaterEqual(answer.went_back, times[-1] - times[0] - 1.0 - 1e-6)
+        self.assertIn('the clay is what it was', answer.message)
+        last = times[-1] - answer.went_back
+        middle = next(k for k, time in enumerate(times) if time > last + 1e-4)
+        self.assertGreater(len(times) - middle, 10)
+        self.answers(self.skins[middle - 1:middle])  # no time passes: its stamp lies before
+        again = self.answers(self.skins[middle:])
+        self.assertGreater(len([data for data in again if data]), 5)
+        self.assertEqual(again, once[middle:])
+
+    def test_a_reset_is_undone(self):
+        self.answers(self.skins)
+        first = os.path.join(self.folder, 'first.clay')
+        second = os.path.join(self.folder, 'second.clay')
+        self.assertTrue(self.call('save', file=first).success)
+        self.assertTrue(self.call('reset').success)
+        self.assertTrue(self.undo(0.0).success)
+        self.assertTrue(self.call('save', file=second).success)
+        with open(first, 'rb') as one, open(second, 'rb') as other:
+            self.assertEqual(one.read(), other.read())
+        answer = self.undo(1e4)
+        self.assertFalse(answer.success)
+        self.assertRegex(answer.message, r'^10000.0 s back: expected at most [0-9.]+ s, the age of the oldest state')
 
     def test_what_is_no_sculpture_is_refused(self):
         damaged = os.path.join(self.folder, 'damaged.clay')

@@ -36,6 +36,18 @@ TEST(Scene, EveryShippedSceneLoads) {
   EXPECT_GE(count, 7);
 }
 
+TEST(Scene, OneMaterialMayStandForThatOfAllBodies) {
+  const Scene scene = loadScene("kindergarten", share, 0.0, {}, "putty");
+  ASSERT_EQ(scene.materials.size(), 1u);
+  EXPECT_EQ(scene.materials[0].name, "putty");
+  EXPECT_EQ(scene.materials[0].density, loadMaterial("putty", share).density);
+  for (const Body& body : scene.bodies) EXPECT_EQ(body.material, 0);
+  EXPECT_NE(errorOf([] {
+              loadScene("kindergarten", share, 0.0, {}, "granite");
+            }).find("material 'granite' not found"),
+            std::string::npos);
+}
+
 TEST(Material, EveryShippedOneLoads) {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(share + "/config/materials")) {

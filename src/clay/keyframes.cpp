@@ -1,0 +1,68 @@
+#include "clay/keyframes.h"
+
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+#include <utility>
+
+namespace tactile_clay::clay {
+namespace {
+
+constexpr double apart = 1.0;      // s
+constexpr double rounding = 1e-6;  // s, of sums of frames
+
+std::size_t bytesOf(const Sculpture& s) {
+  const auto of = [](const auto& values) { return values.size() * sizeof(values[0]); };
+  return sizeof s + of(s.position) + of(s.velocity) + of(s.compression) + of(s.window_start) +
+         of(s.material) + of(s.body) + of(s.bond_begin) + of(s.bonds) + of(s.contacts) + of(s.density_ratio) +
+         of(s.sleep.lump) + of(s.sleep.mark);
+}
+
+std::string inSeconds(double seconds) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f s", seconds);
+  return text;
+}
+
+}  // namespace
+
+bool Keyframes::pass(double duration) {
+  now_ += duration;
+  return limits_.seconds > 0.0 && (states_.empty() || now_ - states_.back().time >= apart - rounding);
+}
+
+void Keyframes::keep(Sculpture clay, int version) {
+  if (limits_.seconds <= 0.0) return;
+  bytes_ += bytesOf(clay);
+  states_.push_back({now_, version, std::move(clay)});
+  // The newest stays, whatever it takes: it is what a first step back needs.
+  while (states_.size() > 1 &&
+         (bytes_ > limits_.bytes || now_ - states_[1].time >= limits_.seconds - rounding))
+    forgetOldest();
+}
+
+const Keyframes::State& Keyframes::back(double seconds, double& went_back) {
+  if (limits_.seconds <= 0.0) throw std::runtime_error("no states are kept, expected undo_seconds above 0");
+  if (!(seconds >= 0.0 && std::isfinite(seconds)))
+    throw std::runtime_error("seconds back: expected a number of 0 or more");
+  const double target = now_ - seconds + rounding;
+  if (states_.empty() || states_.front().time > target)
+    throw std::runtime_error(inSeconds(seconds) + " back: expected at most " +
+                             (states_.empty() ? "0 s, for nothing was simulated yet"
+                                              : inSeconds(now_ - states_.front().time) +
+                                                    ", the age of the oldest state that is kept"));
+  while (states_.back().time > target) {
+    bytes_ -= bytesOf(states_.back().clay);
+    states_.pop_back();
+  }
+  went_back = now_ - states_.back().time;
+  now_ = states_.back().time;
+  return states_.back();
+}
+
+void Keyframes::forgetOldest() {
+  bytes_ -= bytesOf(states_.front().clay);
+  states_.pop_front();
+}
+
+}  // namespace tactile_clay::clay

@@ -1,0 +1,99 @@
+// Latency from motion to touch of recorded runs, stage by stage.
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <tactile_clay/ArrayState.h>
+#include <tactile_clay/FocalPointArray.h>
+#include <tactile_clay/TrackedHands.h>
+
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+
+#include "nodes/stage_latency.h"
+#include "tools/tool_arguments.h"
+
+namespace {
+
+using namespace tactile_clay;
+
+constexpr char usage[] =
+    "measure_latency RUN.bag...\n\n"
+    "Latency from motion to touch of runs that were recorded live (record:=RUN.bag): how long each stage "
+    "took, by\n"
+    "when its message came to the recorder, with p50, p99 and a histogram. doc/seeing.md tells what is "
+    "measured.\n"
+    "rig/latency has the same live.\n";
+constexpr double whole_bag = 1e9;  // s
+constexpr int longest_bar = 50;    // characters
+
+std::string endOf(const std::string& topic) {
+  for (const char* name : nodes::latency_topics)
+    if (("/" + topic).size() > std::string(name).size() &&
+        ("/" + topic)
+                .compare(topic.size() - std::string(name).size(), std::string::npos,
+                         "/" + std::string(name)) == 0)
+      return name;
+  return "";
+}
+
+ros::Time stampOf(const rosbag::MessageInstance& message) {
+  if (const auto hands = message.instantiate<TrackedHands>()) return hands->header.stamp;
+  if (const auto cloud = message.instantiate<sensor_msgs::PointCloud2>()) return cloud->header.stamp;
+  if (const auto points = message.instantiate<FocalPointArray>()) return points->header.stamp;
+  if (const auto state = message.instantiate<ArrayState>()) return state->header.stamp;
+  throw std::runtime_error(message.getTopic() + " is of type " + message.getDataType() + ", md5 " +
+                           message.getMD5Sum() + ": expected the type of this version");
+}
+
+void measure(const std::string& file) {
+  rosbag::Bag bag;
+  nodes::StageLatency latency(whole_bag);
+  std::size_t messages = 0;
+  try {
+    bag.open(file);
+    rosbag::View view(bag, [](const rosbag::ConnectionInfo* info) { return !endOf(info->topic).empty(); });
+    for (const rosbag::MessageInstance& message : view) {
+      const std::string name = endOf(message.getTopic());
+      for (std::size_t k = 0; k < nodes::latency_topics.size(); ++k)
+        if (name == nodes::latency_topics[k]) latency.arrived(k, stampOf(message), message.getTime());
+      ++messages;
+    }
+  } catch (const rosbag::BagException& error) {
+    throw std::runtime_error(file + ": " + error.what());
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(file + ": " + error.what());
+  }
+  latency.finish();
+  const RigLatency told = latency.message();
+  if (told.samples.back() == 0 && told.samples.at(told.samples.size() - 2) == 0)
+    throw std::runtime_error(file + ": no sample of the hands was answered by the array in " +
+                             std::to_string(messages) + " messages, expected a recorded run");
+  std::printf("%s: %u samples were not answered\n", file.c_str(), told.lost);
+  if (told.samples.back() == 0)
+    std::printf("stamps are those of a recording: when the hands moved is not known\n");
+  std::printf("%-16s %8s %8s %8s %8s\n", "stage", "samples", "p50 ms", "p99 ms", "longest");
+  for (std::size_t k = 0; k < told.stages.size(); ++k)
+    if (told.samples[k] > 0)
+      std::printf("%-16s %8u %8.2f %8.2f %8.2f\n", told.stages[k].c_str(), told.samples[k],
+                  static_cast<double>(told.p50_ms[k]), static_cast<double>(told.p99_ms[k]),
+                  static_cast<double>(told.longest_ms[k]));
+  const std::size_t last = told.stages.size() - 1;
+  const std::uint32_t* const counts = &told.counts[last * told.bins];
+  std::uint32_t most = 1;
+  for (std::uint32_t b = 0; b < told.bins; ++b) most = std::max(most, counts[b]);
+  for (std::uint32_t b = 0; b < told.bins; ++b)
+    if (counts[b] > 0)
+      std::printf("%4.0f%s ms %6u %s\n", static_cast<double>(told.bin_ms) * b, b + 1 == told.bins ? "+" : " ",
+                  counts[b], std::string(std::max(1u, longest_bar * counts[b] / most), '#').c_str());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return tools::runTool("measure_latency", usage, argc, argv, [&] {
+    if (argc < 2) throw std::runtime_error("no bag, expected measure_latency RUN.bag...");
+    for (int k = 1; k < argc; ++k) measure(argv[k]);
+  });
+}
