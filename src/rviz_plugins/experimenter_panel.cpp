@@ -5,6 +5,7 @@
 #include <signal.h>
 #include <std_srvs/Trigger.h>
 #include <tactile_clay/SculptureFile.h>
+#include <yaml-cpp/yaml.h>
 
 #include <QComboBox>
 #include <QDateTime>
@@ -23,10 +24,10 @@
 #include <deque>
 #include <mutex>
 #include <pluginlib/class_list_macros.hpp>
-#include <regex>
 #include <thread>
 #include <utility>
 
+#include "nodes/share.h"
 #include "nodes/topics.h"
 
 namespace tactile_clay::rviz_plugins {
@@ -50,14 +51,26 @@ bool callService(const std::string& name, Service& service, std::string& answer)
   return false;
 }
 
-/// \param text an edit_method of dynamic_reconfigure, a map of Python
-QStringList choicesOf(const std::string& text) {
-  static const std::regex value("'value': '([^']*)'");
-  QStringList choices;
-  for (auto found = std::sregex_iterator(text.begin(), text.end(), value); found != std::sregex_iterator();
-       ++found)
-    choices.append(QString::fromStdString((*found)[1]));
-  return choices;
+/// Presets of the quality of a step.
+QStringList qualities() {
+  QStringList names;
+  try {
+    for (const auto& preset : YAML::LoadFile(nodes::packageFolder() + "/config/quality.yaml"))
+      names.append(QString::fromStdString(preset.first.as<std::string>()));
+  } catch (const std::exception&) {
+    // Then the clay itself tells of one.
+  }
+  return names;
+}
+
+/// Long words are cut, for lines must not press others out of the panel; the tool tip has all of them.
+void showLine(QLabel& line, const QString& words, const char* color) {
+  constexpr int most = 80;  // letters, two lines
+  const QString style = QString("color: ") + color;
+  if (line.toolTip() == words && line.styleSheet() == style) return;
+  line.setText(words.size() > most ? words.left(most) + "…" : words);
+  line.setToolTip(words);
+  line.setStyleSheet(style);
 }
 
 QString newName(const QString& what, const QString& end) {
@@ -101,8 +114,11 @@ ExperimenterPanel::ExperimenterPanel(QWidget* parent)
   grid->addWidget(button("Reset the array", "Shift+F12", "Sounds again with the next focal points.",
                          [this] { resetArray(); }),
                   1, 0, 1, 3);
-  array_line_ = new QLabel;
-  array_line_->setWordWrap(true);
+  for (QLabel** line : {&array_line_, &record_line_, &answer_line_}) {
+    *line = new QLabel;
+    (*line)->setWordWrap(true);
+    (*line)->setMinimumHeight(2 * fontMetrics().lineSpacing());
+  }
   grid->addWidget(array_line_, 2, 0, 1, 3);
   grid->addWidget(button("Reset the clay", "F8", "The scene as it began.", [this] { resetClay(); }), 3, 0);
   grid->addWidget(button("Save", "F5", "Saves the clay to a new file of the folder, named by the time.",
@@ -120,8 +136,6 @@ ExperimenterPanel::ExperimenterPanel(QWidget* parent)
   record_ = button("Record", "F6", "All that the rig does, to a new bag of the folder on this computer.",
                    [this] { recorder_->state() == QProcess::NotRunning ? record() : stopRecording(); });
   grid->addWidget(record_, 4, 0, 1, 2);
-  record_line_ = new QLabel;
-  record_line_->setWordWrap(true);
   record_line_->setTextInteractionFlags(Qt::TextSelectableByMouse);
   record_line_->hide();
   grid->addWidget(record_line_, 5, 0, 1, 3);
@@ -149,8 +163,6 @@ ExperimenterPanel::ExperimenterPanel(QWidget* parent)
     });
     grid->addWidget(more, 7, 0, 1, 3);
   }
-  answer_line_ = new QLabel;
-  answer_line_->setWordWrap(true);
   grid->addWidget(answer_line_, 8, 0, 1, 3);
   grid->setRowStretch(9, 1);
   for (QLineEdit* line : {folder_, clay_})
@@ -185,24 +197,16 @@ ExperimenterPanel::~ExperimenterPanel() {
   recorder_->waitForFinished(closing_time);
 }
 
-/// Choices of the quality, and the one that holds.
+/// The quality that holds, from the clay.
 void ExperimenterPanel::subscribeClay() {
   quality_->clear();
+  quality_->addItems(qualities());
+  quality_->setCurrentIndex(-1);
   quality_held_.clear();
   quality_->setEnabled(false);
   looked_at_rig_ = ros::SteadyTime();
   const std::string clay = clay_->text().toStdString();
   try {
-    choices_ = nh_.subscribe<dynamic_reconfigure::ConfigDescription>(
-        clay + "/parameter_descriptions", 1,
-        [this](const dynamic_reconfigure::ConfigDescription::ConstPtr& all) {
-          quality_->clear();
-          for (const auto& group : all->groups)
-            for (const auto& parameter : group.parameters)
-              if (parameter.name == "quality") quality_->addItems(choicesOf(parameter.edit_method));
-          quality_->setCurrentText(quality_held_);
-          quality_->setEnabled(quality_->count() > 0);
-        });
     values_ = nh_.subscribe<dynamic_reconfigure::Config>(
         clay + "/parameter_updates", 4, [this](const dynamic_reconfigure::Config::ConstPtr& all) {
           for (const auto& value : all->strs) {
@@ -210,6 +214,7 @@ void ExperimenterPanel::subscribeClay() {
             quality_held_ = QString::fromStdString(value.value);
             if (quality_->findText(quality_held_) < 0) quality_->addItem(quality_held_);
             quality_->setCurrentText(quality_held_);
+            quality_->setEnabled(true);
           }
         });
   } catch (const ros::Exception& error) {
@@ -328,12 +333,11 @@ void ExperimenterPanel::lookAtRecording() {
   const bool runs = recorder_->state() != QProcess::NotRunning;
   const double megabytes = 1e-6 * static_cast<double>(QFileInfo(bag_ + ".active").size());
   record_->setText(runs ? "Stop recording (F6)" : "Record (F6)");
-  record_line_->setText(!runs       ? recorded_ ? QFileInfo(bag_).fileName() : bag_
-                        : stopping_ ? "closing the bag"
-                                    : QString("recording, %1 MB").arg(megabytes, 0, 'f', 1));
-  record_line_->setToolTip(bag_);
+  const QString words = !runs       ? recorded_ ? "recorded " + QFileInfo(bag_).fileName() : bag_
+                        : stopping_ ? QString("closing the bag")
+                                    : QString("recording, %1 MB").arg(megabytes, 0, 'f', 1);
+  showLine(*record_line_, words, runs || recorded_ ? good_color : bad_color);
   record_line_->setVisible(!bag_.isEmpty());
-  record_line_->setStyleSheet(QString("color: ") + (runs || recorded_ ? good_color : bad_color));
 }
 
 void ExperimenterPanel::lookAtRig() {
@@ -397,8 +401,7 @@ void ExperimenterPanel::call(const std::string& what, Call work) {
 }
 
 void ExperimenterPanel::say(const QString& words, bool good) {
-  answer_line_->setText(words);
-  answer_line_->setStyleSheet(QString("color: ") + (good ? good_color : bad_color));
+  showLine(*answer_line_, words, good ? good_color : bad_color);
 }
 
 void ExperimenterPanel::look() {
@@ -417,11 +420,7 @@ void ExperimenterPanel::look() {
                         : array_->emitting
                             ? "array: sounds"
                             : "array: silent, " + QString::fromStdString(array_->silent_reason);
-  if (words == array_line_->text()) return;
-  array_line_->setText(words);
-  array_line_->setStyleSheet(QString("color: ") + (!fresh             ? no_color
-                                                   : array_->emitting ? good_color
-                                                                      : bad_color));
+  showLine(*array_line_, words, !fresh ? no_color : array_->emitting ? good_color : bad_color);
 }
 
 }  // namespace tactile_clay::rviz_plugins

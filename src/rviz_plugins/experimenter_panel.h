@@ -1,7 +1,6 @@
 #pragma once
 
 #include <dynamic_reconfigure/Config.h>
-#include <dynamic_reconfigure/ConfigDescription.h>
 #include <ros/ros.h>
 #include <rviz/panel.h>
 #include <std_msgs/Empty.h>
@@ -60,7 +59,7 @@ class ExperimenterPanel : public rviz::Panel {
 
   ros::NodeHandle nh_;
   ros::Publisher stop_;
-  ros::Subscriber state_, choices_, values_;  // their callbacks run in the thread that draws
+  ros::Subscriber state_, values_;  // their callbacks run in the thread that draws
   ArrayState::ConstPtr array_;
   ros::SteadyTime array_came_, looked_at_rig_;
   std::shared_ptr<Answers> answers_;

@@ -8,7 +8,7 @@ import unittest
 import rosbag
 import rosgraph
 import rospy
-from dynamic_reconfigure.msg import Config, ConfigDescription, Group, ParamDescription, StrParameter
+from dynamic_reconfigure.msg import Config, StrParameter
 from dynamic_reconfigure.srv import Reconfigure, ReconfigureResponse
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger, TriggerResponse
@@ -37,10 +37,7 @@ class Panel(unittest.TestCase):
             rospy.Service('clay_simulator/save', SculptureFile, answer('save', SculptureFileResponse(True, 'saved')))
             rospy.Service('clay_simulator/load', SculptureFile, answer('load', SculptureFileResponse(False, 'torn file')))
             quality = lambda name: Config(strs=[StrParameter('quality', name)])
-            choices = rospy.Publisher('clay_simulator/parameter_descriptions', ConfigDescription, queue_size=1, latch=True)
             held = rospy.Publisher('clay_simulator/parameter_updates', Config, queue_size=1, latch=True)
-            choices.publish(ConfigDescription(groups=[Group(parameters=[ParamDescription(name='quality', edit_method=str(
-                {'enum': [{'name': name, 'value': name} for name in ('fast', 'balanced', 'accurate')]}))])]))
             held.publish(quality('balanced'))
 
             def change(request):
