@@ -73,11 +73,18 @@ function(tactile_clay_install)
 endfunction()
 
 catkin_install_python(PROGRAMS scripts/calibrate_board scripts/describe_rig scripts/fuzz_topics scripts/record_run scripts/replay
-  scripts/show_moment scripts/start_when_set scripts/trial
+  scripts/rig_view scripts/show_moment scripts/start_when_set scripts/trial
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 # Modules of theirs, which stand beside them and are no programs.
 install(FILES scripts/rig_tools.py scripts/trial_plan.py scripts/trial_summary.py
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 install(FILES plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+# rviz asks for a package media_export. Where there is none, whoever sources setup.bash has an empty one.
+find_package(media_export QUIET)
+if(NOT media_export_FOUND)
+  configure_file(rviz/packages/media_export/package.xml
+    ${CATKIN_DEVEL_PREFIX}/share/${PROJECT_NAME}/rviz/packages/media_export/package.xml COPYONLY)
+  catkin_add_env_hooks(50.tactile_clay SHELLS sh DIRECTORY ${PROJECT_SOURCE_DIR}/cmake/env_hooks)
+endif()
 install(DIRECTORY launch config rviz DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 install(DIRECTORY test/bags DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION}/test OPTIONAL)

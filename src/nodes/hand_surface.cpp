@@ -30,7 +30,7 @@ using Eigen::Vector3f;
 using visualization_msgs::Marker;
 using Triangles = std::vector<std::array<std::uint32_t, 3>>;
 
-constexpr double cell = 0.0032;  // m, of the hands' meshes
+constexpr double cell = 0.0040;  // m, of the hands' meshes
 // Of samples that are 4 to 5 mm apart a corner has some ten within this reach, with weights of 3 together.
 constexpr float paint_reach = 0.007f, full_weight = 2.0f;  // m
 constexpr float bend_reach = 0.010f;                       // m, of the displacement of a soft hand

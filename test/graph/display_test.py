@@ -112,7 +112,7 @@ class Window:
             self.environment = {'DISPLAY': ':' + opened.readline().strip(), 'LIBGL_ALWAYS_SOFTWARE': '1',
                                 'QT_X11_NO_MITSHM': '1', 'HOME': graph.folder, 'XDG_RUNTIME_DIR': graph.folder}
         self.log = open(os.path.join(graph.folder, 'rviz.log'), 'wb')
-        self.rviz = graph.start([roslib.packages.find_node('rviz', 'rviz')[0]] + ['--fullscreen'] * fullscreen + ['-d', config],
+        self.rviz = graph.start([roslib.packages.find_node('tactile_clay', 'rig_view')[0]] + ['--fullscreen'] * fullscreen + ['-d', config],
                                 environment=self.environment, stdout=self.log, stderr=subprocess.STDOUT)
 
     def picture(self):
@@ -172,6 +172,8 @@ class Display(unittest.TestCase):
                                            for x in range(WIDTH)))))
                 pictures[-1].save(os.path.join(os.environ.get('ROS_HOME', graph.folder), 'step%d.png' % k))  # for who looks
                 graph.stop(publisher)
+            with open(os.path.join(graph.folder, 'rviz.log')) as log:
+                cls.log = log.read()
         return pictures
 
     def moment(self, graph, topics):
@@ -291,6 +293,10 @@ class Display(unittest.TestCase):
         shown = {at for at in self.clay.pixels(lambda color: differs(color, BACKGROUND))
                  if at[0] > OVERLAY[0] or at[1] < OVERLAY[1]}
         self.assertGreater(len(expected & shown) / len(expected | shown), 0.9)
+
+    def test_rviz_misses_no_package(self):
+        self.assertIn('OpenGl version', self.log)
+        self.assertNotIn('[rospack] Error', self.log)
 
     def test_state_of_the_rig(self):
         panel = self.clay.pixels(lambda color: min(color) > 247)

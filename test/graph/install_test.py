@@ -23,7 +23,7 @@ class Install(unittest.TestCase):
                 text = script.read()
             self.assertFalse('CMAKE_ABSOLUTE_DESTINATION_FILES' in text, path)
             installed += text
-        for name in ('setup.bash', '_setup_util.py', 'hand_tracking', 'replay'):
+        for name in ('setup.bash', '_setup_util.py', 'hand_tracking', 'replay', 'rig_view'):
             self.assertIn('/%s"' % name, installed)
 
     def test_catkin_lint(self):

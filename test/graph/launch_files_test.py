@@ -104,7 +104,7 @@ class LaunchFiles(unittest.TestCase):
                 config = load(*variant)
                 self.assertGreater(len(config.nodes), 6)
                 for node in config.nodes:
-                    if node.type == 'rviz':
+                    if node.type == 'rig_view':
                         continue
                     self.assertIn('/%s/' % node.name, config.clear_params)
                     self.assertTrue(node.launch_prefix.endswith("/unless_running'"), node.name)

@@ -1,21 +1,25 @@
 #!/usr/bin/env python3
 """Buttons and keys of the experimenter's panel: see panel.test."""
+import glob
 import os
 import subprocess
 import unittest
 
-import roslib.packages
+import rosbag
 import rosgraph
 import rospy
+from dynamic_reconfigure.msg import Config, StrParameter
+from dynamic_reconfigure.srv import Reconfigure, ReconfigureResponse
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger, TriggerResponse
 from tactile_clay.msg import ArrayState
 from tactile_clay.srv import SculptureFile, SculptureFileResponse
 
 import rig_run
-from display_test import PATIENCE, Window
+from display_test import HEIGHT, PATIENCE, Window
 
 STOP_RED = (210, 40, 30)
+PANEL_WIDTH = 350  # pixels
 
 
 class Panel(unittest.TestCase):
@@ -32,11 +36,24 @@ class Panel(unittest.TestCase):
             rospy.Service('clay_simulator/reset', Trigger, answer('clay', TriggerResponse(True, '')))
             rospy.Service('clay_simulator/save', SculptureFile, answer('save', SculptureFileResponse(True, 'saved')))
             rospy.Service('clay_simulator/load', SculptureFile, answer('load', SculptureFileResponse(False, 'torn file')))
+            quality = lambda name: Config(strs=[StrParameter('quality', name)])
+            held = rospy.Publisher('clay_simulator/parameter_updates', Config, queue_size=1, latch=True)
+            held.publish(quality('balanced'))
+
+            def change(request):
+                asked.append(('quality', request.config.strs[0].value))
+                held.publish(request.config)
+                return ReconfigureResponse(request.config)
+            rospy.Service('clay_simulator/set_parameters', Reconfigure, change)
+            rospy.set_param('/clay_simulator/scene', '/somewhere/config/scenes/kindergarten.yaml')
             states = rospy.Publisher('array/state', ArrayState, queue_size=1, latch=True)
             silent = ArrayState(device='simulated', emitting=False, silent_reason='stopped by hand')
             rospy.Timer(rospy.Duration(0.5), lambda _: states.publish(silent))
             window = Window(graph, fullscreen=False)
-            red = lambda picture: picture.pixels(lambda c: max(abs(a - b) for a, b in zip(c, STOP_RED)) < 6)
+            # Of the panel alone, on the left of the window.
+            pixels = lambda picture, condition: {(x, y) for y in range(HEIGHT) for x in range(PANEL_WIDTH)
+                                                 if condition(picture[x, y])}
+            red = lambda picture: pixels(picture, lambda c: max(abs(a - b) for a, b in zip(c, STOP_RED)) < 6)
             # Beside the panel rviz shows its frames per second, which seldom stay the same on a busy machine.
             seen = window.settled(lambda picture: len(red(picture)) > 3000, part=red)
             seen.save(os.path.join(pictures, 'panel.png'))
@@ -61,8 +78,35 @@ class Panel(unittest.TestCase):
             saved, loaded = asked[3][1], asked[4][1]
             self.assertRegex(saved, r'^/.*/clay_[-_0-9]+\.clay$')
             self.assertEqual(loaded, saved)
+            # Quality by keys, from the one that holds: the next better one. Alt+Q brings the focus there.
+            act('key', 'alt+q', 'Down')
+            come('quality')
+            self.assertEqual(asked[-1], ('quality', 'accurate'))
+            act('key', 'alt+q', 'Up')
+            rig_run.wait_until(lambda: ('quality', 'balanced') in asked, 30.0, 'the quality of before')
+            # There is no undo until the clay serves it.
+            act('key', 'ctrl+z')
+            rospy.Service('clay_simulator/undo', Trigger, answer('undo', TriggerResponse(True, '')))
+
+            def undone():
+                act('key', 'ctrl+z')
+                return 'undo' in [name for name, _ in asked]
+            rig_run.wait_until(undone, 30.0, 'undo')
+            # A recording, on and off.
+            written = lambda end: glob.glob(os.path.join(graph.folder, 'run_*.bag' + end))
+            act('key', 'F6')
+            rig_run.wait_until(lambda: written('.active') and os.path.getsize(written('.active')[0]) > 10000, PATIENCE, 'a recording')
+            window.picture().save(os.path.join(pictures, 'panel_recording.png'))
+            act('key', 'F6')
+            rig_run.wait_until(lambda: written(''), PATIENCE, 'a closed bag')
+            self.assertFalse(written('.active'))
+            with rosbag.Bag(written('')[0]) as bag:
+                self.assertIn('/array/state', bag.get_type_and_topic_info().topics)
+            asked.clear()
+            act('key', 'F9')
+            come('load')
             # The last line is red: the file could not be loaded.
-            words = lambda picture: {at for at in picture.pixels(lambda c: c[0] > 150 and c[1] < 90 and c[2] < 90)
+            words = lambda picture: {at for at in pixels(picture, lambda c: c[0] > 150 and c[1] < 90 and c[2] < 90)
                                      if at[1] > int(middle[1]) + 130}
             self.assertFalse(words(seen))
             window.settled(words, part=words).save(os.path.join(pictures, 'panel_answer.png'))

@@ -16,7 +16,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr double cell = 0.0032;  // m
+constexpr double cell = 0.0040;  // m
 
 TEST(CapsuleSurface, LiesOnACapsuleThatIsAlone) {
   const hand::Capsule capsule{{0.0, 0.01, 0.0}, {0.05, 0.02, 0.03}, 0.012, 0.007};
