@@ -5,6 +5,7 @@
 #include <signal.h>
 #include <std_srvs/Trigger.h>
 #include <tactile_clay/SculptureFile.h>
+#include <tactile_clay/Undo.h>
 #include <yaml-cpp/yaml.h>
 
 #include <QComboBox>
@@ -128,8 +129,8 @@ ExperimenterPanel::ExperimenterPanel(QWidget* parent)
                          "Goes on from the file that was saved last here; asks for one where there is none.",
                          [this] { loadClay(); }),
                   3, 2);
-  undo_ = button("Undo", "Ctrl+Z", "The clay as it was before.", [this] {
-    if (!undo_->isHidden()) trigger("undo", clay_->text().toStdString() + "/undo");
+  undo_ = button("Undo", "Ctrl+Z", "The clay as it was two simulated seconds before; again: four.", [this] {
+    if (!undo_->isHidden()) undo();
   });
   undo_->hide();
   grid->addWidget(undo_, 4, 2);
@@ -262,6 +263,17 @@ void ExperimenterPanel::resetArray() {
 
 void ExperimenterPanel::resetClay() {
   trigger("reset of the clay", clay_->text().toStdString() + "/reset");
+}
+
+void ExperimenterPanel::undo() {
+  constexpr double back = 2.0;  // s
+  call("undo", [name = nh_.resolveName(clay_->text().toStdString() + "/undo")](std::string& answer) {
+    Undo request;
+    request.request.seconds = back;
+    if (!callService(name, request, answer)) return false;
+    answer = request.response.message;
+    return static_cast<bool>(request.response.success);
+  });
 }
 
 void ExperimenterPanel::trigger(const std::string& what, const std::string& service) {

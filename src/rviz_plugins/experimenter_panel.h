@@ -41,6 +41,7 @@ class ExperimenterPanel : public rviz::Panel {
   void stop();
   void resetArray();
   void resetClay();
+  void undo();
   void saveClay();
   void loadClay();
   void setQuality(const QString& quality);

@@ -13,7 +13,7 @@ from dynamic_reconfigure.srv import Reconfigure, ReconfigureResponse
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger, TriggerResponse
 from tactile_clay.msg import ArrayState
-from tactile_clay.srv import SculptureFile, SculptureFileResponse
+from tactile_clay.srv import SculptureFile, SculptureFileResponse, Undo, UndoResponse
 
 import rig_run
 from display_test import HEIGHT, PATIENCE, Window
@@ -86,7 +86,7 @@ class Panel(unittest.TestCase):
             rig_run.wait_until(lambda: ('quality', 'balanced') in asked, 30.0, 'the quality of before')
             # There is no undo until the clay serves it.
             act('key', 'ctrl+z')
-            rospy.Service('clay_simulator/undo', Trigger, answer('undo', TriggerResponse(True, '')))
+            rospy.Service('clay_simulator/undo', Undo, answer('undo', UndoResponse(True, 'went back', 2.0)))
 
             def undone():
                 act('key', 'ctrl+z')
