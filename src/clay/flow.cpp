@@ -11,7 +11,8 @@ namespace tactile_clay::clay {
 namespace {
 
 constexpr float fresh = 6.0f * 1.0f + 12.0f * 2.0f;  // squares of the rest lengths in the initial lattice
-constexpr float least = fresh / 16.0f;               // that count: a lone pair is four times as stiff
+// That count at least, those of a flat face: an edge or a crumb is stiffened no more than that.
+constexpr float least = 5.0f * 1.0f + 8.0f * 2.0f;
 
 struct Measure {
   const std::uint32_t *begin, *end, *slot;

@@ -58,7 +58,7 @@ void forPairsWithin(double h, const Vectors& x, const F& f) {
 }
 
 /// How stiff the bonds of each particle are, over E d: what makes sum k l^2 over their rest lengths, of a
-/// neighbourhood that has them all, 30 E d^3; half as much of what a surface takes away. \param before the
+/// neighbourhood that has them all, 30 E d^3; half as much of what a surface takes away, a flat one at most. \param before the
 /// step, in which rest lengths of old bonds are looked up \param bonds those of the step
 inline std::vector<double> bondStiffness(const Sculpture& before, const Sculpture& bonds) {
   std::vector<double> stiffness;
@@ -70,7 +70,7 @@ inline std::vector<double> bondStiffness(const Sculpture& before, const Sculptur
         if (before.bonds[a].other == bonds.bonds[b].other) length = before.bonds[a].rest_length;
       squares += length * length;
     }
-    const double ratio = std::max(squares / (30.0 * before.spacing * before.spacing), 1.0 / 16.0);
+    const double ratio = std::max(squares / (30.0 * before.spacing * before.spacing), 21.0 / 30.0);
     stiffness.push_back(1.0 / (ratio < 1.0 ? std::sqrt(ratio) : ratio));
   }
   return stiffness;

@@ -134,7 +134,7 @@ struct Cloud {
   }
 
   /// sum of k/2 (l - d)^2 over the bonds, whose k is the mean of what makes sum k d^2 of each end that of the
-  /// lattice, 30 E d^3; of what a surface lacks, half.
+  /// lattice, 30 E d^3; half of what a surface lacks, a flat one at most.
   double bondEnergy(const Vectors& u) const {
     const double k = materials[0].stiffness * spacing;
     std::vector<double> share;
@@ -142,6 +142,7 @@ struct Cloud {
       double squares = 0.0;
       for (const Bond* b = bonds.begin(i); b != bonds.end(i); ++b)
         squares += std::pow(static_cast<double>(b->rest_length / spacing), 2.0) / 30.0;
+      squares = std::max(squares, 21.0 / 30.0);
       share.push_back(1.0 / (squares < 1.0 ? std::sqrt(squares) : squares));
     }
     double energy = 0.0;
