@@ -58,8 +58,8 @@ void forPairsWithin(double h, const Vectors& x, const F& f) {
 }
 
 /// How stiff the bonds of each particle are, over E d: what makes sum k l^2 over their rest lengths, of a
-/// neighbourhood that has them all, 30 E d^3; half as much of what a surface takes away, a flat one at most. \param before the
-/// step, in which rest lengths of old bonds are looked up \param bonds those of the step
+/// neighbourhood that has them all, 30 E d^3; half as much of what a surface takes away, a flat one at most.
+/// \param before the step, in which rest lengths of old bonds are looked up \param bonds those of the step
 inline std::vector<double> bondStiffness(const Sculpture& before, const Sculpture& bonds) {
   std::vector<double> stiffness;
   for (std::size_t i = 0; i < before.position.size(); ++i) {
