@@ -31,9 +31,9 @@ class Bonds;
 /// surface has less of that, but no more or less clay. So the bonds of a particle are softer by what they
 /// have too much, and stiffer by the root of what they lack: of the bonds that a surface takes away half
 /// matters, since no stress crosses a free surface. They are stiffer by what a flat surface takes at most. A
-/// bar of any number of columns then has the Young's modulus of the material. It is their rest lengths that
-/// count, so that this changes only with bonds and flow. Where it does, a bond that gets stiffer keeps its
-/// force, one that gets softer its elongation: neither gains energy.
+/// bar then has the Young's modulus of the material, within 2 % from six columns on. It is their rest lengths
+/// that count, so that this changes only with bonds and flow. Where it does, a bond that gets stiffer keeps
+/// its force, one that gets softer its elongation: neither gains energy.
 struct Flow {
   std::vector<float> share;      // of the elongations; 1: does not flow
   std::vector<float> stiffness;  // of its bonds, over that of their rule
