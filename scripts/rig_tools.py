@@ -5,6 +5,7 @@ import re
 import signal
 import struct
 import subprocess
+import time
 import urllib.parse
 
 PACKAGE = 'tactile_clay'
@@ -22,6 +23,22 @@ class Fault(Exception):
 
 def one_line(text):
     return ' '.join(str(text).split())
+
+
+# The master
+
+def wait_for_master(seconds, ended=lambda: False):
+    """Returns once roscore is whole: what starts beside it while it is not takes it for another one. Raises Fault after
+    that many seconds, and where it has `ended`."""
+    import rosgraph
+    master, deadline = rosgraph.Master('/' + PACKAGE), time.monotonic() + seconds
+    while True:
+        with contextlib.suppress(OSError, rosgraph.MasterException):
+            if master.hasParam('/run_id') and master.lookupNode('/rosout'):
+                return
+        if ended() or time.monotonic() > deadline:
+            raise Fault('no master could be started at %s' % rosgraph.get_master_uri())
+        time.sleep(0.1)
 
 
 # The launch of the rig
@@ -118,6 +135,9 @@ def find_file(name, beside, shipped, ending):
 
 
 # Bags
+
+COMPRESSIONS = {'none': [], 'lz4': ['--lz4'], 'bz2': ['--bz2']}  # options of rosbag record
+
 
 def opened(path):
     import rosbag

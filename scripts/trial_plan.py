@@ -10,11 +10,10 @@ import subprocess
 import roslib.packages
 import yaml
 
-from rig_tools import Fault, known_arguments, one_line
+from rig_tools import COMPRESSIONS, Fault, known_arguments, one_line
 
 NAME = re.compile(r'[A-Za-z0-9][A-Za-z0-9_.-]*')  # of what becomes part of the name of a file
 OF_THE_SESSION = ('record', 'record_skin', 'record_compression', 'duration')  # arguments of the rig that `trial` gives
-COMPRESSIONS = ('none', 'lz4', 'bz2')
 REQUIRED = object()
 
 

@@ -16,6 +16,14 @@ OF_A_PART = ('contact_s', 'force_mean_N', 'force_max_N', 'area_mean_cm2', 'area_
 CONTACT_FIELDS = ('fx', 'fy', 'fz', 'vx', 'vy', 'vz', 'hand', 'region', 'area')
 
 
+def named(path):
+    """The opened bag. Raises Fault with its path."""
+    try:
+        return opened(path)
+    except Fault as fault:
+        raise Fault('%s: %s' % (path, fault)) from None
+
+
 class Part:
     """Contact of a region, or of a hand: over time."""
 
@@ -47,7 +55,7 @@ class Summary:
         self.first = self.last = self.before = None                # ns, of hands and of contacts
         self.late, self.latencies, self.levels, self.emitting = [], [], [], 0
         self.lockstep = None
-        with opened(path) as bag:
+        with named(path) as bag:
             names = {topic: name for topic in bag.get_type_and_topic_info().topics for name in
                      (HANDS, 'clay/contacts', 'array/state', 'rig/description') if ('/' + topic).endswith('/' + name)}
             if HANDS not in names.values():
@@ -135,7 +143,7 @@ def trim(path, new, start, end):
     import rosbag
     if os.path.lexists(new):
         raise Fault("'%s' is there already, expected the name of a new bag" % new)
-    with opened(path) as bag:
+    with named(path) as bag:
         topics = bag.get_type_and_topic_info().topics
         hands = next((topic for topic in topics if ('/' + topic).endswith('/' + HANDS)), None)
         if hands is None:

@@ -43,16 +43,18 @@ std::string groupOf(const std::vector<clay::Material>& materials, std::size_t k)
   return taken ? name + "_" + std::to_string(k) : name;
 }
 
-}  // namespace
-
 /// How much of the past `~undo` can go back to.
 clay::Keyframes::Limits undoLimits(const ros::NodeHandle& nh) {
   constexpr double megabyte = 1024.0 * 1024.0;
   clay::Keyframes::Limits limits;
   limits.seconds = paramIn(nh, "undo_seconds", limits.seconds, 0.0, 3600.0);
-  limits.bytes = static_cast<std::size_t>(megabyte * paramIn(nh, "undo_megabytes", 256.0, 1.0, 65536.0));
+  const double most =
+      paramIn(nh, "undo_megabytes", static_cast<double>(limits.bytes) / megabyte, 1.0, 65536.0);
+  limits.bytes = static_cast<std::size_t>(megabyte * most);
   return limits;
 }
+
+}  // namespace
 
 ClayChoice readClay(Settings& settings, const clay::ClayConfig& config,
                     const std::vector<clay::Material>& materials) {

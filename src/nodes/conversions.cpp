@@ -169,15 +169,19 @@ sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& fo
   // Skin of others may leave them out.
   const bool told = hasColumn<std::uint32_t>(skin, "hand") && hasColumn<std::uint32_t>(skin, "region") &&
                     hasColumn<float>(skin, "area");
+  std::optional<Column<std::uint32_t>> hand, region;
+  std::optional<Column<float>> area;
+  if (told) {
+    hand = column<std::uint32_t>(skin, "hand"), region = column<std::uint32_t>(skin, "region");
+    area = column<float>(skin, "area");
+  }
   CloudWriter cloud(skin.header,
                     std::string("x y z fx fy fz index:u vx vy vz") + (told ? " hand:u region:u area" : ""),
                     forces.size());
   for (const clay::GhostForce& force : forces) {
     cloud.vector(ghosts.position.at(force.ghost)).vector(force.force) << force.ghost;
     cloud.vector(ghosts.velocity.at(force.ghost));
-    if (told)
-      cloud << column<std::uint32_t>(skin, "hand")[force.ghost]
-            << column<std::uint32_t>(skin, "region")[force.ghost] << column<float>(skin, "area")[force.ghost];
+    if (told) cloud << (*hand)[force.ghost] << (*region)[force.ghost] << (*area)[force.ghost];
   }
   return cloud.finish();
 }

@@ -2,8 +2,10 @@
 
 #include <ros/package.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace tactile_clay::nodes {
 
@@ -18,6 +20,14 @@ inline std::string packageFolder() {
 /// Folder of any package, for `package://` in scenes and robot models; empty where ROS does not know it.
 inline std::string folderOfPackage(const std::string& package) {
   return ros::package::getPath(package);
+}
+
+/// Whether ROS knows a package. Not by its path, for which rospack tells the standard error what it does not
+/// find.
+inline bool hasPackage(const std::string& package) {
+  std::vector<std::string> all;
+  ros::package::getAll(all);
+  return std::find(all.begin(), all.end(), package) != all.end();
 }
 
 }  // namespace tactile_clay::nodes

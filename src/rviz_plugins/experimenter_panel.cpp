@@ -1,7 +1,6 @@
 #include "rviz_plugins/experimenter_panel.h"
 
 #include <dynamic_reconfigure/Reconfigure.h>
-#include <ros/package.h>
 #include <signal.h>
 #include <std_srvs/Trigger.h>
 #include <tactile_clay/SculptureFile.h>
@@ -21,7 +20,6 @@
 #include <QPushButton>
 #include <QShortcut>
 #include <QTimer>
-#include <algorithm>
 #include <deque>
 #include <mutex>
 #include <pluginlib/class_list_macros.hpp>
@@ -76,12 +74,6 @@ void showLine(QLabel& line, const QString& words, const char* color) {
 
 QString newName(const QString& what, const QString& end) {
   return what + "_" + QDateTime::currentDateTime().toString("yyyy-MM-dd_hh-mm-ss-zzz") + end;
-}
-
-bool hasPackage(const std::string& name) {
-  std::vector<std::string> all;
-  ros::package::getAll(all);
-  return std::find(all.begin(), all.end(), name) != all.end();
 }
 
 }  // namespace
@@ -156,7 +148,7 @@ ExperimenterPanel::ExperimenterPanel(QWidget* parent)
   clay_->setToolTip("Name of the node that simulates the clay.");
   form->addRow("Clay", clay_);
   grid->addLayout(form, 6, 0, 1, 3);
-  if (hasPackage("rqt_reconfigure")) {
+  if (nodes::hasPackage("rqt_reconfigure")) {
     auto* more = new QPushButton("&More parameters");
     more->setToolTip("Opens rqt_reconfigure, with a slider for each parameter that may change.");
     connect(more, &QPushButton::clicked, this, [] {

@@ -6,11 +6,12 @@
 #include <tactile_clay/FocalPointArray.h>
 #include <tactile_clay/TrackedHands.h>
 
-#include <cmath>
+#include <algorithm>
 #include <cstdio>
 #include <stdexcept>
 #include <string>
 
+#include "files/ends_with.h"
 #include "nodes/stage_latency.h"
 #include "tools/tool_arguments.h"
 
@@ -22,20 +23,19 @@ constexpr char usage[] =
     "measure_latency RUN.bag...\n\n"
     "Latency from motion to touch of runs that were recorded live (record:=RUN.bag): how long each stage "
     "took, by\n"
-    "when its message came to the recorder, with p50, p99 and a histogram. doc/seeing.md tells what is "
+    "when its message came to the recorder, with p50, p99 and a histogram. doc/latency.md tells what is "
     "measured.\n"
     "rig/latency has the same live.\n";
 constexpr double whole_bag = 1e9;  // s
 constexpr int longest_bar = 50;    // characters
 
-std::string endOf(const std::string& topic) {
-  for (const char* name : nodes::latency_topics)
-    if (("/" + topic).size() > std::string(name).size() &&
-        ("/" + topic)
-                .compare(topic.size() - std::string(name).size(), std::string::npos,
-                         "/" + std::string(name)) == 0)
-      return name;
-  return "";
+/// Place of a topic in nodes::latency_topics, in whatever namespace; their number where it is none of them.
+std::size_t placeOf(const std::string& topic) {
+  const auto& all = nodes::latency_topics;
+  const auto found = std::find_if(all.begin(), all.end(), [&](const char* name) {
+    return files::endsWith(topic, "/" + std::string(name));
+  });
+  return static_cast<std::size_t>(found - all.begin());
 }
 
 ros::Time stampOf(const rosbag::MessageInstance& message) {
@@ -53,16 +53,14 @@ void measure(const std::string& file) {
   std::size_t messages = 0;
   try {
     bag.open(file);
-    rosbag::View view(bag, [](const rosbag::ConnectionInfo* info) { return !endOf(info->topic).empty(); });
+    rosbag::View view(bag, [](const rosbag::ConnectionInfo* info) {
+      return placeOf(info->topic) < nodes::latency_topics.size();
+    });
     for (const rosbag::MessageInstance& message : view) {
-      const std::string name = endOf(message.getTopic());
-      for (std::size_t k = 0; k < nodes::latency_topics.size(); ++k)
-        if (name == nodes::latency_topics[k]) latency.arrived(k, stampOf(message), message.getTime());
+      latency.arrived(placeOf(message.getTopic()), stampOf(message), message.getTime());
       ++messages;
     }
-  } catch (const rosbag::BagException& error) {
-    throw std::runtime_error(file + ": " + error.what());
-  } catch (const std::runtime_error& error) {
+  } catch (const std::runtime_error& error) {  // rosbag::BagException, too
     throw std::runtime_error(file + ": " + error.what());
   }
   latency.finish();

@@ -1,5 +1,4 @@
 #include <ros/console.h>
-#include <ros/package.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,7 +14,6 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 #include "device/array_device.h"
 #include "files/input_file.h"
@@ -170,11 +168,8 @@ void checkRig(const std::string& file) {
   if (rig.isList("head_point")) rig.numbers("head_point", 3, "x y z in m");
 }
 
-/// Not by its path, for which rospack tells the standard error what it does not find.
 void requirePackage(const std::string& name) {
-  std::vector<std::string> packages;
-  ros::package::getAll(packages);
-  if (std::find(packages.begin(), packages.end(), name) == packages.end())
+  if (!clay::nodes::hasPackage(name))
     throw std::runtime_error("diagnostics 'true': the package " + name +
                              " is not found, expected it on ROS_PACKAGE_PATH");
 }
