@@ -4,7 +4,7 @@ import math
 import unittest
 
 import rig_run
-from rig_run import focal_points, input_stamps, lockstep, lowest_skin
+from rig_run import focal_points, input_stamps, lockstep, lowest_skin, pressing
 
 TOUCHING = 0.038  # m, of the lowest skin over the table: surely in the clay
 
@@ -34,14 +34,13 @@ class BadHands(unittest.TestCase):
         self.expect_answered('nan', run)
         points, seen = focal_points(run), samples('nan')
         heights = {stamp: lowest_skin(hands[0]) for stamp, hands in seen.items() if sane(hands[0])}
-        # When the finger rises, what it leaves is a dent.
-        rises = max(stamp for stamp, height in heights.items() if height < min(heights.values()) + 1e-5)
+        touching = set(pressing(heights, TOUCHING))
         bad = good = 0
         for stamp, hands in seen.items():
             if not sane(hands[0]):
                 bad += 1
                 self.assertEqual(points[stamp], [], 'a broken hand is felt at %d ns' % stamp)
-            elif heights[stamp] < TOUCHING and stamp <= rises:
+            elif stamp in touching:
                 good += 1
                 self.assertTrue(points[stamp], 'a good hand is not felt at %d ns' % stamp)
         self.assertGreater(bad, 20)
@@ -68,12 +67,11 @@ class BadHands(unittest.TestCase):
     def test_an_id_that_changes_is_the_same_hand(self):
         run = lockstep('id_change')
         self.expect_answered('id_change', run)
-        points, ids = focal_points(run), set()
-        for stamp, hands in samples('id_change').items():
-            if lowest_skin(hands[0]) < TOUCHING:
-                ids.add(hands[0].id)
-                self.assertTrue(points[stamp], 'silent at %d ns' % stamp)
-        self.assertEqual(len(ids), 2)
+        points, seen = focal_points(run), samples('id_change')
+        touching = pressing({stamp: lowest_skin(hands[0]) for stamp, hands in seen.items()}, TOUCHING)
+        self.assertEqual(len({seen[stamp][0].id for stamp in touching}), 2)
+        for stamp in touching:
+            self.assertTrue(points[stamp], 'silent at %d ns' % stamp)
         same = lockstep('press_finger')
         self.assertEqual(*([data[4:] for data in r.messages.bytes['/array/focal_points']] for r in (run, same)))
 

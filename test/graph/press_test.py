@@ -4,7 +4,7 @@ import struct
 import unittest
 
 import rig_run
-from rig_run import distance, focal_points, lockstep, lowest_skin
+from rig_run import distance, focal_points, lockstep, lowest_skin, pressing
 
 INDEX = range(6, 11)  # joints of the index finger
 TOP = 0.04            # m, of the red block
@@ -36,9 +36,11 @@ class Press(unittest.TestCase):
 
     def test_focal_points_lie_on_the_touching_finger(self):
         points, to_world = focal_points(self.shallow), rig_run.array_to_world(self.shallow)
-        touching = {stamp: hand for stamp, hand in hands(self.shallow).items() if lowest_skin(hand) < TOUCHING}
+        seen = hands(self.shallow)
+        touching = pressing({stamp: lowest_skin(hand) for stamp, hand in seen.items()}, TOUCHING)
         self.assertGreater(len(touching), 30)
-        for stamp, hand in touching.items():
+        for stamp in touching:
+            hand = seen[stamp]
             self.assertTrue(points[stamp], 'silent at %d ns while the finger is %.1f mm deep' %
                             (stamp, 1e3 * (TOP - lowest_skin(hand))))
             for point in points[stamp]:

@@ -262,6 +262,16 @@ def lowest_skin(hand):
     return min(joint.position.z - radius for joint, radius in list(zip(hand.joints, hand.radii))[1:])
 
 
+def pressing(heights, below):
+    """Stamps at which a hand is lower than `below`, m, and does not yet rise: when it rises, what it leaves is a dent.
+
+    heights: of the lowest skin over the table by stamp, m.
+    """
+    lowest = min(heights.values())
+    rises = max(stamp for stamp, height in heights.items() if height < lowest + 1e-5)
+    return [stamp for stamp, height in heights.items() if height < below and stamp <= rises]
+
+
 def focal_points(run):
     """Focal points of each frame by its stamp, ns."""
     return {stamp: message.points for stamp, message in run.messages.by_stamp('/array/focal_points').items()}

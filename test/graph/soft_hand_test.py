@@ -11,6 +11,7 @@ Point = collections.namedtuple('Point', 'x y z')
 
 TOP = 0.04  # m, of the red block
 APART = TOP + 0.005
+RECOIL = 150e6  # ns
 INDEX_TIP = 10  # in the order of OpenXR
 TIP_POINT, JOINTS = INDEX_TIP - 1, 25  # hands/bones has no palm joint
 
@@ -61,8 +62,10 @@ class SoftHand(unittest.TestCase):
         hands = {stamp: m.hands[0] for stamp, m in self.soft.messages.by_stamp('/hands/tracked').items()}
         deepest = min(lowest_skin(hand) for hand in hands.values())
         steady = [stamp for stamp, hand in hands.items() if lowest_skin(hand) < deepest + 1e-5]
-        self.assertGreater(len(steady), 20)
-        for stamp in steady:
+        # Firm clay gives back next to nothing: a finger that stops comes off it for a moment (doc/soft_hand.md).
+        settled = [stamp for stamp in steady if stamp >= min(steady) + RECOIL]
+        self.assertGreater(len(settled), 20)
+        for stamp in settled:
             self.assertTrue(points[stamp], 'silent at %d ns' % stamp)
         apart = [stamp for stamp, hand in hands.items() if lowest_skin(hand) > APART]
         self.assertGreater(len(apart), 60)
