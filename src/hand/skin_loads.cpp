@@ -1,6 +1,7 @@
 #include "hand/skin_loads.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -20,8 +21,12 @@ constexpr float softest_clay = 200.0F;     // N/m at one sample
 constexpr float stiffest_clay = 10000.0F;  // N/m at one sample
 constexpr float first_guess = 1000.0F;     // N/m
 constexpr float forgetting = 0.97F;        // of the stiffness estimate, a frame
-constexpr int longest_memory = 12;         // frames that a place which let go is approached with care
-constexpr float newest = 0.8F;             // share of the newest answer of the clay in what acts
+// A place that let go is approached with care: a load of no force resists motion there with a share of the
+// clay's stiffness, less by this factor each frame, until it is next to nothing. Slower, and flesh hovers
+// over the clay.
+constexpr float forgiving = 0.25F;
+constexpr int longest_memory = 4;  // frames
+constexpr float newest = 0.8F;     // share of the newest answer of the clay in what acts
 
 // Forces on one sample added up, by rising index; none so strong that its norm is no number.
 std::vector<SkinForce> oneASample(std::vector<SkinForce> forces) {
@@ -131,7 +136,7 @@ void SkinLoads::estimateStiffness(const std::vector<Load>& next, const std::vect
 void SkinLoads::apply(std::vector<FleshNode>& nodes) {
   for (Load& load : loads_) {
     const FleshPoint& s = skin_[load.sample];
-    load.stiffness = stiffness_[s.body] * (1.0F - static_cast<float>(load.age) / (longest_memory + 1));
+    load.stiffness = stiffness_[s.body] * std::pow(forgiving, static_cast<float>(load.age));
     for (int k = 0; k < 3; ++k) {
       FleshNode& n = nodes[s.node[k]];
       n.head<3>() += n[3] * s.share[k] * load.now;

@@ -21,9 +21,9 @@ struct SkinForce {
 ///
 /// The clay answers one frame late and as stiffly as it likes, so the force is taken as f - K (x - x_then),
 /// with K an estimate of the clay's stiffness: a Robin condition, which is stable where K is more than half
-/// of the true one. A sample that the clay has just let go of keeps a load of zero force for some frames: it
-/// may leave freely and comes back slowly, or it would fall through the whole frame that the answer takes,
-/// and bounce.
+/// of the true one. A sample that the clay has just let go of keeps a load of zero force for a few frames:
+/// it may leave freely and comes back with care, or it would fall through the whole frame that the answer
+/// takes, and bounce.
 class SkinLoads {
  public:
   /// \param skin what the loads act on, by sample

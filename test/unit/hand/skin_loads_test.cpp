@@ -12,7 +12,8 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float first_guess = 1000.0F;  // N/m, of a clay of which nothing is known
-constexpr int memory = 12;              // frames that a sample which was let go of is remembered
+constexpr int memory = 4;               // frames that a sample which was let go of is remembered
+constexpr float forgiving = 0.25F;      // of the stiffness, a frame that the clay has let go
 const Vector3f up = Vector3f::UnitZ();
 
 /// Samples in the middle of triangles of their own, 10 mm apart along x, on flesh that gives `give` m/N to
@@ -175,8 +176,7 @@ TEST(SkinLoads, RememberForSomeFramesWhereTheClayLetGo) {
     EXPECT_EQ(flesh.feltAt(Vector3f::Zero()), Vector3f::Zero()) << age;
     EXPECT_EQ(flesh.feltAt(1e-3F * up), Vector3f::Zero()) << age;
     const float back = flesh.feltAt(-1e-3F * up).z();
-    EXPECT_GT(back, 0.0F) << age;
-    EXPECT_LT(back, before) << age;
+    EXPECT_NEAR(back / before, forgiving, 0.01F) << age;
     before = back;
   }
   flesh.loads.give({}, flesh.at());

@@ -60,7 +60,7 @@ TEST_F(Files, HomeIsTheFolderOfTheUser) {
 
 TEST_F(Files, WhatIsNotFoundIsNamedWithTheLine) {
   const auto of = [&](const std::string& name) {
-    return errorOf([&] { loadScene(writeScene("scene.yaml", name), share, 0.0, lab()); });
+    return errorOf([&] { loadScene(writeScene("scenes/scene.yaml", name), share, 0.0, lab()); });
   };
   EXPECT_NE(of("mud.yaml").find("scene.yaml:3: material 'mud.yaml' not found"), std::string::npos)
       << of("mud.yaml");
