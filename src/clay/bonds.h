@@ -25,7 +25,7 @@ struct BondRule {
 
 /// Which pairs hold together (paper, section III-C): bonds form where a pair's projected relative velocity is
 /// low and break where it is high (hysteresis); where the stress at a particle is beyond its yield stress,
-/// the rest lengths of its bonds flow (see Flow). Velocities are means of a frame, see doc/method.md.
+/// the rest lengths of its bonds flow (see Flow). Velocities are means of a frame, see doc/method/clay.md.
 ///
 /// Rates are per second, |d ln l / dt|, so that they mean the same at every particle spacing. A bond is a
 /// spring of stiffness k = E d (E the material's stiffness, d the spacing), which yields in shear at

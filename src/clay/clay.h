@@ -24,7 +24,7 @@ enum class Method {
 /// \throws std::invalid_argument if the name is neither `minimise` nor `paper`
 Method methodNamed(const std::string& name);
 
-/// How much is spent on a frame, and on which method. What it buys stands in doc/method.md.
+/// How much is spent on a frame, and on which method. What it buys stands in doc/method/speed_accuracy.md.
 struct Budget {
   int substeps = 4;    // of a frame
   int iterations = 8;  // of all constraints together, in a substep
@@ -88,7 +88,7 @@ struct Statistics {
 /// bonds, impenetrability, friction), solved together. Where the paper projects constraint after constraint,
 /// a step here minimises their incremental potential, m/(2 dt^2) |u - u_free|^2 + energies of the
 /// constraints, by conjugate gradients with the contacts as prescribed directions. A block at rest then stays
-/// at rest, and the contact force stays its weight, however few iterations are spent; see doc/method.md.
+/// at rest, and the contact force stays its weight, however few iterations are spent; see doc/method/clay.md.
 ///
 /// The same calls give the same bits, for any number of threads.
 class Clay {

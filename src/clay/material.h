@@ -6,8 +6,8 @@
 
 namespace tactile_clay::clay {
 
-/// What a clay is made of; doc/validation.md has what follows from it (Young's modulus, yield stress). A
-/// coefficient of zero means that its constraints do not exist.
+/// What a clay is made of; doc/method/validation.md has what follows from it (Young's modulus, yield stress).
+/// A coefficient of zero means that its constraints do not exist.
 struct Material {
   std::string name = "clay";
   double density = 1600.0;    // kg/m^3, rest density

@@ -120,7 +120,7 @@ void Minimiser::translate(VectorField& u) {
 /// Conjugate gradients on the potential, preconditioned by the masses, in the directions that contacts leave
 /// free. The first direction is that of the displacements themselves, and all others are conjugate to it
 /// (deflation, Saad et al. 2000): the residual stays orthogonal to the displacements, and so, the energies
-/// being convex, a step gains no energy however few directions are tried; see doc/method.md.
+/// being convex, a step gains no energy however few directions are tried; see doc/method/clay.md.
 /// Lumps do not interact, so each has steps of its own: with common ones a crumb took the energy of a block.
 /// \return whether the residual is under the tolerance
 bool Minimiser::descend(int count, double tolerance, VectorField& u) {

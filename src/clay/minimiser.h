@@ -20,7 +20,7 @@ namespace tactile_clay::clay {
 
 /// Our scheme: a time step minimises the incremental potential M/(2 dt^2) |u - free|^2 + energies of the
 /// constraints (class Potential) over the displacements u, subject to contact (class Contacts), by conjugate
-/// gradients; see doc/method.md.
+/// gradients; see doc/method/clay.md.
 class Minimiser {
  public:
   /// The neighbourhood and the particles must outlive it. \param spacing m

@@ -13,7 +13,7 @@ namespace tactile_clay::clay {
 /// Threads that run one function at a time together with the thread that asks for it. Who waits looks for
 /// 20 us whether there is something to do, then sleeps; nobody yields. TBB's threads yield while they wait,
 /// which gives a whole time slice to whatever else runs on their core: beside other nodes that costs a frame
-/// more than its work (doc/performance.md).
+/// more than its work (doc/logbook/performance.md).
 class ThreadTeam {
  public:
   /// \param threads with the one that asks; 0: as many as there are cores

@@ -29,7 +29,7 @@ class SkinLoads {
   /// \param skin what the loads act on, by sample
   explicit SkinLoads(std::vector<FleshPoint> skin);
 
-  /// Replaces all loads. Forces on one sample add up; bounds on them are told in doc/soft_hand.md.
+  /// Replaces all loads. Forces on one sample add up; bounds on them are told in doc/method/soft_hand.md.
   /// \param given of samples of this skin, finite \param at m, of all samples when the clay was given the
   /// skin
   void give(const std::vector<SkinForce>& given, const std::vector<Eigen::Vector3f>& at);

@@ -19,8 +19,8 @@ void printHead(const Played& played) {
               std::filesystem::path(played.hands).filename().c_str(), played.duration, played.particles,
               1e3 * played.spacing);
   std::printf(
-      "| solver | substeps × iterations | ms a frame, median | p99 | displacement, spacings | "
-      "height, mm | error | force, error | density, error | volume |\n"
+      "| solver | substeps × iterations | ms a frame | p99 | displacement | height, mm | error | force | "
+      "density | volume |\n"
       "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
 }
 
@@ -56,27 +56,24 @@ void writeCsvRow(std::ostream& csv, const Played& played, const Row& row) {
 std::string convergence(const Doubt& doubt, const std::vector<Errors>& errors) {
   std::ostringstream text;
   text.precision(3);
-  const auto tell = [&](const char* what, double Errors::*error, double unit, const char* in) {
+  const auto tell = [&](const char* what, double Errors::*error, double unit) {
     double smallest = INFINITY;
     for (const Errors& e : errors) smallest = std::min(smallest, std::abs(e.*error));
     const double changed = std::abs(doubt.step.*error), aside = std::abs(doubt.aside.*error);
     if (!std::isfinite(changed)) return;
-    text << "- " << what << ": halving the reference's step changed it by " << unit * changed << in
-         << ", clay that starts 1 µm aside by up to " << unit * aside << in
-         << "; the smallest error above is " << unit * smallest << in << ": ";
+    text << "- " << what << ": half the step " << unit * changed << ", 1 µm aside " << unit * aside
+         << ", smallest error " << unit * smallest << ": ";
     if (changed <= 0.1 * smallest)
       text << "converged";
     else if (changed <= 2.0 * aside)
-      text << "converged as far as the scene tells: a micrometre decides as much as the step, and errors of "
-              "that size are chance";
+      text << "converged within chance";
     else
-      text << "not converged to a tenth of it; errors of the size of the change cannot be told from the "
-              "reference's own";
+      text << "not converged to a tenth of it";
     text << '\n';
   };
-  tell("displacement", &Errors::displacement, 1.0, " spacings");
-  tell("height", &Errors::height, 100.0, " %");
-  tell("force", &Errors::force, 100.0, " %");
+  tell("displacement, spacings", &Errors::displacement, 1.0);
+  tell("height, %", &Errors::height, 100.0);
+  tell("force, %", &Errors::force, 100.0);
   return text.str();
 }
 

@@ -45,8 +45,9 @@ struct Doubt {
 };
 
 /// Whether the reference may be called converged: halving its step changed it by no more than a tenth of the
-/// smallest error in the table, or by no more than twice what a micrometre does: then the scene itself, not a
-/// step, decides. A line of markdown each for displacement, height, and force if there is any.
+/// smallest error in the table, or by no more than twice what a micrometre does ("within chance"): then the
+/// scene itself, not a step, decides. A line of markdown each for displacement, height, and force if there is
+/// any.
 /// \param errors of the settings
 std::string convergence(const Doubt& doubt, const std::vector<Errors>& errors);
 

@@ -26,7 +26,7 @@
 namespace {
 
 constexpr char usage[] =
-    R"(How well modulations render the contacts of recorded runs, as the tables of doc/rendering.md:
+    R"(How well modulations render the contacts of recorded runs, as the tables of doc/logbook/rendering.md:
   compare_modulation [step=5] [layout=usx] [samples=1600] [strength=0.03,...] [patterns=1,...]
   [evaluations=40] RUN.bag...
 where each bag was written by `scripts/rig lockstep:=true record:=RUN.bag`. Every N-th frame that is

@@ -21,7 +21,7 @@
 namespace {
 
 constexpr char usage[] =
-    R"(What rendering makes of the contacts of recorded runs, as the tables of doc/rendering.md:
+    R"(What rendering makes of the contacts of recorded runs, as the tables of doc/logbook/rendering.md:
   measure_rendering [step=N] [full_scale_pressure=PA] [min_resolution=X] [side_lobe_floor=X] [peaks=0]
   RUN.bag...
 where each bag was written by `scripts/rig lockstep:=true record:=RUN.bag`. Times and pressures are of

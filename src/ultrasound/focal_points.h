@@ -27,7 +27,7 @@ struct FocalPointConfig {
   bool perceptual_weights = true;  // alpha of Eq. 8; off: 1 everywhere
   double full_scale_pressure =
       450000.0;  // Pa of the clay that ask for all that the array can give (see render): what
-                 // 95 % of the points of recorded hands stay below (doc/rendering.md)
+                 // 95 % of the points of recorded hands stay below (doc/logbook/rendering.md)
   double compression_knee = 0.5;  // share of that up to which pressures stay in proportion, 0 to 1
   double side_lobe_floor = 0.25;  // least amplitude of a point, over the strongest: above their side lobes
   double minimum_pressure = 1.0;  // Pa; samples below it are not rendered

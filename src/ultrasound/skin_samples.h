@@ -17,7 +17,7 @@ struct SkinSample {
 /// Samples of skin that stand for all of it: all of them, where they are no more than `most`, or else some so
 /// many, each for as large an area as the others. They are not denser where skin feels more finely: fields
 /// that the palm has fewer samples of are worse on all of the skin, also by perceptual weights
-/// (doc/rendering.md).
+/// (doc/logbook/rendering.md).
 ///
 /// Skin of more samples is cut into pieces of that area along a curve through cells of 4 mm that passes
 /// neighbours one after the other (Morton 1966), and each piece is told by the sample in its middle, at the

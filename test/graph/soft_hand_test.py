@@ -62,7 +62,8 @@ class SoftHand(unittest.TestCase):
         hands = {stamp: m.hands[0] for stamp, m in self.soft.messages.by_stamp('/hands/tracked').items()}
         deepest = min(lowest_skin(hand) for hand in hands.values())
         steady = [stamp for stamp, hand in hands.items() if lowest_skin(hand) < deepest + 1e-5]
-        # Firm clay gives back next to nothing: a finger that stops comes off it for a moment (doc/soft_hand.md).
+        # Firm clay gives back next to nothing: a finger that stops comes off it for a moment
+        # (doc/method/soft_hand.md, limits).
         settled = [stamp for stamp in steady if stamp >= min(steady) + RECOIL]
         self.assertGreater(len(settled), 20)
         for stamp in settled:

@@ -13,7 +13,7 @@
 #include "clay/sculpture.h"
 
 /// The reference: one time step of free clay written down plainly, in double precision and one thread, as
-/// doc/method.md defines it. It shares nothing with the solver but the kernel.
+/// doc/method/clay.md defines it. It shares nothing with the solver but the kernel.
 namespace tactile_clay::clay {
 
 using Vectors = std::vector<Eigen::Vector3d>;

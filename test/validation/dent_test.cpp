@@ -3,7 +3,7 @@
 #include "support/samples.h"
 
 /// What is pressed stays pressed: a flat disc goes into a block at 40 mm/s, is held for half a second and
-/// lifted. Measured figures stand in doc/validation.md.
+/// lifted. Measured figures stand in doc/method/validation.md.
 namespace tactile_clay::clay {
 namespace {
 

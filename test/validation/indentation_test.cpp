@@ -79,7 +79,7 @@ TEST(Indentation, DependsLittleOnTheBudget) {
 
 /// At the rim of the fingertip pairs stretch at 8/s, close to the threshold of 10/s. Fails: held, it presses
 /// with 51.4 kPa where the reference has 60.7, 15 % less. When the finger stops at once, bonds that flowed
-/// are weaker for a step: the longer the step, the more clay moves in (see doc/method.md).
+/// are weaker for a step: the longer the step, the more clay moves in (see doc/method/clay.md).
 TEST(Indentation, DISABLED_DependsLittleOnTheBudgetWhereBondsBreak) {
   expectLikeTheReference(plastic(0.05, 10.0), {32, 32});
 }

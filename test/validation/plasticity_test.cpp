@@ -3,7 +3,7 @@
 #include "support/samples.h"
 
 /// What a rheologist does with clay that yields: lets it slump, presses it between plates, bends a bar, tears
-/// and joins it. Measured figures stand in doc/validation.md.
+/// and joins it. Measured figures stand in doc/method/validation.md.
 namespace tactile_clay::clay {
 namespace {
 

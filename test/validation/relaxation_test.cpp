@@ -5,7 +5,7 @@
 #include "support/samples.h"
 
 /// What depends on time: stress that fades (Maxwell) and viscosity that thins with the shear rate (Herschel &
-/// Bulkley). Measured figures stand in doc/validation.md.
+/// Bulkley). Measured figures stand in doc/method/validation.md.
 namespace tactile_clay::clay {
 namespace {
 

@@ -6,7 +6,7 @@
 #include "support/samples.h"
 
 /// Material parameters against formulas: viscosity in Pa s, stiffness in Pa, and the yield stress that
-/// yield_strain gives. Measured figures stand in doc/validation.md.
+/// yield_strain gives. Measured figures stand in doc/method/validation.md.
 namespace tactile_clay::clay {
 namespace {
 

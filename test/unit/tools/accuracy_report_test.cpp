@@ -24,14 +24,9 @@ TEST(Convergence, IsATenthOfTheSmallestErrorOfEachKindOrTwiceWhatAMicrometreDoes
   const Doubt doubt{errors(0.03, -0.002, 0.02), errors(0.01, 0.0005, 0.015)};
   EXPECT_EQ(
       convergence(doubt, {errors(0.31, -0.05, 0.1), errors(0.4, 0.01, 0.2)}),
-      "- displacement: halving the reference's step changed it by 0.03 spacings, clay that starts 1 µm "
-      "aside by up to 0.01 spacings; the smallest error above is 0.31 spacings: converged\n"
-      "- height: halving the reference's step changed it by 0.2 %, clay that starts 1 µm aside by up to "
-      "0.05 %; the smallest error above is 1 %: not converged to a tenth of it; errors of the size of the "
-      "change cannot be told from the reference's own\n"
-      "- force: halving the reference's step changed it by 2 %, clay that starts 1 µm aside by up to 1.5 "
-      "%; the smallest error above is 10 %: converged as far as the scene tells: a micrometre decides as "
-      "much as the step, and errors of that size are chance\n");
+      "- displacement, spacings: half the step 0.03, 1 µm aside 0.01, smallest error 0.31: converged\n"
+      "- height, %: half the step 0.2, 1 µm aside 0.05, smallest error 1: not converged to a tenth of it\n"
+      "- force, %: half the step 2, 1 µm aside 1.5, smallest error 10: converged within chance\n");
 }
 
 bool converged(double change, double smallest, double aside = 0.0) {
