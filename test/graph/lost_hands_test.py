@@ -70,9 +70,8 @@ class InLockstep(unittest.TestCase):
 
     def test_another_id_is_felt_as_the_same_hand(self):
         _, points, seen = self.run_of('id_change')
-        touching = {stamp: message.hands[0].id for stamp, message in seen.items()
-                    if lowest_skin(message.hands[0]) < TOUCHING}
-        self.assertEqual(len(set(touching.values())), 2)
+        touching = rig_run.pressing({stamp: lowest_skin(message.hands[0]) for stamp, message in seen.items()}, TOUCHING)
+        self.assertEqual(len({seen[stamp].hands[0].id for stamp in touching}), 2)
         for stamp in touching:
             self.assertTrue(points[stamp], 'silent at %d ns' % stamp)
 
