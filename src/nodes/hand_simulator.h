@@ -11,7 +11,7 @@
 
 #include "hand/kinematic_hand.h"
 #include "hand/repeated_hands.h"
-#include "hand/soft_hand.h"
+#include "hand/soft_hands.h"
 #include "nodes/health.h"
 #include "nodes/inbox.h"
 #include "nodes/placement.h"

@@ -8,7 +8,7 @@
 
 #include "hand/hand_pose.h"
 #include "hand/kinematic_hand.h"
-#include "hand/soft_hand.h"
+#include "hand/soft_hands.h"
 
 namespace {
 

@@ -15,7 +15,7 @@
 #include "hand/hand_cleaner.h"
 #include "hand/hand_shape.h"
 #include "hand/kinematic_hand.h"
-#include "hand/soft_hand.h"
+#include "hand/soft_hands.h"
 #include "nodes/conversions.h"
 #include "scene/scene.h"
 #include "scene/solids.h"

@@ -13,7 +13,7 @@
 #include "hand/hand_pose.h"
 #include "hand/hand_shape.h"
 #include "hand/kinematic_hand.h"
-#include "hand/soft_hand.h"
+#include "hand/soft_hands.h"
 #include "support/setups.h"
 
 /// Robust contact: violent hands leave no clay inside them or below the table, and what is squeezed goes

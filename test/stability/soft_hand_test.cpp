@@ -1,5 +1,5 @@
 // Long runs of the soft hand: what holds after seconds of contact, of violence and of nothing.
-#include "hand/soft_hand.h"
+#include "hand/soft_hands.h"
 
 #include <gtest/gtest.h>
 

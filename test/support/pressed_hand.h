@@ -11,7 +11,7 @@
 #include "hand/hand_pose.h"
 #include "hand/kinematic_hand.h"
 #include "hand/skin_template.h"
-#include "hand/soft_hand.h"
+#include "hand/soft_hands.h"
 
 namespace tactile_clay::hand {
 

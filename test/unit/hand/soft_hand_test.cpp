@@ -1,4 +1,4 @@
-#include "hand/soft_hand.h"
+#include "hand/soft_hands.h"
 
 #include <gtest/gtest.h>
 
