@@ -1,6 +1,5 @@
 #include "ultrasound/focal_points.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,178 +7,17 @@
 #include <string>
 #include <tuple>
 
+#include "ultrasound/contact_clusters.h"
 #include "ultrasound/felt_force.h"
 #include "ultrasound/skin_disc.h"
 #include "ultrasound/skin_samples.h"
-#include "ultrasound/weighted_k_means.h"
 
 namespace tactile_clay::ultrasound {
 namespace {
 
 using contact::PressureSample;
 
-constexpr std::size_t restarts = 4;  // of the first clustering; more buy little on a hand. Then one a frame
 const Eigen::Vector3d reference_point(0.0, 0.0, 0.2);  // m, where a hand is
-constexpr double warm_start_slack = 0.05;  // share of the objective given up for points that stay in place
-
-/// Samples worth rendering, as clustering needs them.
-struct Field {
-  std::vector<Eigen::Vector3d> position;
-  std::vector<double> weight;  // alpha p* A
-  std::vector<double> pressure;
-  std::vector<double> area;
-  std::vector<SkinDisc> skin;
-};
-
-bool usable(const PressureSample& s) {
-  return s.position.allFinite() && std::isfinite(s.pressure) && std::isfinite(s.area) && s.area > 0.0f &&
-         std::isfinite(s.weight) && s.weight > 0.0f;
-}
-
-Field gather(const std::vector<PressureSample>& samples, const FocalPointConfig& config,
-             std::size_t& ignored) {
-  std::vector<PressureSample> kept;
-  kept.reserve(samples.size());
-  ignored = 0;
-  for (const PressureSample& s : samples) {
-    if (!usable(s)) {
-      ++ignored;
-    } else if (s.pressure > 0.0f && s.pressure >= config.minimum_pressure) {
-      kept.push_back(s);
-    }
-  }
-  // One order for every permutation of the samples: sums and ties come out the same.
-  const auto key = [](const PressureSample& s) {
-    return std::make_tuple(s.position.x(), s.position.y(), s.position.z(), s.pressure, s.area, s.weight);
-  };
-  std::sort(kept.begin(), kept.end(),
-            [&key](const PressureSample& a, const PressureSample& b) { return key(a) < key(b); });
-
-  Field field;
-  for (const PressureSample& s : kept) {
-    const double alpha = config.perceptual_weights ? s.weight : 1.0;
-    field.position.emplace_back(s.position.cast<double>());
-    field.weight.push_back(alpha * s.pressure * s.area);
-    field.pressure.push_back(s.pressure);
-    field.area.push_back(s.area);
-    field.skin.push_back(skinDisc(s));
-  }
-  return field;
-}
-
-/// How close two points may be: apart by `distance`, m, and for the array, if there is one, by `separation`.
-struct Spacing {
-  double distance;
-  double separation;
-  const ArrayReach* array;
-};
-
-/// Map of space in which points 1 apart are as close as they may be. The array's part is that at `centre`.
-Eigen::Matrix3d seedMetric(const Spacing& least, const Eigen::Vector3d& centre) {
-  const double k = least.array->acoustics().wavenumber();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> beam(least.array->beam(centre).spread.cast<double>() *
-                                                            std::pow(k / least.separation, 2));
-  Eigen::Vector3d over_length = beam.eigenvalues().cwiseMax(1e-6).cwiseSqrt();
-  if (least.distance > 0.0) over_length = over_length.cwiseMin(1.0 / least.distance);
-  return over_length.asDiagonal() * beam.eigenvectors().transpose();
-}
-
-/// How far two centres are apart, over the least that they may be.
-double clearance(const Eigen::Vector3d& way, const FocusBeam& a, const FocusBeam& b, const Spacing& least) {
-  double clear = std::numeric_limits<double>::infinity();
-  if (least.distance > 0.0) clear = way.norm() / least.distance;
-  if (least.array != nullptr && least.separation > 0.0)
-    clear = std::min(clear, separation(way, a, b, least.array->acoustics().wavenumber()) / least.separation);
-  return clear;
-}
-
-/// Merges the closest two centres until all are far enough apart, and clusters anew, until they stay so.
-/// \param unresolved counts the pairs that only the array is too coarse for
-Clustering separate(const Field& field, Clustering clustering, const Spacing& least,
-                    std::size_t& unresolved) {
-  while (clustering.center.size() > 1) {
-    std::vector<Eigen::Vector3d> center = clustering.center;
-    std::vector<double> weight(center.size(), 0.0);
-    for (std::size_t i = 0; i < field.weight.size(); ++i) weight[clustering.cluster[i]] += field.weight[i];
-    std::vector<FocusBeam> beam(center.size());
-    const auto look = [&](std::size_t k) {
-      if (least.array != nullptr && least.separation > 0.0) beam[k] = least.array->beam(center[k]);
-    };
-    for (std::size_t k = 0; k < center.size(); ++k) look(k);
-    while (center.size() > 1) {
-      std::size_t a = 0;
-      std::size_t b = 0;
-      double closest = 1.0;
-      for (std::size_t i = 0; i < center.size(); ++i) {
-        for (std::size_t j = i + 1; j < center.size(); ++j) {
-          const double clear = clearance(center[j] - center[i], beam[i], beam[j], least);
-          if (clear < closest) {
-            closest = clear;
-            a = i;
-            b = j;
-          }
-        }
-      }
-      if (a == b) break;
-      if ((center[a] - center[b]).norm() >= least.distance) ++unresolved;
-      center[a] = (weight[a] * center[a] + weight[b] * center[b]) / (weight[a] + weight[b]);
-      weight[a] += weight[b];
-      look(a);
-      const auto at = static_cast<std::ptrdiff_t>(b);
-      center.erase(center.begin() + at);
-      weight.erase(weight.begin() + at);
-      beam.erase(beam.begin() + at);
-    }
-    if (center.size() == clustering.center.size()) break;
-    clustering = refineClusters(field.position, field.weight, std::move(center));
-  }
-  return clustering;
-}
-
-std::size_t heaviest(const Field& field) {
-  return static_cast<std::size_t>(std::max_element(field.weight.begin(), field.weight.end()) -
-                                  field.weight.begin());
-}
-
-/// \param unresolved how many points there would be more if the array could tell them apart
-Clustering cluster(const Field& field, const FocalPointConfig& config, const ArrayReach* array,
-                   const std::vector<FocalPoint>& previous, std::size_t& unresolved) {
-  const Spacing least{config.min_separation, config.min_resolution, array};
-  unresolved = 0;
-  Eigen::Matrix3d metric = Eigen::Matrix3d::Identity();
-  double apart = config.min_separation;
-  std::size_t on_skin = 0;  // points that there is room for there
-  if (array != nullptr && config.min_resolution > 0.0 && !field.position.empty()) {
-    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    double total = 0.0;
-    for (std::size_t i = 0; i < field.position.size(); ++i) {
-      centre += field.weight[i] * field.position[i];
-      total += field.weight[i];
-    }
-    metric = seedMetric(least, centre / total);
-    apart = 1.0;
-    on_skin = addSeeds(field.position, field.weight, {field.position[heaviest(field)]}, config.max_points,
-                       config.min_separation)
-                  .size();
-  }
-  Clustering cold = weightedKMeans(field.position, field.weight, config.max_points, apart,
-                                   previous.empty() ? restarts : 1, metric);
-  const std::size_t unseeded = on_skin - std::min(on_skin, cold.center.size());  // room on the skin only
-  cold = separate(field, std::move(cold), least, unresolved);
-  unresolved += unseeded;
-  if (previous.empty() || previous.size() > config.max_points) return cold;
-
-  std::vector<Eigen::Vector3d> start;
-  start.reserve(previous.size());
-  for (const FocalPoint& point : previous) start.push_back(point.position);
-  start = addSeeds(field.position, field.weight, std::move(start), config.max_points, apart, metric);
-  Clustering warm = refineClusters(field.position, field.weight, std::move(start));
-  std::size_t unresolved_warm = unseeded;
-  warm = separate(field, std::move(warm), least, unresolved_warm);
-  if (warm.objective > (1.0 + warm_start_slack) * cold.objective) return cold;
-  unresolved = unresolved_warm;
-  return warm;
-}
 
 double gaussian(double squared_distance, double sigma) {
   return std::exp(-squared_distance / (2.0 * sigma * sigma));
@@ -187,7 +25,7 @@ double gaussian(double squared_distance, double sigma) {
 
 /// The centre of cluster k, or the skin beside it; the closest sample where the centre is farther than sigma
 /// from all.
-Eigen::Vector3d onSkin(const Field& field, const Clustering& clustering, std::size_t k, double sigma) {
+Eigen::Vector3d onSkin(const ContactField& field, const Clustering& clustering, std::size_t k, double sigma) {
   double closest = std::numeric_limits<double>::infinity();
   std::size_t nearest = 0;
   std::vector<SkinDisc> skin;
@@ -203,8 +41,8 @@ Eigen::Vector3d onSkin(const Field& field, const Clustering& clustering, std::si
   return closest <= sigma * sigma ? ontoSkin(clustering.center[k], skin) : field.position[nearest];
 }
 
-double fitPressure(const Field& field, const Clustering& clustering, std::size_t k, const Eigen::Vector3d& at,
-                   const FocalPointConfig& config) {
+double fitPressure(const ContactField& field, const Clustering& clustering, std::size_t k,
+                   const Eigen::Vector3d& at, const FocalPointConfig& config) {
   double target = 0.0;
   double model = 0.0;
   for (std::size_t i = 0; i < field.position.size(); ++i) {
@@ -271,7 +109,7 @@ void FocalPointRenderer::reset() {
 std::vector<FocalPoint> FocalPointRenderer::render(const std::vector<PressureSample>& samples) {
   report_ = {};
   if (config_.modulation == Modulation::field) return this->field(samples);
-  const Field field = gather(samples, config_, report_.ignored_samples);
+  const ContactField field = contactField(samples, config_, report_.ignored_samples);
   if (config_.modulation == Modulation::spatiotemporal) {
     std::vector<FocalPoint> points = path(field.position, field.weight, field.pressure);
     finish(samples, points);
@@ -279,7 +117,7 @@ std::vector<FocalPoint> FocalPointRenderer::render(const std::vector<PressureSam
     return points;
   }
   const Clustering clustering =
-      cluster(field, config_, array_ ? &*array_ : nullptr, previous_, report_.merged_points);
+      contactClusters(field, config_, array_ ? &*array_ : nullptr, previous_, report_.merged_points);
 
   std::vector<double> force(clustering.center.size(), 0.0);
   for (std::size_t i = 0; i < field.position.size(); ++i) {
