@@ -51,8 +51,8 @@ program="%s/$2"
 shift 2
 exec "$program" "$@"
 """ % (shutil.which('rosrun'), os.path.join(rig_run.build_space(), 'devel', 'lib', 'tactile_clay'))
-BLOCK = """cd "$(cat "$STATE/folder")"
-. "$STATE/variables"
+BLOCK = """. "$STATE/variables"
+cd "$(cat "$STATE/folder")"
 set -e
 %s
 export -p > "$STATE/variables"
