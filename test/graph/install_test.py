@@ -1,10 +1,7 @@
 #!/usr/bin/env python3
-"""What an install writes, what catkin_lint says, what programs say of themselves, and where documents lead to:
-install_test.py BUILD_FOLDER
-"""
+"""What an install writes, what catkin_lint says, and what the scripts say of themselves: install_test.py BUILD_FOLDER"""
 import glob
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -64,45 +61,6 @@ class Install(unittest.TestCase):
                 self.assertEqual((done.returncode, done.stderr), (0, ''))
                 self.assertIn(tool, done.stdout)
                 self.assertGreater(len(done.stdout), 80)
-
-
-def headings(page):
-    """Anchors of the headings of a page, as GitHub makes them."""
-    with open(page) as text:
-        lines = re.findall(r'^#+ (.+)$', re.sub(r'(?ms)^```.*?^```$', '', text.read()), re.MULTILINE)
-    return [re.sub(r'[^\w\- ]', '', re.sub(r'\[(.*?)\]\(.*?\)', r'\1', line).lower()).replace(' ', '-') for line in lines]
-
-
-class Documents(unittest.TestCase):
-    def setUp(self):
-        self.pages = [os.path.join(SOURCE, name) for name in ('README.md', 'CONTRIBUTING.md')]
-        self.pages += sorted(glob.glob(os.path.join(SOURCE, 'doc', '**', '*.md'), recursive=True))
-        self.assertGreater(len(self.pages), 10)
-
-    def test_links_lead_to_files_and_headings(self):
-        for page in self.pages:
-            with open(page) as text:
-                links = re.findall(r'\]\(([^)\s]+)\)', re.sub(r'(?ms)^```.*?^```$', '', text.read()))
-            for link in (link for link in links if '://' not in link):
-                with self.subTest(page=os.path.relpath(page, SOURCE), link=link):
-                    path, _, anchor = link.partition('#')
-                    file = os.path.join(os.path.dirname(page), path) if path else page
-                    self.assertTrue(os.path.exists(file), 'no such file')
-                    if anchor:
-                        self.assertIn(anchor, headings(file))
-
-    def test_lines_are_short(self):
-        for page in self.pages:
-            with open(page) as text:
-                long = [number for number, line in enumerate(text.read().splitlines(), 1) if len(line) > 120]
-            self.assertEqual(long, [], os.path.relpath(page, SOURCE))
-
-    def test_the_map_names_each_page(self):
-        with open(os.path.join(SOURCE, 'doc', 'README.md')) as text:
-            named = set(re.findall(r'\]\(([^)#\s]+)', text.read()))
-        for page in self.pages[2:]:
-            name = os.path.relpath(page, os.path.join(SOURCE, 'doc'))
-            self.assertTrue(name == 'README.md' or name in named, name + ' is not in doc/README.md')
 
 
 if __name__ == '__main__':

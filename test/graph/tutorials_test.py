@@ -216,6 +216,14 @@ class Tutorials(unittest.TestCase):
         self.assertEqual(not_told('a\nb\n', 'b\na\n'), 'a')
         self.assertEqual(len(PAGES), 7)
 
+    def test_the_map_names_each_page(self):
+        """doc/README.md has all pages below doc/."""
+        folder = os.path.normpath(os.path.join(os.path.dirname(PAGES[0]), '..'))
+        with open(os.path.join(folder, 'README.md')) as text:
+            named = set(re.findall(r'\]\(([^)#\s]+)', text.read()))
+        pages = {os.path.relpath(page, folder) for page in glob.glob(os.path.join(folder, '**', '*.md'), recursive=True)}
+        self.assertEqual(pages - named, {'README.md'})
+
     def test_first_run(self):
         self.follow('first_run.md')
 
