@@ -43,7 +43,8 @@ generate_messages(DEPENDENCIES std_msgs geometry_msgs)
 # that `#include <tactile_clay/hand/hand_source.h>` is right in both.
 set(TACTILE_CLAY_PUBLIC_HEADERS
   hand/hand_source.h hand/tracked_hand.h device/array_device.h ultrasound/acoustic_field.h ultrasound/acoustics.h
-  ultrasound/array_layout.h ultrasound/focal_point.h ultrasound/modulation.h ultrasound/phase_solver.h)
+  ultrasound/array_layout.h ultrasound/field_solver.h ultrasound/focal_point.h ultrasound/modulation.h
+  ultrasound/phase_solver.h)
 foreach(header ${TACTILE_CLAY_PUBLIC_HEADERS})
   get_filename_component(room ${header} DIRECTORY)
   configure_file(src/${header} ${CATKIN_DEVEL_PREFIX}/include/tactile_clay/${header} COPYONLY)
@@ -72,6 +73,8 @@ function(tactile_clay_install)
     RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 endfunction()
 
+# Where the development space lies in the checkout, rosrun finds a script there and in scripts/, and asks which one is
+# meant. So those in scripts/ are not executable; catkin makes executable what it installs.
 catkin_install_python(PROGRAMS scripts/calibrate_board scripts/describe_rig scripts/fuzz_topics scripts/record_run scripts/replay
   scripts/rig_view scripts/show_moment scripts/start_when_set scripts/trial
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
