@@ -2,9 +2,9 @@
 
 #include <chrono>
 
-/// All times after which something makes an array silent, in one place; `doc/devices.md` has the same table
-/// in words. Whoever waits for silence adds what the last of the chain takes: SonicSurface boards are silent
-/// one frame (11.2 ms) after they are told.
+/// All times after which something makes an array silent, in one place; `doc/reference/safety.md` has the
+/// same table in words. Whoever waits for silence adds what the last of the chain takes: SonicSurface boards
+/// are silent one frame (11.2 ms) after they are told.
 namespace tactile_clay::silence_times {
 
 using std::chrono::milliseconds;

@@ -44,7 +44,7 @@ clay::Material readMaterial(YamlMap map, const std::string& name) {
   return m;
 }
 
-/// `size` of a shape: what its numbers are, as doc/scenes.md tells.
+/// `size` of a shape: what its numbers are, as doc/reference/scene_file.md tells.
 struct SizeOf {
   Shape::Kind kind;
   std::size_t numbers;

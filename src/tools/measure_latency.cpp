@@ -23,8 +23,9 @@ constexpr char usage[] =
     "measure_latency RUN.bag...\n\n"
     "Latency from motion to touch of runs that were recorded live (record:=RUN.bag): how long each stage "
     "took, by\n"
-    "when its message came to the recorder, with p50, p99 and a histogram. doc/latency.md tells what is "
-    "measured.\n"
+    "when its message came to the recorder, with p50, p99 and a histogram. doc/reference/latency.md tells "
+    "what "
+    "is measured.\n"
     "rig/latency has the same live.\n";
 constexpr double whole_bag = 1e9;  // s
 constexpr int longest_bar = 50;    // characters

@@ -71,7 +71,8 @@ def rig_script(folder):
 class Graph:
     """A master of its own, and the processes started in it. Use in a `with` statement: the end stops them all."""
 
-    def __init__(self):
+    def __init__(self, master_options=()):
+        self.master_options = list(master_options)
         self.folder = tempfile.mkdtemp(prefix='rig_run_')
         with socket.socket() as probe:
             probe.bind(('localhost', 0))
@@ -85,7 +86,7 @@ class Graph:
 
     def __enter__(self):
         try:
-            self.start(['rosmaster', '--core', '-p', str(self.port)])
+            self.start(['rosmaster', '--core', '-p', str(self.port), *self.master_options])
             wait_until(self.alive, 30, 'a master at ' + self.uri)
         except BaseException:
             self.__exit__()

@@ -29,7 +29,7 @@ FRAME = 258 * 10 / 230400.0  # s, of a frame on the wire
 # Clocks off, two silent frames for the board, two for one that was deselected, clocks on, the board selected.
 SILENCE = (b'\x96' + b''.join(2 * (board + b'\xfe' + bytes([32] * 256) + b'\xfd') for board in (b'\xc0', b'\xc1')) + b'\x97\xc0')
 LOUD = dict(pressure_cap=1e6, head_spl_cap=200.0)  # caps that nothing reaches: every channel plays
-CALIBRATE = os.path.join(rig_run.PACKAGE, 'scripts', 'calibrate_board')
+CALIBRATE = os.path.join(rig_run.build_space(), 'devel', 'lib', 'tactile_clay', 'calibrate_board')
 SLACK = 0.25  # s, that a busy machine may take longer
 
 

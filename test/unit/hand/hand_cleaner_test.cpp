@@ -321,7 +321,7 @@ TEST(HandCleaner, SaysWhichNumberIsWrong) {
   expectFault([](CleanConfig& c) { c.gone = 0.03; }, "gone");
 }
 
-// Real hands. Figures are printed; doc/hands.md has them.
+// Real hands. Figures are printed; doc/method/hands.md has them.
 struct Recorded {
   std::vector<TrackedFrame> frames;  // sane, one hand a side
 };
