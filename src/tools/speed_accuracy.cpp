@@ -2,13 +2,17 @@
 // particle spacing, headless and in lockstep, and tells the error of each against a converged reference.
 //
 //   speed_accuracy --help
+#include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "clay/clay.h"
@@ -18,6 +22,7 @@
 #include "tools/accuracy_report.h"
 #include "tools/hand_samples.h"
 #include "tools/outcome.h"
+#include "tools/outcome_file.h"
 #include "tools/share_folder.h"
 #include "tools/tool_arguments.h"
 
@@ -46,6 +51,11 @@ markdown, writes CSV.
                        that does.
   --threads N          of the clay                                             [2]
   --csv FILE           one line for each setting and reference              [none]
+  --outcomes FOLDER    keeps what was played there, and plays nothing again that is
+                       there: a sweep that was stopped goes on             [none]
+  --shard I/N          plays a share of the sweep into --outcomes, and prints no
+                       table: I of N computers                              [1/1]
+  --merge yes|no       plays nothing: the table is of --outcomes             [no]
   --share FOLDER       that holds config/              [found from the program's place]
 
 Columns of the table; errors are differences from the reference of the same spacing:
@@ -59,7 +69,9 @@ Columns of the table; errors are differences from the reference of the same spac
 )";
 
 struct Options {
-  std::string scene, hands, csv, share;
+  std::string scene, hands, csv, share, outcomes;
+  int shard = 1, shards = 1;
+  bool merge = false;
   double duration = 0.0;  // s; 0: the hand's
   int threads = 0;
   std::vector<double> spacings;  // m; 0: the scene's
@@ -97,6 +109,20 @@ clay::Budget settingOf(const std::string& option, const std::string& text) {
   return setting;
 }
 
+/// Which part of the sweep is played here.
+void readShare(std::map<std::string, std::string>& given, Options& o) {
+  const std::string& shard = given["--shard"];
+  const std::size_t slash = shard.find('/');
+  if (slash == std::string::npos) fail("--shard '" + shard + "': expected I/N, as in 2/8");
+  o.shards = whole("--shard", shard.substr(slash + 1), 1, 10000);
+  o.shard = whole("--shard", shard.substr(0, slash), 1, o.shards);
+  if (given["--merge"] != "yes" && given["--merge"] != "no")
+    fail("--merge '" + given["--merge"] + "': expected yes or no");
+  o.merge = given["--merge"] == "yes";
+  if (o.outcomes.empty() && (o.shards > 1 || o.merge)) fail("--shard and --merge need a folder: --outcomes");
+  if (o.shards > 1 && o.merge) fail("--shard and --merge: expected one of them");
+}
+
 Options optionsOf(int argc, char** argv) {
   std::map<std::string, std::string> given = {{"--scene", "incline"},
                                               {"--hands", "none"},
@@ -109,6 +135,9 @@ Options optionsOf(int argc, char** argv) {
                                               {"--reference", "minimise:32x64"},
                                               {"--threads", "2"},
                                               {"--csv", ""},
+                                              {"--outcomes", ""},
+                                              {"--shard", "1/1"},
+                                              {"--merge", "no"},
                                               {"--share", ""}};
   for (int k = 1; k < argc; k += 2) {
     const auto option = given.find(argv[k]);
@@ -119,6 +148,8 @@ Options optionsOf(int argc, char** argv) {
   }
   Options o;
   o.scene = given["--scene"], o.hands = given["--hands"], o.csv = given["--csv"];
+  o.outcomes = given["--outcomes"];
+  readShare(given, o);
   o.share = given["--share"].empty() ? shareFolder() : given["--share"];
   o.duration = numberOf("--duration", given["--duration"], 0.0, 3600.0);
   o.threads = whole("--threads", given["--threads"], 1, 1024);
@@ -158,47 +189,147 @@ scene::Scene aside(scene::Scene scene, int axis) {
   return scene;
 }
 
-/// Plays every setting with particles of one spacing, m; 0: the scene's.
-void runAt(double wanted_spacing, const Options& options, std::ofstream& csv) {
-  const scene::Scene scene = scene::loadScene(options.scene, options.share, wanted_spacing);
-  const scene::Solids solids(scene::loadRobotModel(scene.urdf), scene.motions);
+/// One run of the clay.
+struct Play {
+  clay::Budget budget;
+  int aside = -1;  // axis; -1: not
+
+  /// In no unit: a substep costs its iterations, and what some five of them cost beside them.
+  double cost() const { return budget.substeps * (budget.iterations + 5.0); }
+};
+
+/// All that is played with particles of one spacing, in the order of the table.
+struct Sweep {
+  scene::Scene scene;
+  scene::Solids solids;
+  std::vector<HandSample> samples;
+  Played played;
+  std::string key;                        // of what is played, beside a Play
+  std::vector<Play> settings, reference;  // reference: its step, half of it, and that aside along x, y, z
+};
+
+Sweep sweepOf(double wanted_spacing, const Options& options) {
+  scene::Scene scene = scene::loadScene(options.scene, options.share, wanted_spacing);
   const double spacing = scene.config.spacing;
-  const std::vector<HandSample> samples =
-      handSamples(options.hands, options.duration, spacing, options.share);
+  std::vector<HandSample> samples = handSamples(options.hands, options.duration, spacing, options.share);
   Played played{options.scene, options.hands, spacing, scene.particles.size()};
   for (const HandSample& sample : samples) played.duration += sample.duration;
-
-  const auto outcomeOf = [&](const clay::Budget& setting, const scene::Scene& of) {
-    std::fprintf(stderr, "speed_accuracy: %s %s:%dx%d at %g mm\n", options.scene.c_str(),
-                 nameOf(setting.method).c_str(), setting.substeps, setting.iterations, 1e3 * spacing);
-    return play(of, solids, samples, setting, options.threads);
-  };
+  std::string key =
+      "scene " + options.scene + ", hands " + options.hands + ", " + fingerprint(scene, samples);
+  scene::Solids solids(scene::loadRobotModel(scene.urdf), scene.motions);
+  Sweep sweep{
+      std::move(scene), std::move(solids), std::move(samples), std::move(played), std::move(key), {}, {}};
+  for (const clay::Budget& setting : options.settings) sweep.settings.push_back({setting});
   clay::Budget halved = options.reference;
   halved.substeps *= 2;
-  const Outcome coarse = outcomeOf(options.reference, scene), reference = outcomeOf(halved, scene);
+  sweep.reference = {{options.reference}, {halved}, {halved, 0}, {halved, 1}, {halved, 2}};
+  return sweep;
+}
 
-  const auto tell = [&](const char* role, const clay::Budget& setting, const Outcome& outcome) {
-    const Row row{role, setting, outcome, compare(outcome, reference, spacing)};
+/// Plays, or finds what was played, and says how far it is.
+class Player {
+ public:
+  Player(const Options& options, const std::vector<Sweep>& sweeps) : options_(options) {
+    for (const Sweep& sweep : sweeps)
+      for (const auto* plays : {&sweep.settings, &sweep.reference})
+        for (const Play& play : *plays)
+          if (mine()) ++count_, left_ += costOf(sweep, play);
+    next_ = 0;
+  }
+
+  /// \return nothing where it is another shard's
+  std::optional<Outcome> operator()(const Sweep& sweep, const Play& play) {
+    if (!mine()) return std::nullopt;
+    const std::string key = sweep.key + ", " + nameOf(play.budget.method) + ':' +
+                            std::to_string(play.budget.substeps) + 'x' +
+                            std::to_string(play.budget.iterations) +
+                            (play.aside < 0 ? "" : std::string(" aside along ") + "xyz"[play.aside]);
+    ++done_;
+    std::optional<Outcome> outcome;
+    if (!options_.outcomes.empty()) outcome = loadOutcome(fileOf(sweep, play), key);
+    if (outcome) {
+      left_ -= costOf(sweep, play);
+      return outcome;
+    }
+    if (options_.merge)
+      fail("outcome '" + fileOf(sweep, play) + "' is missing, or of something else: " + key);
+    tell(sweep, play);
+    const auto start = std::chrono::steady_clock::now();
+    outcome = tools::play(play.aside < 0 ? sweep.scene : aside(sweep.scene, play.aside), sweep.solids,
+                          sweep.samples, play.budget, options_.threads);
+    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    played_ += costOf(sweep, play);
+    left_ -= costOf(sweep, play);
+    if (!options_.outcomes.empty()) saveOutcome(fileOf(sweep, play), key, *outcome);
+    return outcome;
+  }
+
+ private:
+  /// Shards take turns, so that each has its share of the dear ones.
+  bool mine() { return next_++ % options_.shards == options_.shard - 1; }
+  static double costOf(const Sweep& sweep, const Play& play) {
+    return play.cost() * static_cast<double>(sweep.played.particles) * sweep.played.duration;
+  }
+  std::string fileOf(const Sweep& sweep, const Play& play) const {
+    char name[200];
+    std::snprintf(name, sizeof name, "%s_%s_%gmm_%s_%dx%d%s%s.outcome",
+                  std::filesystem::path(options_.scene).stem().c_str(),
+                  std::filesystem::path(options_.hands).stem().c_str(), 1e3 * sweep.played.spacing,
+                  nameOf(play.budget.method).c_str(), play.budget.substeps, play.budget.iterations,
+                  play.aside < 0 ? "" : "_", play.aside < 0 ? "" : std::string(1, "xyz"[play.aside]).c_str());
+    return (std::filesystem::path(options_.outcomes) / name).string();
+  }
+  void tell(const Sweep& sweep, const Play& play) const {
+    std::string left;
+    if (played_ > 0.0) left = ", some " + std::to_string(std::lround(seconds_ / played_ * left_)) + " s left";
+    std::fprintf(stderr, "speed_accuracy: %d of %d%s: %s %s:%dx%d at %g mm\n", done_, count_, left.c_str(),
+                 options_.scene.c_str(), nameOf(play.budget.method).c_str(), play.budget.substeps,
+                 play.budget.iterations, 1e3 * sweep.played.spacing);
+  }
+
+  const Options& options_;
+  int next_ = 0, count_ = 0, done_ = 0;
+  double left_ = 0.0, played_ = 0.0;  // costs
+  double seconds_ = 0.0;              // that what was played took
+};
+
+/// Plays a sweep and prints its table, line by line.
+void printTable(const Sweep& sweep, Player& player, std::ofstream& csv) {
+  const Outcome coarse = *player(sweep, sweep.reference[0]), reference = *player(sweep, sweep.reference[1]);
+  const auto tell = [&](const char* role, const Play& play, const Outcome& outcome) {
+    const Row row{role, play.budget, outcome, compare(outcome, reference, sweep.played.spacing)};
     printRow(row);
-    if (csv.is_open()) writeCsvRow(csv, played, row);
+    if (csv.is_open()) writeCsvRow(csv, sweep.played, row);
     return row.errors;
   };
-  printHead(played);
+  printHead(sweep.played);
   std::vector<Errors> errors;
-  for (const clay::Budget& setting : options.settings)
-    errors.push_back(tell("setting", setting, outcomeOf(setting, scene)));
+  for (const Play& setting : sweep.settings)
+    errors.push_back(tell("setting", setting, *player(sweep, setting)));
   Doubt doubt;
-  doubt.step = tell("twice the step", options.reference, coarse);
-  for (int axis = 0; axis < 3; ++axis)
-    doubt.aside = greatest(doubt.aside, tell("1 µm aside", halved, outcomeOf(halved, aside(scene, axis))));
-  tell("reference", halved, reference);
+  doubt.step = tell("twice the step", sweep.reference[0], coarse);
+  for (int k = 2; k < 5; ++k)
+    doubt.aside =
+        greatest(doubt.aside, tell("1 µm aside", sweep.reference[k], *player(sweep, sweep.reference[k])));
+  tell("reference", sweep.reference[1], reference);
   std::printf("\n%s\n", convergence(doubt, errors).c_str());
   std::fflush(stdout);
 }
 
 void run(const Options& options) {
   std::ofstream csv = openCsv(options.csv);
-  for (const double spacing : options.spacings) runAt(spacing, options, csv);
+  if (!options.outcomes.empty()) std::filesystem::create_directories(options.outcomes);
+  std::vector<Sweep> sweeps;
+  for (const double spacing : options.spacings) sweeps.push_back(sweepOf(spacing, options));
+  Player player(options, sweeps);
+  for (const Sweep& sweep : sweeps) {
+    if (options.shards == 1) {
+      printTable(sweep, player, csv);
+      continue;
+    }
+    for (const auto* plays : {&sweep.settings, &sweep.reference})
+      for (const Play& play : *plays) player(sweep, play);
+  }
 }
 
 }  // namespace

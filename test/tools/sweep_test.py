@@ -1,0 +1,78 @@
+#!/usr/bin/env python3
+"""A sweep of speed_accuracy that is stopped, shared and merged: sweep_test.py PROGRAM SHARE_FOLDER."""
+import csv
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PROGRAM, SHARE = sys.argv[1:3]
+GRID = ['--scene', 'incline', '--share', SHARE, '--duration', '0.1', '--substeps', '1,2', '--iterations', '2',
+        '--solver', 'minimise', '--reference', 'minimise:2x4', '--threads', '1']
+PLAYS = 2 + 5  # settings, and the reference, with half its step, and that aside along three axes
+
+
+def sweep(*options):
+    return subprocess.run([PROGRAM, *GRID, *options], capture_output=True, text=True, timeout=100, check=False)
+
+
+def played(run):
+    return run.stderr.count(' incline minimise:')
+
+
+class Sweep(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.outcomes = os.path.join(self.folder.name, 'outcomes')
+
+    def rows(self, *options):
+        """The CSV without times, which differ, and the run."""
+        path = os.path.join(self.folder.name, 'rows.csv')
+        run = sweep('--csv', path, *options)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        with open(path, newline='') as file:
+            return [{key: value for key, value in row.items() if 'ms' not in key.split('_')}
+                    for row in csv.DictReader(file)], run
+
+    def test_shards_merge_to_the_table_of_one_run(self):
+        whole, run = self.rows()
+        self.assertEqual((len(whole), played(run)), (PLAYS, PLAYS))
+        counts = []
+        for shard in ('1/2', '2/2'):
+            run = sweep('--outcomes', self.outcomes, '--shard', shard)
+            self.assertEqual((run.returncode, run.stdout), (0, ''), run.stderr)
+            counts.append(played(run))
+        self.assertEqual(sorted(counts), [3, 4])
+        merged, run = self.rows('--outcomes', self.outcomes, '--merge', 'yes')
+        self.assertEqual(played(run), 0)
+        self.assertEqual(merged, whole)
+
+    def test_goes_on_where_it_was_stopped(self):
+        sweep('--outcomes', self.outcomes, '--shard', '1/2')
+        _, run = self.rows('--outcomes', self.outcomes)
+        self.assertEqual(played(run), 3)
+        self.assertIn('s left: incline', run.stderr)
+
+    def test_what_is_missing_or_of_something_else_is_one_line(self):
+        run = sweep('--outcomes', self.outcomes, '--merge', 'yes')
+        self.assertEqual(run.returncode, 1)
+        self.assertRegex(run.stderr, r"^speed_accuracy: outcome '.*incline_none_5mm_minimise_2x4.outcome' is missing")
+        sweep('--outcomes', self.outcomes)
+        run = sweep('--outcomes', self.outcomes, '--merge', 'yes', '--duration', '0.15')
+        self.assertEqual(run.returncode, 1)
+        self.assertIn('or of something else', run.stderr)
+
+    def test_wrong_options_are_one_line(self):
+        for options, words in ((('--shard', '3/2', '--outcomes', self.outcomes), "--shard '3': expected a number from 1 to 2"),
+                               (('--shard', '1'), "--shard '1': expected I/N"),
+                               (('--shard', '1/2'), 'need a folder: --outcomes')):
+            run = sweep(*options)
+            self.assertEqual(run.returncode, 1)
+            self.assertIn(words, run.stderr)
+            self.assertEqual(run.stderr.count('\n'), 1)
+
+
+if __name__ == '__main__':
+    unittest.main(argv=sys.argv[:1])
