@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <memory>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -201,7 +202,7 @@ struct Play {
 /// All that is played with particles of one spacing, in the order of the table.
 struct Sweep {
   scene::Scene scene;
-  scene::Solids solids;
+  std::unique_ptr<scene::Solids> solids;
   std::vector<HandSample> samples;
   Played played;
   std::string key;                        // of what is played, beside a Play
@@ -216,7 +217,7 @@ Sweep sweepOf(double wanted_spacing, const Options& options) {
   for (const HandSample& sample : samples) played.duration += sample.duration;
   std::string key =
       "scene " + options.scene + ", hands " + options.hands + ", " + fingerprint(scene, samples);
-  scene::Solids solids(scene::loadRobotModel(scene.urdf), scene.motions);
+  auto solids = std::make_unique<scene::Solids>(scene::loadRobotModel(scene.urdf), scene.motions);
   Sweep sweep{
       std::move(scene), std::move(solids), std::move(samples), std::move(played), std::move(key), {}, {}};
   for (const clay::Budget& setting : options.settings) sweep.settings.push_back({setting});
@@ -255,7 +256,7 @@ class Player {
       fail("outcome '" + fileOf(sweep, play) + "' is missing, or of something else: " + key);
     tell(sweep, play);
     const auto start = std::chrono::steady_clock::now();
-    outcome = tools::play(play.aside < 0 ? sweep.scene : aside(sweep.scene, play.aside), sweep.solids,
+    outcome = tools::play(play.aside < 0 ? sweep.scene : aside(sweep.scene, play.aside), *sweep.solids,
                           sweep.samples, play.budget, options_.threads);
     seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     played_ += costOf(sweep, play);
