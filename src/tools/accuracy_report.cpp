@@ -68,7 +68,7 @@ std::string convergence(const Doubt& doubt, const std::vector<Errors>& errors) {
     else if (changed <= 2.0 * aside)
       text << "converged within chance";
     else
-      text << "not converged to a tenth of it";
+      text << "not converged";
     text << '\n';
   };
   tell("displacement, spacings", &Errors::displacement, 1.0);

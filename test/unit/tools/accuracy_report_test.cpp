@@ -25,7 +25,7 @@ TEST(Convergence, IsATenthOfTheSmallestErrorOfEachKindOrTwiceWhatAMicrometreDoes
   EXPECT_EQ(
       convergence(doubt, {errors(0.31, -0.05, 0.1), errors(0.4, 0.01, 0.2)}),
       "- displacement, spacings: half the step 0.03, 1 µm aside 0.01, smallest error 0.31: converged\n"
-      "- height, %: half the step 0.2, 1 µm aside 0.05, smallest error 1: not converged to a tenth of it\n"
+      "- height, %: half the step 0.2, 1 µm aside 0.05, smallest error 1: not converged\n"
       "- force, %: half the step 2, 1 µm aside 1.5, smallest error 10: converged within chance\n");
 }
 
