@@ -2,6 +2,7 @@
 import glob
 import os
 import re
+import signal
 import sys
 import time
 
@@ -50,6 +51,7 @@ class Seen:
             uri = master.lookupService('/test', service)[2]
             self.services[service] = rosservice.get_service_headers(service, uri)['type']
         self.set = set(master.getParamNames('/test')[2])
+        os.killpg(self.rig.pid, signal.SIGINT)  # it ends while others are read
         self.messages = graph.recorded(self.recording)
         with open(glob.glob(os.path.join(graph.folder, 'log', '**', 'master.log'), recursive=True)[0],
                   errors='replace') as log:
@@ -73,7 +75,7 @@ class Seen:
                 return
             if rig.poll() is not None or time.monotonic() > deadline:
                 raise AssertionError('the rig ended, or has no %s:\n%s' % (missing, graph.words()))
-            time.sleep(0.1)
+            time.sleep(0.3)
 
     def of(self, kind, node):
         """Names that a node publishes (0), subscribes to (1) or serves (2)."""
@@ -87,7 +89,8 @@ def runs():
         nodelet = 'rosrun nodelet nodelet load tactile_clay/contact_pressure manager'.split() + ['__name:=' + SPARE]
         cheap = dict(scene='press', quality='fast', threads='1')
         first = dict(cheap, hands='bag', file=rig_run.bag('press_finger'), loop='true', clean='true', hand_model='soft',
-                     skeleton='true', modulation='field', record='true')
+                     skeleton='true', modulation='field', record='true',
+                     record_skin='false')
         second = dict(cheap, hands='none', device='sonic_surface', wire='./port', head_spl_cap='200')
         with rig_run.Graph(DEBUG) as one, rig_run.Graph(DEBUG) as other:  # side by side
             runs.cache = [seen.read() for seen in (Seen(one, first), Seen(other, second, [manager, nodelet]))]
