@@ -2,6 +2,7 @@
 import glob
 import os
 import re
+import signal
 import sys
 import time
 
@@ -19,41 +20,45 @@ PROGRAMS = os.path.join(rig_run.build_space(), 'devel', 'lib', 'tactile_clay')
 FOREIGN = {'robot_state_publisher', 'hand_left_state_publisher', 'hand_right_state_publisher', 'diagnostic_aggregator'}
 LIVE = ('hand_tracking', 'clay_simulator', 'focal_point_renderer', 'simulated_array', 'array_driver')
 SPARE = 'spare_contact_pressure'  # a nodelet, so that there is a manager
-STABLE = 1.5  # s without a new node, topic or service
+STABLE = 1.0  # s without a new node, topic or service
+DEBUG = ['--master-logger-level', 'debug']  # the master writes down what it is asked for
 
 
 class Seen:
     """What the master of a run knows: topics with types, services with types, parameters set and asked for."""
 
-    def __init__(self, arguments, extra=()):
-        names = [name for name in nodes_of_rig(arguments) if name not in FOREIGN or name == 'robot_state_publisher']
-        names += ['record', 'describe_rig'] if 'record' in arguments else []
-        with rig_run.Graph(['--master-logger-level', 'debug']) as graph:
-            arguments = {key: value.replace('./', graph.folder + '/') for key, value in arguments.items()}
-            told = ['/%s/parameter_descriptions' % name for name in LIVE if name in names]
-            recording = graph.record(told)
-            rig = graph.rig(arguments)
-            for command in extra:
-                graph.start(command)
-            self.wait(graph, rig, names)
-            master = graph.master()
-            self.types = {topic: kind for topic, kind in master.getTopicTypes('/test')[2]}
-            self.state = [{name: set(nodes) for name, nodes in part} for part in master.getSystemState('/test')[2]]
-            for part in self.state:
-                for nodes in part.values():
-                    nodes -= {node for node in nodes if node.startswith('/record_')}  # of this test
-            self.services = {}
-            for service in self.state[2]:
-                uri = master.lookupService('/test', service)[2]
-                self.services[service] = rosservice.get_service_headers(service, uri)['type']
-            self.set = set(master.getParamNames('/test')[2])
-            graph.stop(rig)
-            self.messages = graph.recorded(recording)
-            with open(glob.glob(os.path.join(graph.folder, 'log', '**', 'master.log'), recursive=True)[0],
-                      errors='replace') as log:
-                self.asked = {key for _, key in re.findall(r": (?:get|has)Param\('(/[^']*)', '(/[^']*)'\)$", log.read(),
-                                                           re.MULTILINE)}
+    def __init__(self, graph, arguments, extra=()):
+        """Starts the rig, and further commands, in a graph."""
+        self.graph = graph
+        later = FOREIGN - {'robot_state_publisher'}
+        self.names = [name for name in nodes_of_rig(arguments) if name not in later]
+        self.names += ['record', 'describe_rig'] if 'record' in arguments else []
+        self.recording = graph.record(['/%s/parameter_descriptions' % name for name in LIVE if name in self.names])
+        self.rig = graph.rig({key: value.replace('./', graph.folder + '/') for key, value in arguments.items()})
+        for command in extra:
+            graph.start(command)
+
+    def read(self):
+        """Once all is there. The rig is ended then."""
+        graph = self.graph
+        self.wait(graph, self.rig, self.names)
+        master = graph.master()
+        self.types = dict(master.getTopicTypes('/test')[2])
+        self.state = [{name: {node for node in nodes if not node.startswith('/record_')}  # not of this test
+                       for name, nodes in part} for part in master.getSystemState('/test')[2]]
+        self.services = {}
+        for service in (name for name, nodes in self.state[2].items() if nodes):
+            uri = master.lookupService('/test', service)[2]
+            self.services[service] = rosservice.get_service_headers(service, uri)['type']
+        self.set = set(master.getParamNames('/test')[2])
+        os.killpg(self.rig.pid, signal.SIGINT)  # it ends while others are read
+        self.messages = graph.recorded(self.recording)
+        with open(glob.glob(os.path.join(graph.folder, 'log', '**', 'master.log'), recursive=True)[0],
+                  errors='replace') as log:
+            found = re.findall(r": (?:get|has)Param\('/[^']*', '(/[^']*)'\)$", log.read(), re.MULTILINE)
+        self.asked = set(found)
         self.nodes = {node.lstrip('/') for part in self.state for nodes in part.values() for node in nodes}
+        return self
 
     @staticmethod
     def wait(graph, rig, names):
@@ -65,11 +70,12 @@ class Seen:
                 known, since = count, time.monotonic()
             there = {node for part in now for _, nodes in part for node in nodes}
             missing = [name for name in names if '/' + name not in there]
+            missing += [topic for topic in rig_run.CHAIN if not any(name == topic for name, _ in now[0])]
             if not missing and time.monotonic() - since > STABLE:
                 return
             if rig.poll() is not None or time.monotonic() > deadline:
                 raise AssertionError('the rig ended, or has no %s:\n%s' % (missing, graph.words()))
-            time.sleep(0.1)
+            time.sleep(0.3)
 
     def of(self, kind, node):
         """Names that a node publishes (0), subscribes to (1) or serves (2)."""
@@ -81,10 +87,13 @@ def runs():
     if not runs.cache:
         manager = [os.path.join(PROGRAMS, 'nodelet_manager'), '__name:=manager']
         nodelet = 'rosrun nodelet nodelet load tactile_clay/contact_pressure manager'.split() + ['__name:=' + SPARE]
-        first = dict(hands='bag', file=rig_run.bag('press_finger'), loop='true', clean='true', quality='fast',
-                     hand_model='soft', skeleton='true', modulation='field', record='true')
-        second = dict(hands='none', quality='fast', device='sonic_surface', wire='./port', head_spl_cap='200')
-        runs.cache = [Seen(first), Seen(second, [manager, nodelet])]
+        cheap = dict(scene='press', quality='fast', threads='1')
+        first = dict(cheap, hands='bag', file=rig_run.bag('press_finger'), loop='true', clean='true', hand_model='soft',
+                     skeleton='true', modulation='field', record='true',
+                     record_skin='false')
+        second = dict(cheap, hands='none', device='sonic_surface', wire='./port', head_spl_cap='200')
+        with rig_run.Graph(DEBUG) as one, rig_run.Graph(DEBUG) as other:  # side by side
+            runs.cache = [seen.read() for seen in (Seen(one, first), Seen(other, second, [manager, nodelet]))]
     return runs.cache
 
 
