@@ -54,6 +54,11 @@ SerialPort::~SerialPort() {
   ::close(descriptor_);
 }
 
+bool SerialPort::pseudoTerminal() const {
+  char name[64];
+  return ::ttyname_r(descriptor_, name, sizeof name) == 0 && std::strncmp(name, "/dev/pts/", 9) == 0;
+}
+
 void SerialPort::fail(const std::string& what) const {
   throw std::runtime_error("serial port '" + path_ + "' " + what);
 }

@@ -31,6 +31,9 @@ class SerialPort {
   /// \throws std::runtime_error with one line where the port is gone
   void check() const;
 
+  /// Whether it is the end of a pseudo-terminal (pty(7)), and so no port of this computer.
+  bool pseudoTerminal() const;
+
   int descriptor() const { return descriptor_; }
 
  private:

@@ -294,6 +294,8 @@ std::string SonicSurface::fault() const {
 
 void SonicSurface::connect() {
   port_ = std::make_unique<SerialPort>(path_, sonic_surface::baud);
+  if (!guarded_ && !port_->pseudoTerminal())
+    throw std::runtime_error("'" + path_ + "': guard is false, expected true on a port of boards");
   if (guarded_)
     guard_ = std::make_unique<SilenceGuard>(port_->descriptor(), sonic_surface::silence(boards_),
                                             silence_times::guard_patience);

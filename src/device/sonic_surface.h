@@ -49,7 +49,7 @@ namespace tactile_clay::device {
 /// - `temperature` of the air, degrees C, default 20
 /// - `hold`: s, default 0.2
 /// - `wait`: s to wait for a port that is not there yet, default 0
-/// - `guard`: `true` (default) or `false`, for tests
+/// - `guard`: `true` (default); `false`, for tests, on a pseudo-terminal alone
 class SonicSurface : public ArrayDevice {
  public:
   SonicSurface() = default;

@@ -11,6 +11,7 @@
 #include "device/loudness_meter.h"
 #include "nodes/conversions.h"
 #include "nodes/frame_name.h"
+#include "nodes/message_check.h"
 #include "nodes/params.h"
 #include "nodes/topics.h"
 #include "nodes/transforms.h"
@@ -23,9 +24,9 @@ const ros::WallDuration watch_period(silence_times::seconds(silence_times::watch
 constexpr char emergency_stop[] = "emergency stop: silent until it is reset";
 // s from hand to touch, of which people notice more (45 ms: Vogels 2004, doi 10.1518/hfes.46.1.118.30394).
 constexpr double felt_late = 0.045;
-constexpr std::size_t most_places = 256;    // of a frame; no renderer makes more
-constexpr std::size_t most_samples = 2048;  // of skin, of a field: some 7 ms
-constexpr double no_head_spl_cap = 200.0;   // dB, beyond what any array of these sizes reaches
+constexpr std::size_t most_places = 256;                 // of a frame; no renderer makes more
+constexpr std::size_t most_samples = most_focal_points;  // of skin, of a field: some 7 ms
+constexpr double no_head_spl_cap = 200.0;                // dB, beyond what any array of these sizes reaches
 
 /// What this run keeps to: an earlier one on the same master may have had other limits.
 void tellLimits(const device::SafetyGateConfig& config, const std::string& node) {

@@ -15,6 +15,7 @@
 #include "device/sonic_surface_boards.h"
 #include "device/sonic_surface_corrections.h"
 #include "device/sonic_surface_protocol.h"
+#include "support/error_of.h"
 #include "support/scratch_folder.h"
 #include "support/shared_data.h"
 #include "support/sounds.h"
@@ -512,6 +513,18 @@ TEST_F(SonicSurfaceOnATerminal, DoesNotPlayWhatTheWireIsTooSlowFor) {
   Emission path = focus();
   path.modulation = ultrasound::Modulation::spatiotemporal;
   EXPECT_THROW(device.submit(soundOf(path, &device)), std::runtime_error);
+}
+
+// A port of boards always has its guard. The multiplexer of pseudo-terminals stands for one: it is a
+// terminal, and no end of a pseudo-terminal.
+TEST_F(SonicSurfaceOnATerminal, NoPortOfBoardsIsWithoutItsGuard) {
+  options["guard"] = "false";
+  SonicSurface on_pseudo_terminal;
+  EXPECT_NO_THROW(on_pseudo_terminal.open(options));
+  options["port"] = "/dev/ptmx";
+  SonicSurface on_port;
+  EXPECT_EQ(errorOf([&] { on_port.open(options); }),
+            "sonic_surface: '/dev/ptmx': guard is false, expected true on a port of boards");
 }
 
 // What goes over the wire is the pattern that was judged, channel by channel.
