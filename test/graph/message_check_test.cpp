@@ -89,6 +89,11 @@ TEST(MessageCheck, SaysWhatIsTooMuch) {
 
   FocalPointArray points;
   EXPECT_EQ(faultOf(points), "");
+  points.points.resize(2000);  // samples of a field, as many as the renderer makes at most
+  EXPECT_EQ(faultOf(points), "");
+  points.points.resize(most_focal_points + 1);
+  EXPECT_NE(faultOf(points).find("focal points"), std::string::npos);
+  points.points.clear();
   points.header.stamp = raw(1u << 31, 0);
   EXPECT_NE(faultOf(points), "");
 }
