@@ -20,8 +20,8 @@ struct SkinDisc {
 SkinDisc skinDisc(const contact::PressureSample& sample);
 
 /// How far from the discs a point still counts as on the skin, m. A disc leaves the skin of a finger by up to
-/// 1.6 mm, where the normal beside a bent knuckle is that of both phalanges: a point this close to one is less
-/// than 3 mm off the skin.
+/// 1.6 mm, where the normal beside a bent knuckle is that of both phalanges: a point this close to one is
+/// less than 3 mm off the skin.
 inline constexpr double skin_tolerance = 1.4e-3;
 
 /// `point` where it is on the skin. Farther off it is led to the closest disc's centre, without a leap: at

@@ -129,7 +129,8 @@ class User:
         write(os.path.join(self.state, 'folder'), self.home)
         write(os.path.join(self.state, 'variables'), '')
         self.environment = {key: value for key, value in graph.environment.items() if key not in SOURCED}
-        self.environment.update(HOME=self.home, STATE=self.state, PATH=programs + ':' + os.environ['PATH'])
+        self.environment.update(HOME=self.home, STATE=self.state, PATH=programs + ':' + os.environ['PATH'],
+                                ROSCONSOLE_STDOUT_LINE_BUFFERED='1')  # as at a terminal
 
     def folder(self):
         with open(os.path.join(self.state, 'folder')) as folder:

@@ -22,11 +22,10 @@ Errors errors(double displacement, double height, double force) {
 
 TEST(Convergence, IsATenthOfTheSmallestErrorOfEachKindOrTwiceWhatAMicrometreDoes) {
   const Doubt doubt{errors(0.03, -0.002, 0.02), errors(0.01, 0.0005, 0.015)};
-  EXPECT_EQ(
-      convergence(doubt, {errors(0.31, -0.05, 0.1), errors(0.4, 0.01, 0.2)}),
-      "- displacement, spacings: half the step 0.03, 1 µm aside 0.01, smallest error 0.31: converged\n"
-      "- height, %: half the step 0.2, 1 µm aside 0.05, smallest error 1: not converged\n"
-      "- force, %: half the step 2, 1 µm aside 1.5, smallest error 10: converged within chance\n");
+  EXPECT_EQ(convergence(doubt, {errors(0.31, -0.05, 0.1), errors(0.4, 0.01, 0.2)}),
+            "- displacement, spacings: half the step 0.03, 1 µm aside 0.01, smallest error 0.31: converged\n"
+            "- height, %: half the step 0.2, 1 µm aside 0.05, smallest error 1: not converged\n"
+            "- force, %: half the step 2, 1 µm aside 1.5, smallest error 10: converged within chance\n");
 }
 
 bool converged(double change, double smallest, double aside = 0.0) {
