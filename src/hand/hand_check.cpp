@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <stdexcept>
 #include <utility>
 
 #include "hand/anatomy.h"
@@ -357,6 +358,16 @@ std::size_t keepOneHandASide(std::vector<TrackedHand>& hands) {
   }
   hands = std::move(kept);
   return before - hands.size();
+}
+
+std::vector<TrackedHand> leftThenRight(std::vector<TrackedHand> hands) {
+  for (const TrackedHand& hand : hands) {
+    const std::string fault = faultOfNumbers(hand);
+    if (!fault.empty()) throw std::invalid_argument(fault);
+  }
+  keepOneHandASide(hands);
+  std::sort(hands.begin(), hands.end(), [](const auto& a, const auto& b) { return a.side < b.side; });
+  return hands;
 }
 
 }  // namespace tactile_clay::hand

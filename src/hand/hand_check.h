@@ -74,4 +74,8 @@ class JumpCheck {
 /// \return how many were removed
 std::size_t keepOneHandASide(std::vector<TrackedHand>& hands);
 
+/// One hand a side, the left one first. \throws std::invalid_argument with the line of `faultOfNumbers` where
+/// a hand has one
+std::vector<TrackedHand> leftThenRight(std::vector<TrackedHand> hands);
+
 }  // namespace tactile_clay::hand

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -44,16 +43,9 @@ std::shared_ptr<const SkinTemplate> SkinTemplates::of(const TrackedHand& hand) {
 
 const Skin& KinematicHands::update(const std::vector<TrackedHand>& hands_in_world,
                                    std::chrono::nanoseconds stamp) {
-  for (const TrackedHand& hand : hands_in_world) {
-    const std::string fault = faultOfNumbers(hand);
-    if (!fault.empty()) throw std::invalid_argument(fault);
-  }
-  std::vector<TrackedHand> hands = hands_in_world;
-  keepOneHandASide(hands);
-  std::sort(hands.begin(), hands.end(), [](const auto& a, const auto& b) { return a.side < b.side; });
   skin_ = Skin();
   std::array<bool, 2> present{};
-  for (const TrackedHand& hand : hands) {
+  for (const TrackedHand& hand : leftThenRight(hands_in_world)) {
     append(hand, stamp);
     present[static_cast<int>(hand.side)] = true;
   }

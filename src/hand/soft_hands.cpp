@@ -80,13 +80,7 @@ SoftHands::SoftHands(double spacing, const SoftHandParameters& parameters)
 
 const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,
                               std::chrono::nanoseconds stamp) {
-  for (const TrackedHand& hand : hands_in_world) {
-    const std::string fault = faultOfNumbers(hand);
-    if (!fault.empty()) throw std::invalid_argument(fault);
-  }
-  std::vector<TrackedHand> hands = hands_in_world;
-  keepOneHandASide(hands);
-  std::sort(hands.begin(), hands.end(), [](const auto& a, const auto& b) { return a.side < b.side; });
+  const std::vector<TrackedHand> hands = leftThenRight(hands_in_world);
   // A clock that was set back leaves loads of a time to come.
   const bool stale =
       std::abs(seconds_a_nano * static_cast<double>((stamp - loads_stamp_).count())) > load_lifetime;

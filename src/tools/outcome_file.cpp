@@ -3,17 +3,20 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 #include <type_traits>
 
 #include "clay/material.h"
+#include "files/input_file.h"
+#include "files/output_file.h"
 
 namespace tactile_clay::tools {
 namespace {
 
 constexpr const char* heading = "tactile_clay outcome 1";
+constexpr std::uint64_t most_bytes = 1U << 30U;  // of a file; a million particles are some 50 MB
 
 /// FNV-1a.
 class Hash {
@@ -118,19 +121,15 @@ std::string fingerprint(const scene::Scene& scene, const std::vector<HandSample>
 }
 
 void saveOutcome(const std::string& file, const std::string& key, const Outcome& outcome) {
-  const std::string part = file + ".part";
-  {
-    std::ofstream out(part);
-    out << heading << '\n' << key << '\n';
-    write(out, outcome);
-    if (!out.flush()) throw std::runtime_error("outcome '" + part + "' cannot be written");
-  }
-  std::filesystem::rename(part, file);
+  std::ostringstream out;
+  out << heading << '\n' << key << '\n';
+  write(out, outcome);
+  files::writeWhole(file, out.str(), files::Existing::replace);
 }
 
 std::optional<Outcome> loadOutcome(const std::string& file, const std::string& key) {
-  std::ifstream in(file);
-  if (!in) return std::nullopt;
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  std::istringstream in(files::readWhole(file, most_bytes));
   std::string first, second;
   std::getline(in, first);
   std::getline(in, second);

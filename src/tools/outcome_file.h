@@ -12,7 +12,7 @@ namespace tactile_clay::tools {
 std::string fingerprint(const scene::Scene& scene, const std::vector<HandSample>& samples);
 
 /// Writes an outcome; what is at `file` is whole at any time. \param key one line of what was played
-/// \throws std::runtime_error if it cannot be written
+/// \throws std::runtime_error as files::writeWhole
 void saveOutcome(const std::string& file, const std::string& key, const Outcome& outcome);
 
 /// The outcome of `file`, to the bit. \return nothing if there is no such file, or it is of another key

@@ -2,6 +2,7 @@
 // particle spacing, headless and in lockstep, and tells the error of each against a converged reference.
 //
 //   speed_accuracy --help
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -193,10 +194,10 @@ scene::Scene aside(scene::Scene scene, int axis) {
 /// One run of the clay.
 struct Play {
   clay::Budget budget;
-  int aside = -1;  // axis; -1: not
-
-  /// In no unit: a substep costs its iterations, and what some five of them cost beside them.
-  double cost() const { return budget.substeps * (budget.iterations + 5.0); }
+  int aside;         // axis; -1: not
+  int number;        // of all that are played
+  std::string what;  // as in "minimise:4x8"
+  double cost;       // in no unit
 };
 
 /// All that is played with particles of one spacing, in the order of the table.
@@ -209,21 +210,31 @@ struct Sweep {
   std::vector<Play> settings, reference;  // reference: its step, half of it, and that aside along x, y, z
 };
 
-Sweep sweepOf(double wanted_spacing, const Options& options) {
-  scene::Scene scene = scene::loadScene(options.scene, options.share, wanted_spacing);
-  const double spacing = scene.config.spacing;
-  std::vector<HandSample> samples = handSamples(options.hands, options.duration, spacing, options.share);
-  Played played{options.scene, options.hands, spacing, scene.particles.size()};
-  for (const HandSample& sample : samples) played.duration += sample.duration;
-  std::string key =
-      "scene " + options.scene + ", hands " + options.hands + ", " + fingerprint(scene, samples);
-  auto solids = std::make_unique<scene::Solids>(scene::loadRobotModel(scene.urdf), scene.motions);
-  Sweep sweep{
-      std::move(scene), std::move(solids), std::move(samples), std::move(played), std::move(key), {}, {}};
-  for (const clay::Budget& setting : options.settings) sweep.settings.push_back({setting});
+/// \param number of the plays before
+Sweep sweepOf(double wanted_spacing, const Options& options, int& number) {
+  Sweep sweep;
+  sweep.scene = scene::loadScene(options.scene, options.share, wanted_spacing);
+  const scene::Scene& scene = sweep.scene;
+  sweep.solids = std::make_unique<scene::Solids>(scene::loadRobotModel(scene.urdf), scene.motions);
+  sweep.samples = handSamples(options.hands, options.duration, scene.config.spacing, options.share);
+  sweep.played = {options.scene, options.hands, scene.config.spacing, scene.particles.size()};
+  for (const HandSample& sample : sweep.samples) sweep.played.duration += sample.duration;
+  sweep.key =
+      "scene " + options.scene + ", hands " + options.hands + ", " + fingerprint(scene, sweep.samples);
+  const auto play = [&](const clay::Budget& budget, int axis = -1) -> Play {
+    constexpr double beside = 5.0;  // what a substep costs beside its iterations, in iterations
+    const std::string what = nameOf(budget.method) + ':' + std::to_string(budget.substeps) + 'x' +
+                             std::to_string(budget.iterations) +
+                             (axis < 0 ? "" : std::string(" aside along ") + "xyz"[axis]);
+    return {budget, axis, number++, what,
+            budget.substeps * (budget.iterations + beside) * static_cast<double>(sweep.played.particles) *
+                sweep.played.duration};
+  };
+  for (const clay::Budget& setting : options.settings) sweep.settings.push_back(play(setting));
   clay::Budget halved = options.reference;
   halved.substeps *= 2;
-  sweep.reference = {{options.reference}, {halved}, {halved, 0}, {halved, 1}, {halved, 2}};
+  sweep.reference = {play(options.reference), play(halved), play(halved, 0), play(halved, 1),
+                     play(halved, 2)};
   return sweep;
 }
 
@@ -234,69 +245,58 @@ class Player {
     for (const Sweep& sweep : sweeps)
       for (const auto* plays : {&sweep.settings, &sweep.reference})
         for (const Play& play : *plays)
-          if (mine()) ++count_, left_ += costOf(sweep, play);
-    next_ = 0;
+          if (isMine(play)) ++count_, left_ += play.cost;
   }
 
-  /// \return nothing where it is another shard's
-  std::optional<Outcome> operator()(const Sweep& sweep, const Play& play) {
-    if (!mine()) return std::nullopt;
-    const std::string key = sweep.key + ", " + nameOf(play.budget.method) + ':' +
-                            std::to_string(play.budget.substeps) + 'x' +
-                            std::to_string(play.budget.iterations) +
-                            (play.aside < 0 ? "" : std::string(" aside along ") + "xyz"[play.aside]);
+  /// Shards take turns, so that each has its share of the dear ones.
+  bool isMine(const Play& play) const { return play.number % options_.shards == options_.shard - 1; }
+
+  Outcome operator()(const Sweep& sweep, const Play& play) {
     ++done_;
+    const std::string key = sweep.key + ", " + play.what, file = fileOf(sweep, play);
     std::optional<Outcome> outcome;
-    if (!options_.outcomes.empty()) outcome = loadOutcome(fileOf(sweep, play), key);
-    if (outcome) {
-      left_ -= costOf(sweep, play);
-      return outcome;
+    if (!options_.outcomes.empty()) outcome = loadOutcome(file, key);
+    if (!outcome) {
+      if (options_.merge) fail("outcome '" + file + "' is missing, or of something else: " + key);
+      tell(sweep, play);
+      const auto start = std::chrono::steady_clock::now();
+      outcome = tools::play(play.aside < 0 ? sweep.scene : aside(sweep.scene, play.aside), *sweep.solids,
+                            sweep.samples, play.budget, options_.threads);
+      seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      played_ += play.cost;
+      if (!options_.outcomes.empty()) saveOutcome(file, key, *outcome);
     }
-    if (options_.merge)
-      fail("outcome '" + fileOf(sweep, play) + "' is missing, or of something else: " + key);
-    tell(sweep, play);
-    const auto start = std::chrono::steady_clock::now();
-    outcome = tools::play(play.aside < 0 ? sweep.scene : aside(sweep.scene, play.aside), *sweep.solids,
-                          sweep.samples, play.budget, options_.threads);
-    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    played_ += costOf(sweep, play);
-    left_ -= costOf(sweep, play);
-    if (!options_.outcomes.empty()) saveOutcome(fileOf(sweep, play), key, *outcome);
-    return outcome;
+    left_ -= play.cost;
+    return *outcome;
   }
 
  private:
-  /// Shards take turns, so that each has its share of the dear ones.
-  bool mine() { return next_++ % options_.shards == options_.shard - 1; }
-  static double costOf(const Sweep& sweep, const Play& play) {
-    return play.cost() * static_cast<double>(sweep.played.particles) * sweep.played.duration;
-  }
   std::string fileOf(const Sweep& sweep, const Play& play) const {
-    char name[200];
-    std::snprintf(name, sizeof name, "%s_%s_%gmm_%s_%dx%d%s%s.outcome",
-                  std::filesystem::path(options_.scene).stem().c_str(),
-                  std::filesystem::path(options_.hands).stem().c_str(), 1e3 * sweep.played.spacing,
-                  nameOf(play.budget.method).c_str(), play.budget.substeps, play.budget.iterations,
-                  play.aside < 0 ? "" : "_", play.aside < 0 ? "" : std::string(1, "xyz"[play.aside]).c_str());
-    return (std::filesystem::path(options_.outcomes) / name).string();
+    std::ostringstream name;
+    name << std::filesystem::path(options_.scene).stem().string() << '_'
+         << std::filesystem::path(options_.hands).stem().string() << '_' << 1e3 * sweep.played.spacing
+         << "mm_" << play.what << ".outcome";
+    std::string text = name.str();
+    std::replace_if(
+        text.begin(), text.end(), [](char c) { return c == ':' || c == ' '; }, '_');
+    return (std::filesystem::path(options_.outcomes) / text).string();
   }
   void tell(const Sweep& sweep, const Play& play) const {
     std::string left;
     if (played_ > 0.0) left = ", some " + std::to_string(std::lround(seconds_ / played_ * left_)) + " s left";
-    std::fprintf(stderr, "speed_accuracy: %d of %d%s: %s %s:%dx%d at %g mm\n", done_, count_, left.c_str(),
-                 options_.scene.c_str(), nameOf(play.budget.method).c_str(), play.budget.substeps,
-                 play.budget.iterations, 1e3 * sweep.played.spacing);
+    std::fprintf(stderr, "speed_accuracy: %d of %d%s: %s %s at %g mm\n", done_, count_, left.c_str(),
+                 options_.scene.c_str(), play.what.c_str(), 1e3 * sweep.played.spacing);
   }
 
   const Options& options_;
-  int next_ = 0, count_ = 0, done_ = 0;
+  int count_ = 0, done_ = 0;
   double left_ = 0.0, played_ = 0.0;  // costs
   double seconds_ = 0.0;              // that what was played took
 };
 
 /// Plays a sweep and prints its table, line by line.
 void printTable(const Sweep& sweep, Player& player, std::ofstream& csv) {
-  const Outcome coarse = *player(sweep, sweep.reference[0]), reference = *player(sweep, sweep.reference[1]);
+  const Outcome coarse = player(sweep, sweep.reference[0]), reference = player(sweep, sweep.reference[1]);
   const auto tell = [&](const char* role, const Play& play, const Outcome& outcome) {
     const Row row{role, play.budget, outcome, compare(outcome, reference, sweep.played.spacing)};
     printRow(row);
@@ -306,12 +306,12 @@ void printTable(const Sweep& sweep, Player& player, std::ofstream& csv) {
   printHead(sweep.played);
   std::vector<Errors> errors;
   for (const Play& setting : sweep.settings)
-    errors.push_back(tell("setting", setting, *player(sweep, setting)));
+    errors.push_back(tell("setting", setting, player(sweep, setting)));
   Doubt doubt;
   doubt.step = tell("twice the step", sweep.reference[0], coarse);
   for (int k = 2; k < 5; ++k)
     doubt.aside =
-        greatest(doubt.aside, tell("1 µm aside", sweep.reference[k], *player(sweep, sweep.reference[k])));
+        greatest(doubt.aside, tell("1 µm aside", sweep.reference[k], player(sweep, sweep.reference[k])));
   tell("reference", sweep.reference[1], reference);
   std::printf("\n%s\n", convergence(doubt, errors).c_str());
   std::fflush(stdout);
@@ -321,7 +321,8 @@ void run(const Options& options) {
   std::ofstream csv = openCsv(options.csv);
   if (!options.outcomes.empty()) std::filesystem::create_directories(options.outcomes);
   std::vector<Sweep> sweeps;
-  for (const double spacing : options.spacings) sweeps.push_back(sweepOf(spacing, options));
+  int number = 0;
+  for (const double spacing : options.spacings) sweeps.push_back(sweepOf(spacing, options, number));
   Player player(options, sweeps);
   for (const Sweep& sweep : sweeps) {
     if (options.shards == 1) {
@@ -329,7 +330,8 @@ void run(const Options& options) {
       continue;
     }
     for (const auto* plays : {&sweep.settings, &sweep.reference})
-      for (const Play& play : *plays) player(sweep, play);
+      for (const Play& play : *plays)
+        if (player.isMine(play)) player(sweep, play);
   }
 }
 

@@ -3,7 +3,6 @@
 import copy
 import os
 import subprocess
-import sys
 import time
 import unittest
 
@@ -25,8 +24,7 @@ TOPICS = 17          # that the fuzzer knows
 def fuzz(graph, *arguments):
     """Runs the fuzzer. Returns its exit code, its words, and how many s it took."""
     start = time.monotonic()
-    done = subprocess.run([sys.executable, os.path.join(rig_run.PACKAGE, 'scripts', 'fuzz_topics'), *arguments],
-                          env=graph.environment,
+    done = subprocess.run([os.path.join(PROGRAMS, 'fuzz_topics'), *arguments], env=graph.environment,
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                           timeout=60 + MESSAGES, check=False)
     return done.returncode, done.stdout.decode(errors='replace'), time.monotonic() - start

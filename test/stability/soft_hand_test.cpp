@@ -217,16 +217,6 @@ clay::Material hardWax() {
   return wax;
 }
 
-/// As config/materials/modelling_clay.yaml.
-clay::Material firmClay() {
-  clay::Material clay;
-  clay.stiffness = 1e6;
-  clay.bulk_modulus = 1e7;
-  clay.yield_strain = 0.005;
-  clay.friction = 0.6;
-  return clay;
-}
-
 // A hand over a block of hard wax, or another material, whose top is at y = 0; `aside` moves it, m.
 class WaxPress {
  public:
@@ -316,7 +306,7 @@ TEST(SoftHand, FingerStaysOnFirmClayAndLeavesIt) {
   constexpr double depth = 0.01, acceleration = 0.4;  // m, m/s^2
   int frames = 0, silent = 0;
   for (const double aside : {0.0, 0.7e-3, 1.9e-3, 3.1e-3}) {
-    WaxPress press(true, aside, firmClay());
+    WaxPress press(true, aside, clay::firmClay());
     press.approach(-1e-3);
     for (int k = 0; k < 48; ++k, ++frames) {
       press.frame(std::max(-depth, -1e-3 - 0.03 * k * frame));

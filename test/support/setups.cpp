@@ -24,6 +24,13 @@ std::vector<InitialParticle> block(int nx, int ny, int nz, double spacing, const
   return particles;
 }
 
+Material firmClay() {
+  Material clay;
+  clay.density = 1600.0, clay.viscosity = 200.0, clay.stiffness = 1e6, clay.bulk_modulus = 1e7;
+  clay.bond_rate = 1.0, clay.unbond_rate = 10.0, clay.yield_strain = 0.005, clay.friction = 0.6;
+  return clay;
+}
+
 Solid ground(double slope) {
   Solid solid;
   solid.name = "ground";

@@ -14,6 +14,9 @@ std::vector<InitialParticle> block(int nx, int ny, int nz, double spacing,
                                    const Eigen::Matrix3d& rotation = Eigen::Matrix3d::Identity(),
                                    std::uint8_t material = 0);
 
+/// As config/materials/modelling_clay.yaml.
+Material firmClay();
+
 /// A thick slab whose top passes through the origin of the world, sloping down along x by `slope` rad.
 Solid ground(double slope = 0.0);
 

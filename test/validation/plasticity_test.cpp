@@ -21,10 +21,10 @@ double yieldInTension(const Material& m) {
   return std::sqrt(3.0) * yieldStress(m);
 }
 
-/// Clay as firm as `modelling_clay`, with little viscosity.
+/// Firm clay with little viscosity.
 Material firm() {
-  Material m;
-  m.viscosity = 50.0, m.stiffness = 1e6, m.yield_strain = 0.005, m.bulk_modulus = 1e7;
+  Material m = firmClay();
+  m.viscosity = 50.0;
   return m;
 }
 Material onAnything(Material m, bool holds) {
