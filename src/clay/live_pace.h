@@ -8,7 +8,7 @@ namespace tactile_clay::clay {
 
 /// How much time each frame of a live simulation gets, so that simulated time follows the wall clock, and
 /// frames are even and short: as many whole steps as usual, and a quarter of a period more or less where
-/// simulated time is off by one and a half of that. More also needs a computer that has room for it.
+/// simulated time is off by one and a half of that. More also needs a computer that is faster than the clock.
 class LivePace {
  public:
   /// \param period s, of frames \param step s, of the simulation
@@ -46,8 +46,10 @@ class LivePace {
   double takeDropped() { return std::exchange(dropped_, 0.0); }
 
  private:
-  static constexpr double adaption = 0.1;   // of the usual time between frames to each
-  static constexpr double room = 1.25;      // pace that a longer frame needs
+  static constexpr double adaption = 0.1;  // of the usual time between frames to each
+  // Pace that a longer frame needs. Above 1 it gains time, though it may take more than a period; a tenth is
+  // what paces differ from frame to frame.
+  static constexpr double room = 1.1;
   static constexpr double most_owed = 0.1;  // s
 
   double period_, step_;

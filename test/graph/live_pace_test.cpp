@@ -58,6 +58,22 @@ TEST(LivePace, CatchesUpWithStepsOfAnySize) {
   }
 }
 
+/// Frames that take nearly their time, such as those of the wheel on a slow host, still make up for a hiccup.
+TEST(LivePace, CatchesUpWithLittleRoom) {
+  constexpr double cost = 0.85;  // of what is simulated
+  LivePace pace(period, step);
+  double elapsed = 5.0 * period, simulated = 0.0, interval = elapsed;
+  for (int k = 0; k < 60; ++k) {
+    const double duration = pace.next(interval);
+    pace.took(duration, cost * duration);
+    simulated += duration;
+    interval = std::max(period, cost * duration);
+    elapsed += interval;
+  }
+  EXPECT_NEAR(simulated, elapsed - interval, 1.5 * step);
+  EXPECT_EQ(pace.takeDropped(), 0.0);
+}
+
 TEST(LivePace, FollowsAnUnevenClock) {
   LivePace pace(period, step);
   double elapsed = 0.0, simulated = 0.0;
