@@ -77,6 +77,35 @@ class Sums {
   Stretch sum_;
 };
 
+/// The first second of a run, to be played again and again.
+class Yardstick {
+ public:
+  Yardstick(const scene::Scene& scene, const scene::Solids& solids, const std::vector<HandSample>& samples)
+      : solids_(solids), samples_(samples), clay_(scene.config, scene.materials, scene.particles) {
+    start_ = clay_.sculpture();
+  }
+
+  /// \return ms of a frame, median
+  double measure() {
+    constexpr std::size_t frames = 60;
+    clay_.restore(start_);
+    std::vector<double> ms;
+    for (std::size_t k = 0; k < frames; ++k) {
+      const HandSample& sample = samples_[k % samples_.size()];
+      const Clock::time_point begun = Clock::now();
+      clay_.advance(sample.skin, solids_.solids(), solids_.motion(), sample.duration);
+      ms.push_back(1e3 * Seconds(Clock::now() - begun).count());
+    }
+    return quantile(ms, 0.5);
+  }
+
+ private:
+  const scene::Solids& solids_;
+  const std::vector<HandSample>& samples_;
+  clay::Clay clay_;
+  clay::Sculpture start_;
+};
+
 }  // namespace
 
 void kneadLong(const scene::Scene& scene, const scene::Solids& solids, const std::vector<HandSample>& samples,
@@ -84,10 +113,11 @@ void kneadLong(const scene::Scene& scene, const scene::Solids& solids, const std
   if (samples.empty()) throw std::invalid_argument("long kneading: no hand sample, expected one at least");
   clay::Clay clay(scene.config, scene.materials, scene.particles);
   clay::LivePace pace(scene.config.frame, scene.config.timeStep());
+  Yardstick yardstick(scene, solids, samples);
   Sums sums;
   double due = 0.0, next_stretch = how.stretch;  // s; when the next sample comes, since the start
   Clock::time_point before = Clock::now();
-  const Clock::time_point start = before;
+  Clock::time_point start = before;
   for (std::size_t k = 0; clay.time() < how.duration; ++k) {
     const HandSample* sample = &samples[k % samples.size()];
     due += sample->duration;
@@ -111,9 +141,14 @@ void kneadLong(const scene::Scene& scene, const scene::Solids& solids, const std
              1e3 * static_cast<double>(std::clock() - cpu_begun) / CLOCKS_PER_SEC);
     if (clay.time() < next_stretch) continue;
     next_stretch += how.stretch;
-    tell(sums.of(clay, pace.takeDropped()));
+    const Clock::time_point ended = Clock::now();
+    Stretch stretch = sums.of(clay, pace.takeDropped());
+    stretch.yardstick_ms = yardstick.measure();
+    tell(stretch);
     sums = Sums();
-    before = Clock::now();  // what the telling took is no part of the run
+    const Clock::duration aside = Clock::now() - ended;  // is no part of the run
+    before += aside;
+    start += aside;
   }
 }
 

@@ -14,6 +14,7 @@ namespace tactile_clay::tools {
 struct Stretch {
   double end = 0.0;               // s, simulated
   double ms = 0.0, ms_p99 = 0.0;  // of a frame: median, 99th percentile
+  double yardstick_ms = 0.0;      // median of the yardstick's frames at the end of the stretch
   double cpu_ms = 0.0;            // of all threads, a frame: what other programs take does not count
   double dropped = 0.0;           // s that a live run did not simulate
   double awake = 0.0, contacts = 0.0, iterations = 0.0, rounds = 0.0, lumps = 0.0, crumbs = 0.0;
@@ -34,7 +35,10 @@ struct LongKneading {
 };
 
 /// Plays what hands do again and again, each time from where the clay is, and tells of each stretch.
-/// \param samples one pass of the hands, as of `handSamples`
+///
+/// Computers get slower and faster from minute to minute. So after each stretch the same second of clay, the
+/// first one of the run, is played once more: what it takes is the yardstick for the stretch. \param samples
+/// one pass of the hands, as of `handSamples`
 void kneadLong(const scene::Scene& scene, const scene::Solids& solids, const std::vector<HandSample>& samples,
                const LongKneading& how, const std::function<void(const Stretch&)>& tell);
 
