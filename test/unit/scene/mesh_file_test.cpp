@@ -1,5 +1,7 @@
 #include "scene/mesh_file.h"
 
+#include <sys/stat.h>
+
 #include <cstring>
 #include <sstream>
 
@@ -47,8 +49,8 @@ std::string obj() {
 }
 
 /// The same box half as large, in cm, on a node that is turned by 90 degrees about z, moved by 1 cm and twice
-/// as large.
-std::string dae(const Triangles& mesh) {
+/// as large. \param library what stands before the scene \param inner what else is in the node
+std::string dae(const Triangles& mesh, const std::string& library = "", const std::string& inner = "") {
   std::ostringstream out;
   out << "<?xml version=\"1.0\"?><COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" "
          "version=\"1.4.1\">"
@@ -65,10 +67,13 @@ std::string dae(const Triangles& mesh) {
          "source=\"#p\"/></vertices><triangles count=\""
       << mesh.triangles.size() << "\"><input semantic=\"VERTEX\" source=\"#v\" offset=\"0\"/><p>";
   for (const Triangles::Triangle& t : mesh.triangles) out << t.transpose() << " ";
-  out << "</p></triangles></mesh></geometry></library_geometries><library_visual_scenes><visual_scene "
+  out << "</p></triangles></mesh></geometry></library_geometries>" << library
+      << "<library_visual_scenes><visual_scene "
          "id=\"s\"><node id=\"n\">"
          "<matrix>0 -2 0 1  2 0 0 0  0 0 2 0  0 0 0 1</matrix><instance_geometry "
-         "url=\"#g\"/></node></visual_scene>"
+         "url=\"#g\"/>"
+      << inner
+      << "</node></visual_scene>"
          "</library_visual_scenes><scene><instance_visual_scene url=\"#s\"/></scene></COLLADA>";
   return out.str();
 }
@@ -136,6 +141,52 @@ TEST_F(MeshFile, LargeMeshesAreRefused) {
   expectComplaint(write("globe.stl", stlBinary(globe)), "has more than 200000 triangles");
   std::filesystem::resize_file(write("large.stl", ""), (std::size_t{64} << 20) + 1);
   expectComplaint((folder / "large.stl").string(), "expected at most 67108864");
+}
+
+std::string repeated(const std::string& text, int times) {
+  std::string all;
+  for (int k = 0; k < times; ++k) all += text;
+  return all;
+}
+
+std::string instanceOf(const std::string& node) {
+  return "<instance_node url=\"#" + node + "\"/>";
+}
+
+/// A library of nodes n0, n1, ..., each of which names the next one. \param times each does so
+std::string chainOfNodes(int nodes, int times) {
+  std::string library = "<library_nodes>";
+  for (int k = 0; k < nodes; ++k) {
+    const std::string next = k + 1 < nodes ? repeated(instanceOf("n" + std::to_string(k + 1)), times) : "";
+    library += "<node id=\"n" + std::to_string(k) + "\">" + next + "</node>";
+  }
+  return library + "</library_nodes>";
+}
+
+TEST_F(MeshFile, NodesThatNameNodesAreFollowed) {
+  const std::string file = dae(box, chainOfNodes(3, 2), instanceOf("n0"));
+  expectBox(*loadMesh(write("box.dae", file), Vector3d::Ones()), {0.01, 0.0, 0.0}, 0.01 * half);
+}
+
+TEST_F(MeshFile, WhatEndsItsReaderIsRefused) {
+  const std::string circle = "<library_nodes><node id=\"a\">" + instanceOf("b") + "</node><node id=\"b\">" +
+                             instanceOf("a") + "</node></library_nodes>";
+  expectComplaint(write("circle.dae", dae(box, circle, instanceOf("a"))), "reader");
+#ifndef __SANITIZE_ADDRESS__  // under which memory has no limit
+  expectComplaint(write("doubled.dae", dae(box, chainOfNodes(40, 2), instanceOf("n0"))), "reader");
+#endif
+  const std::string nested = repeated("<node>", 200000) + repeated("</node>", 200000);
+  expectComplaint(write("nested.dae", dae(box, "", nested)), "reader");
+  std::string wide = dae(box);
+  wide.replace(wide.find("stride=\"3\""), 10, "stride=\"4000000000\"");
+  expectComplaint(write("wide.dae", wide), "reader");
+}
+
+TEST_F(MeshFile, NoOtherFileIsOpened) {
+  const std::string pipe = (folder / "pipe.mtl").string();
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  expectBox(*loadMesh(write("box.obj", "mtllib pipe.mtl\n" + obj()), Vector3d::Ones()), Vector3d::Zero(),
+            half);
 }
 
 }  // namespace
