@@ -10,11 +10,12 @@ import subprocess
 import roslib.packages
 import yaml
 
-from rig_tools import COMPRESSIONS, Fault, known_arguments, one_line
+from rig_tools import COMPRESSIONS, Fault, known_arguments, one_line, open_input
 
 NAME = re.compile(r'[A-Za-z0-9][A-Za-z0-9_.-]*')  # of what becomes part of the name of a file
 OF_THE_SESSION = ('record', 'record_skin', 'record_compression', 'duration')  # arguments of the rig that `trial` gives
 REQUIRED = object()
+MOST_VALUES = 200000  # of a plan
 
 
 # YAML, with the lines of its keys
@@ -50,6 +51,29 @@ Loader.add_implicit_resolver('tag:yaml.org,2002:float', re.compile(
     r'^[-+]?(([0-9]+\.[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?|[0-9]+[eE][-+]?[0-9]+)$'), list('-+.0123456789'))
 Loader.add_constructor('tag:yaml.org,2002:map', Loader.map)
 Loader.add_constructor('tag:yaml.org,2002:float', lambda loader, node: float(node.value))
+
+
+def load(text):
+    """Content of YAML text. Raises yaml.YAMLError, and RecursionError where it is very deep."""
+    loader = Loader(text)
+    try:
+        node = loader.get_single_node()
+        if values_of(node, {}) > MOST_VALUES:
+            raise yaml.MarkedYAMLError(None, None, 'more than %d values, aliases among them' % MOST_VALUES, node.start_mark)
+        return loader.construct_document(node) if node else None
+    finally:
+        loader.dispose()
+
+
+def values_of(node, known):
+    """How many values a node stands for with all that its aliases repeat. known: those of other nodes, by id."""
+    if id(node) not in known:
+        known[id(node)] = math.inf  # in itself
+        value = getattr(node, 'value', None)
+        parts = itertools.chain(*value) if isinstance(node, yaml.MappingNode) else \
+            value if isinstance(node, yaml.SequenceNode) else ()
+        known[id(node)] = 1 + sum(values_of(part, known) for part in parts)
+    return known[id(node)]
 
 
 class Reader:
@@ -218,9 +242,9 @@ class Plan:
     def __init__(self, path, share):
         self.path, self.folder = path, os.path.dirname(os.path.abspath(path))
         try:
-            with open(path, encoding='utf-8-sig') as file:
+            with open_input(path, encoding='utf-8-sig') as file:
                 self.text = file.read()
-            content = yaml.load(self.text, Loader)
+            content = load(self.text)
         except (OSError, UnicodeDecodeError) as error:
             words = getattr(error, 'strerror', None) or error
             raise Fault('%s: %s, expected the plan of a session' % (path, words)) from None
@@ -228,6 +252,8 @@ class Plan:
             mark = getattr(error, 'problem_mark', None)
             raise Fault('%s%s: %s, expected YAML' % (path, ':%d' % (mark.line + 1) if mark else '',
                                                      one_line(getattr(error, 'problem', None) or error))) from None
+        except RecursionError:
+            raise Fault('%s: values are hundreds deep in each other, expected fewer' % path) from None
         self.arguments = [name for name in known_arguments(share) if name not in OF_THE_SESSION]
         reader = Reader(path, content)
         self.session, self.participant = reader.name('session'), reader.name('participant')

@@ -101,6 +101,27 @@ class Plans(unittest.TestCase):
             self.assertIn(words, str(caught.exception))
             self.assertNotIn('\n', str(caught.exception))
 
+    def test_no_file_is_read_for_ever(self):
+        def refused(path, words):
+            with self.assertRaises(Fault) as caught:
+                Plan(path, rig_run.PACKAGE)
+            self.assertIn(words, str(caught.exception))
+            self.assertIn(path, str(caught.exception))
+
+        pipe = os.path.join(self.folder, 'pipe.yaml')
+        os.mkfifo(pipe)
+        refused(pipe, 'is no regular file')
+        large = os.path.join(self.folder, 'large.yaml')
+        with open(large, 'wb') as file:
+            file.truncate((16 << 20) + 1)
+        refused(large, 'expected at most 16777216')
+        lists = ''.join('k%d: &k%d [%s]\n' % (k, k, ', '.join(['*k%d' % (k - 1)] * 10)) for k in range(1, 9))
+        for text, words in (('[' * 100000, 'hundreds deep'), (PLAN + 'k0: &k0 [x]\n' + lists, 'more than 200000 values'),
+                            ('blocks: &a [*a]\n', 'more than 200000 values')):
+            with self.subTest(words), self.assertRaises(Fault) as caught:
+                self.plan(text)
+            self.assertIn(words, str(caught.exception))
+
     def test_the_rig_is_asked_about_every_condition(self):
         self.plan().check_rig(os.environ)
         for old, new, line, words in (
