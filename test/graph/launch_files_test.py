@@ -85,8 +85,7 @@ class LaunchFiles(unittest.TestCase):
                 self.assertEqual(params['/' + name].value, expected, name)
 
     def test_a_target_has_the_quality_chosen(self):
-        for arguments, expected in (([], 'balanced'), (['target_ms:=5'], 'auto'), (['target_ms:=5', 'quality:=fast'], 'fast'),
-                                    (['solver:=paper'], 'paper'), (['quality:=auto'], 'auto')):
+        for arguments, expected in (([], 'balanced'), (['target_ms:=5'], 'auto'), (['target_ms:=5', 'quality:=fast'], 'fast')):
             self.assertEqual(load(*arguments).params['/clay_simulator/quality'].value, expected, arguments)
 
     def test_files_may_have_any_name(self):
