@@ -168,7 +168,7 @@ class LiveParameters(unittest.TestCase):
         self.assertEqual(self.saved['max_points'], 1)
         self.assertEqual(self.saved['full_scale_pressure'], 2e5)
         # The parameter server tells what holds.
-        self.assertEqual(self.server['max_points'], 1)
+        self.assertEqual(self.server['full_scale_pressure'], 2e5)
 
     def test_what_is_wrong_is_refused_with_the_words_of_the_start(self):
         for words in ('parameter /focal_point_renderer/max_points: expected a number from 1 to 256, got 300',
