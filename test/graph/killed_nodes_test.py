@@ -20,8 +20,8 @@ GAP = 0.15  # s, longer than any pause of a sound
 
 
 def knead(graph, emulator, **arguments):
-    rig = graph.rig(dict(hands='bag', file=rig_run.bag('knead'), loop='true', device='sonic_surface', quality='fast',
-                         port=emulator.link, max_points='1', head_spl_cap='200', **arguments))
+    rig = graph.rig(dict(dict(hands='bag', file=rig_run.bag('knead'), loop='true', device='sonic_surface', quality='fast',
+                              port=emulator.link, max_points='1', head_spl_cap='200'), **arguments))
     wait_until(emulator.sounds, 60, 'a sound; the rig says\n' + graph.words())
     return rig
 
@@ -72,7 +72,8 @@ class Story(unittest.TestCase):
         self.assertEqual({name for name in before if before[name] != after[name]}, {node})
 
     def test_each_node_comes_back(self):
-        rig = knead(self.graph, self.emulator)
+        # No computer holds such a target: the quality goes down, once, since the new clay begins with what held.
+        rig = knead(self.graph, self.emulator, target_ms='0.001')
         time.sleep(3.0)  # a checkpoint of the clay, and one more
         for node in CHAIN + OTHERS:
             with self.subTest(node):
@@ -80,6 +81,11 @@ class Story(unittest.TestCase):
         with self.subTest('frozen'):
             self.lose('clay_simulator', signal.SIGSTOP)
         self.assertEqual(len(re.findall(r'the clay goes on from its checkpoint at [1-9]', self.graph.words())), 2)
+
+        lowered = re.findall(r"clay_simulator: frames took longer than .*: quality '(\w+)' instead of '(\w+)'; errors to expect",
+                             self.graph.words())
+        self.assertEqual(lowered, [('draft', 'fast')])
+        self.assertEqual(self.graph.master().getParam('/test', '/clay_simulator/quality')[2], 'draft')
 
         # An emergency stop outlives its driver.
         self.command('/array/stop')
@@ -108,7 +114,9 @@ class Nodelets(Story):
     """The manager has all of the chain; a nodelet comes back with it."""
 
     def test_each_node_comes_back(self):
-        rig = knead(self.graph, self.emulator, nodelets='true')
+        rig = knead(self.graph, self.emulator, nodelets='true', quality='auto', target_ms='0.001')
+        self.assertIn("quality 'draft' (2 x 8) is the coarsest, and does not hold 0.001 ms", self.graph.words())
+        self.assertEqual(self.graph.master().getParam('/test', '/clay_simulator/quality')[2], 'draft')
         manager, since = self.pid('manager'), time.monotonic()
         os.kill(manager, signal.SIGKILL)
         wait_until(lambda: self.pid('manager') not in (None, manager), 20, 'a manager')
