@@ -15,12 +15,15 @@ if(TACTILE_CLAY_INSTALLS_ENVIRONMENT)
   # catkin makes these files.
   #catkin_lint: ignore MISSING_FILE
   set(generated ${CMAKE_BINARY_DIR}/catkin_generated/installspace)
-  install(PROGRAMS ${CATKIN_DEVEL_PREFIX}/_setup_util.py ${generated}/env.sh DESTINATION .)
+  install(PROGRAMS ${CATKIN_DEVEL_PREFIX}/_setup_util.py ${generated}/env.sh DESTINATION .
+    COMPONENT environment)
   foreach(shell bash sh zsh)
-    install(FILES ${generated}/setup.${shell} ${generated}/local_setup.${shell} DESTINATION .)
+    install(FILES ${generated}/setup.${shell} ${generated}/local_setup.${shell} DESTINATION .
+      COMPONENT environment)
   endforeach()
   #catkin_lint: report MISSING_FILE
-  install(CODE "file(WRITE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/.catkin\" \"\")")  # a workspace
+  install(CODE "file(WRITE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/.catkin\" \"\")"  # a workspace
+    COMPONENT environment)
 endif()
 
 # What catkin_lint takes for errors, and is meant: several packages have no catkin config on Debian, and are found by

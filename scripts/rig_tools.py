@@ -14,6 +14,9 @@ NODES = ('hand_tracking', 'hand_simulator', 'clay_simulator', 'clay_surface', 'h
          'contact_pressure', 'focal_point_renderer', 'robot_state_publisher', 'simulated_array', 'array_driver',
          'boards', 'hand_skeleton', 'hand_left_state_publisher', 'hand_right_state_publisher', 'manager',
          'diagnostic_aggregator')
+# Without them a run is whole.
+FOR_THE_EYE = ('clay_surface', 'hand_surface', 'rig_numbers', 'hand_left_state_publisher', 'hand_right_state_publisher',
+               'diagnostic_aggregator')
 # The topic of the hands, by which all others are dated.
 HANDS = 'hands/tracked'
 
@@ -114,6 +117,10 @@ def run_rig(command, environment, folder, log, over=None, **options):
                 os.kill(rig.pid, signal.SIGINT)
                 rig.wait()
     said = lines_of(log)
+    for line in said:
+        again = re.match(r'tactile_clay: (\w+) .*, and is started again', line)
+        if again and again.group(1) not in FOR_THE_EYE:
+            raise Fault('the run is not whole: %s' % one_line(line))
     if not ended and (code != 0 or any('process has died [pid' in line for line in said)):
         faults = [line for line in said if 'FATAL' in line or line.startswith(PACKAGE + ':') or 'rror' in line]
         raise Fault('the rig does not run: %s' % one_line((faults or said[-1:] or ['it said nothing'])[0]))

@@ -10,6 +10,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "clay/late_watch.h"
 #include "clay/live_pace.h"
 #include "clay/sculpture_file.h"
 #include "nodes/cloud.h"
@@ -17,9 +18,11 @@
 #include "nodes/exit_code.h"
 #include "nodes/file_service.h"
 #include "nodes/frame_name.h"
+#include "nodes/kept.h"
 #include "nodes/params.h"
 #include "nodes/share.h"
 #include "nodes/topics.h"
+#include "scene/measured_frames.h"
 #include "scene/robot_model.h"
 
 namespace tactile_clay::nodes {
@@ -29,6 +32,8 @@ constexpr double skin_lifetime = 0.15;     // s; a hand without news is out of t
 constexpr double longest_gap = 1.0;        // s; lockstep simulates at most this between two skins
 constexpr std::size_t lockstep_queue = 0;  // unlimited
 constexpr double any = std::numeric_limits<double>::infinity();  // the core checks ranges
+constexpr double usual_target =
+    8.0;  // ms, of `quality:=auto`: half of a frame, the other nodes have the rest
 
 /// The name of a material, of which files may have any, as a name of parameters.
 std::string groupOf(const std::vector<clay::Material>& materials, std::size_t k) {
@@ -58,11 +63,14 @@ clay::Keyframes::Limits undoLimits(const ros::NodeHandle& nh) {
 
 ClayChoice readClay(Settings& settings, const clay::ClayConfig& config,
                     const std::vector<clay::Material>& materials) {
-  ClayChoice choice{config, materials};
+  ClayChoice choice{config, "", materials};
   clay::Budget& budget = choice.config.budget;
-  budget = scene::loadQuality(
-      settings.text("quality", "balanced", "how well a frame is solved: a preset of config/quality.yaml"),
-      packageFolder());
+  choice.quality =
+      settings.text("quality", "balanced", "how well a frame is solved: a preset of config/quality.yaml");
+  if (choice.quality == scene::automatic)
+    throw std::runtime_error(settings.nameOf("quality") +
+                             ": 'auto' measures the computer at the start of the rig, expected a preset");
+  const clay::Budget preset = budget = scene::loadQuality(choice.quality, packageFolder());
   // 0 or nothing means what the preset says, so that launch arguments can pass it on.
   if (const auto solver = settings.text("solver", "", "minimise or paper; empty: the preset's");
       !solver.empty())
@@ -71,6 +79,8 @@ ClayChoice readClay(Settings& settings, const clay::ClayConfig& config,
     budget.substeps = n;
   if (const int n = settings.whole("iterations", 0, 0, 1000, "of a substep, at most; 0: the preset's"))
     budget.iterations = n;
+  if (budget.substeps != preset.substeps || budget.iterations != preset.iterations)
+    choice.quality = std::to_string(budget.substeps) + " x " + std::to_string(budget.iterations);
   choice.config.tolerance =
       settings.number("tolerance", config.tolerance, 0.0, any, "m/s^2, at which iterations stop");
   choice.config.sleeping =
@@ -94,7 +104,7 @@ ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
       keyframes_(undoLimits(private_nh)),
       inbox_(private_nh) {
   scene_.config.threads = paramIn(private_nh, "threads", 0, 0, 1024);
-  of_files_ = {scene_.config, scene_.materials};
+  of_files_ = {scene_.config, "", scene_.materials};
 
   // The clay collides with what the rest of the graph knows as the robot.
   std::string urdf, source = "parameter " + nh.resolveName("robot_description");
@@ -105,7 +115,9 @@ ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
     throw std::runtime_error(source + ": " + error.what());
   }
   for (const std::string& remark : solids_->remarks()) ROS_WARN("clay_simulator: %s", remark.c_str());
+  fitQuality(private_nh);
   live_ = std::make_unique<LiveParameters>(nh, private_nh, [this](Settings& s) { return read(s); });
+  goOnFromCheckpoint(private_nh);
 
   skin_subscriber_ = inbox_.subscribe<Cloud>(nh, topic::hands_skin, lockstep_ ? lockstep_queue : 1,
                                              [this](const auto& skin) { receive(skin); });
@@ -133,12 +145,79 @@ ClaySimulator::~ClaySimulator() {
   thread_.join();
 }
 
+/// What it chooses takes the place of `auto` on the parameter server: all that look there see what holds.
+void ClaySimulator::fitQuality(ros::NodeHandle private_nh) {
+  scene::QualityWish wish;
+  wish.quality = param<std::string>(private_nh, "quality", "balanced");
+  wish.target_ms = paramIn(private_nh, "target_ms", 0.0, 0.0, 1000.0);
+  wish.lockstep = lockstep_;
+  wish.solver = param<std::string>(private_nh, "solver", "");
+  wish.substeps = param(private_nh, "substeps", 0);
+  wish.iterations = param(private_nh, "iterations", 0);
+  const std::vector<scene::Quality> all = scene::loadQualities(packageFolder());
+  scene::requireQuality(wish, all);
+  if (!wish.adapts()) return;
+  steady_ = scene::steadyQualities(all);
+  target_ms_ = wish.target_ms > 0.0 ? wish.target_ms : usual_target;
+  if (wish.quality != scene::automatic) return;
+  const std::vector<double> ms = scene::measuredFrames(scene_, *solids_, steady_, target_ms_);
+  const std::size_t best = scene::mostAccurate(ms, target_ms_);
+  const scene::Quality& chosen = steady_[best];
+  std::string measured;
+  for (std::size_t k = 0; k < ms.size(); ++k) {
+    char text[64];
+    std::snprintf(text, sizeof text, "%s%s %.1f", k == 0 ? "" : ", ", steady_[k].name.c_str(), ms[k]);
+    measured += text;
+  }
+  ROS_INFO("clay_simulator: quality '%s' (%d x %d) %s %g ms (measured: %s ms a frame); %s",
+           chosen.name.c_str(), chosen.budget.substeps, chosen.budget.iterations,
+           ms[best] <= target_ms_ ? "is the most accurate that holds" : "is the coarsest, and does not hold",
+           target_ms_, measured.c_str(), scene::expectation(chosen).c_str());
+  private_nh.setParam("quality", chosen.name);
+  private_nh.setParam("target_ms", target_ms_);
+}
+
+/// Between two frames.
+void ClaySimulator::giveUpAccuracy() {
+  const scene::Quality* const coarser = scene::coarserThan(scene_.config.budget, steady_);
+  if (coarser == nullptr) {
+    ROS_WARN_THROTTLE(60.0, "clay_simulator: frames take longer than %g ms, and there is no coarser quality",
+                      target_ms_);
+    return;
+  }
+  live_->change({{"quality", coarser->name}, {"substeps", 0}, {"iterations", 0}});
+  {
+    const std::lock_guard<std::mutex> lock(clay_mutex_);
+    ++lowered_;
+  }
+  ROS_WARN("clay_simulator: frames took longer than %g ms for 2 s: quality '%s' instead of '%s'; %s",
+           target_ms_, coarser->name.c_str(), quality_.c_str(), scene::expectation(*coarser).c_str());
+}
+
+/// A run in lockstep has none: one that lost a node is not done again to the bit.
+void ClaySimulator::goOnFromCheckpoint(const ros::NodeHandle& private_nh) {
+  checkpoint_period_ = paramIn(private_nh, "checkpoint_seconds", 2.0, 0.0, 3600.0);
+  const std::string file = lockstep_ ? "" : keptFile(private_nh.getNamespace(), ".sculpture");
+  if (file.empty() || checkpoint_period_ <= 0.0) return;
+  if (isMarked(file)) {
+    try {
+      clay_->restore(woken(clay::loadSculpture(file)));
+      ROS_WARN("clay_simulator: was started again; the clay goes on from its checkpoint at %.2f s",
+               clay_->time());
+    } catch (const std::exception& error) {
+      ROS_ERROR("clay_simulator: was started again, and the scene with it: %s", error.what());
+    }
+  }
+  checkpoint_ = std::make_unique<Checkpoint>(file);
+}
+
 LiveParameters::Apply ClaySimulator::read(Settings& settings) {
   ClayChoice choice = readClay(settings, of_files_.config, of_files_.materials);
   return [this, choice = std::move(choice)] {
     const std::lock_guard<std::mutex> lock(clay_mutex_);
     scene_.config = choice.config;
     scene_.materials = choice.materials;
+    quality_ = choice.quality;
     if (!clay_) return restart();
     // The clay goes on from what it is, as from a sculpture that was saved; what sleeps may not hold any
     // more.
@@ -161,6 +240,7 @@ bool ClaySimulator::reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Respon
   const std::lock_guard<std::mutex> lock(clay_mutex_);
   keyframes_.keep(clay_->sculpture(), changes_);
   restart();
+  since_checkpoint_ = checkpoint_period_;  // what is gone does not come back
   response.success = true;
   response.message = "scene '" + scene_.name + "' starts again";
   return true;
@@ -198,6 +278,7 @@ bool ClaySimulator::load(SculptureFile::Request& request, SculptureFile::Respons
     const clay::Sculpture before = clay_->sculpture();
     clay_->restore(sculpture);
     keyframes_.keep(before, changes_);
+    since_checkpoint_ = checkpoint_period_;
     return "scene '" + scene_.name + "' goes on from " + request.file;
   });
   return true;
@@ -209,6 +290,7 @@ bool ClaySimulator::undo(Undo::Request& request, Undo::Response& response) {
     const clay::Keyframes::State& state = keyframes_.back(request.seconds, response.went_back);
     // What sleeps may not hold any more with other parameters.
     clay_->restore(state.version == changes_ ? state.clay : woken(state.clay));
+    since_checkpoint_ = checkpoint_period_;
     char text[80];
     std::snprintf(text, sizeof text, "the clay is what it was %.2f s ago, at %.2f s", response.went_back,
                   clay_->time());
@@ -265,6 +347,11 @@ double ClaySimulator::step(const clay::Ghosts& ghosts, double duration) {
   if (keyframes_.pass(0.0)) keyframes_.keep(clay_->sculpture(), changes_);  // the start
   clay_->advance(ghosts, solids_->solids(), solids_->motion(), duration);
   if (keyframes_.pass(duration)) keyframes_.keep(clay_->sculpture(), changes_);
+  since_checkpoint_ += duration;
+  if (checkpoint_ && since_checkpoint_ >= checkpoint_period_) {
+    checkpoint_->keep(clay_->sculpture());
+    since_checkpoint_ = 0.0;
+  }
   const std::uint64_t rejected = clay_->statistics().rejected_displacements;
   if (rejected > told_rejected_)
     ROS_WARN_THROTTLE(
@@ -325,6 +412,7 @@ void ClaySimulator::runLive() {
   clay::Ghosts held;
   double step_length = scene_.config.timeStep();
   clay::LivePace pace(period_, step_length);
+  clay::LateWatch late(1e-3 * target_ms_, period_);
   while (true) {
     Cloud::ConstPtr skin;
     {
@@ -339,11 +427,13 @@ void ClaySimulator::runLive() {
         skins_.pop_front();
       }
     }
+    beat();  // where frames are long, services wait
     const Clock::time_point now = Clock::now();
     live_->begin(skin ? skin->header.stamp : ros::Time::now());
     if (scene_.config.timeStep() != step_length)
       pace = clay::LivePace(period_, step_length = scene_.config.timeStep());
-    const double duration = pace.next(std::chrono::duration<double>(now - before).count());
+    const double elapsed = std::chrono::duration<double>(now - before).count();
+    const double duration = pace.next(elapsed);
     before = now;
     {
       const std::lock_guard<std::mutex> lock(clay_mutex_);
@@ -356,7 +446,9 @@ void ClaySimulator::runLive() {
       if (std::chrono::duration<double>(now - skin_at).count() > skin_lifetime) held = {};
       std::fill(held.velocity.begin(), held.velocity.end(), Eigen::Vector3f::Zero());
     }
-    pace.took(duration, step(held, duration));
+    const double computing = step(held, duration);
+    pace.took(duration, computing);
+    if (target_ms_ > 0.0 && late.late(elapsed, duration, computing)) giveUpAccuracy();
     if (skin) publishContacts(*skin, held);
     publishState(skin ? skin->header.stamp : ros::Time::now());
   }
@@ -406,6 +498,8 @@ void ClaySimulator::publishState(ros::Time stamp) {
   status->density_error_mean = static_cast<float>(statistics.density_error_mean);
   status->density_error_max = static_cast<float>(statistics.density_error_max);
   status->real_time_factor = static_cast<float>(real_time_factor_);
+  status->quality = quality_;
+  status->lowered = lowered_;
   for (const clay::Stage& stage : statistics.stages) {
     status->stages.push_back(stage.name);
     status->stage_ms.push_back(static_cast<float>(stage.ms));
@@ -427,6 +521,8 @@ void ClaySimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
     status.summary(dropped_ > simulated_ ? Level::ERROR : Level::WARN, "late: time is dropped");
   } else if (bad_skins_ > 0) {
     status.summary(Level::WARN, "skins left out");
+  } else if (lowered_ > 0) {
+    status.summary(Level::OK, "simulating, at the lower quality '" + quality_ + "' to be on time");
   } else {
     status.summary(Level::OK, "simulating");
   }
@@ -435,6 +531,8 @@ void ClaySimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
   status.add("particles awake", clay_->statistics().awake);
   status.add("particles out of the scene", clay_->statistics().strays);
   status.add("real-time factor", real_time_factor_);
+  status.add("quality", quality_);
+  status.add("quality lowered, times", lowered_);
   status.add("simulated s", simulated_);
   status.add("dropped s", dropped_);
   status.add("ms of computing", 1e3 * busy_);

@@ -17,10 +17,12 @@
 #include "clay/clay.h"
 #include "clay/keyframes.h"
 #include "files/output_file.h"
+#include "nodes/checkpoint.h"
 #include "nodes/health.h"
 #include "nodes/inbox.h"
 #include "nodes/joint_relay.h"
 #include "nodes/live_parameters.h"
+#include "scene/quality.h"
 #include "scene/scene.h"
 #include "scene/solids.h"
 
@@ -28,6 +30,7 @@ namespace tactile_clay::nodes {
 
 struct ClayChoice {
   clay::ClayConfig config;
+  std::string quality;  // the preset, or as in "6 x 12" where substeps or iterations are others
   std::vector<clay::Material> materials;
 };
 
@@ -50,6 +53,13 @@ ClayChoice readClay(Settings& settings, const clay::ClayConfig& config,
 ///
 /// Quality, substeps, iterations, tolerance, sleeping and what the materials are made of may change while it
 /// runs (LiveParameters): the clay goes on from what it is.
+///
+/// With `~quality` auto it measures the computer at the start and takes the most accurate quality that holds
+/// `~target_ms`. Where `~target_ms` is above 0 and frames take longer for a while, it takes the next coarser
+/// one, and says so: accuracy is given up before frames are.
+///
+/// Live, where `keep_running` would start it again, it writes a checkpoint every `~checkpoint_seconds`, from
+/// which it then goes on.
 class ClaySimulator {
  public:
   /// \throws std::runtime_error with one line where a parameter or the scene is wrong
@@ -60,6 +70,9 @@ class ClaySimulator {
   using Cloud = sensor_msgs::PointCloud2;
 
   LiveParameters::Apply read(Settings& settings);
+  void fitQuality(ros::NodeHandle private_nh);
+  void goOnFromCheckpoint(const ros::NodeHandle& private_nh);
+  void giveUpAccuracy();
   void receive(const Cloud::ConstPtr& skin);
   void run();
   void runLive();
@@ -80,14 +93,20 @@ class ClaySimulator {
   bool lockstep_;
   double period_;  // s, longest wait for a skin
   scene::Scene scene_;
-  ClayChoice of_files_;  // as scene and materials have them
+  ClayChoice of_files_;                 // as scene and materials have them
+  double target_ms_ = 0.0;              // that a frame may take; 0: as long as it does
+  std::vector<scene::Quality> steady_;  // among which the quality is fitted
   std::unique_ptr<scene::Solids> solids_;
 
   std::mutex clay_mutex_;  // guards what services replace and diagnostics read
   std::unique_ptr<clay::Clay> clay_;
   clay::Keyframes keyframes_;
-  int changes_ = 0;                                      // of parameters that the clay was made with
-  double simulated_ = 0.0, dropped_ = 0.0, busy_ = 0.0;  // s, since the last diagnostics
+  std::unique_ptr<Checkpoint> checkpoint_;                   // null where nobody would start the node again
+  double checkpoint_period_ = 0.0, since_checkpoint_ = 0.0;  // s, simulated
+  int changes_ = 0;                                          // of parameters that the clay was made with
+  std::string quality_;                                      // that it was made with
+  unsigned lowered_ = 0;                                     // times that accuracy was given up
+  double simulated_ = 0.0, dropped_ = 0.0, busy_ = 0.0;      // s, since the last diagnostics
   unsigned bad_skins_ = 0, dropped_skins_ = 0;
   std::uint64_t told_rejected_ = 0;  // displacements
   std::size_t told_strays_ = 0;

@@ -51,6 +51,16 @@ bool wasLaunched(const std::vector<std::string>& arguments) {
                      [](const std::string& argument) { return argument.rfind("__log:=", 0) == 0; });
 }
 
+/// It ends when its parent does not want it any more, and is nobody's supervisor.
+bool isKeeper(const std::vector<std::string>& arguments) {
+  return !arguments.empty() && arguments[0].substr(arguments[0].rfind('/') + 1) == "keep_running";
+}
+
+pid_t parentOf(pid_t process) {
+  const auto stat = statOf(process);
+  return stat ? stat->parent : 0;
+}
+
 bool isRoslaunch(const std::vector<std::string>& arguments) {
   return std::any_of(arguments.begin(), arguments.end(), [](const std::string& argument) {
     const std::string name = argument.substr(argument.rfind('/') + 1);
@@ -63,13 +73,10 @@ bool isRoslaunch(const std::vector<std::string>& arguments) {
 std::unique_ptr<LaunchingProcess> LaunchingProcess::find() {
   if (!wasLaunched(argumentsOf(::getpid()))) return nullptr;
   // A prefix, such as a terminal or a debugger, may stand between.
-  const pid_t parent = ::getppid();
-  pid_t process = parent;
-  while (process > 0) {
+  pid_t parent = ::getppid();
+  while (isKeeper(argumentsOf(parent))) parent = parentOf(parent);
+  for (pid_t process = parent; process > 0; process = parentOf(process))
     if (isRoslaunch(argumentsOf(process))) return std::make_unique<LaunchingProcess>(process);
-    const auto stat = statOf(process);
-    process = stat ? stat->parent : 0;
-  }
   // A program of the user's with roslaunch's library; process 1 takes over whose parent has died.
   return std::make_unique<LaunchingProcess>(parent == 1 ? 0 : parent);
 }

@@ -139,13 +139,13 @@ SettingValue valueOf(const YAML::Node& node, const SettingValue& example) {
 }  // namespace
 
 LiveParameters::LiveParameters(ros::NodeHandle nh, ros::NodeHandle private_nh, Read read)
-    : space_(private_nh.getNamespace()), read_(std::move(read)) {
+    : space_(private_nh.getNamespace()), read_(std::move(read)), private_nh_(private_nh) {
   naming_ = [private_nh](const std::string& name) { return "parameter " + private_nh.resolveName(name); };
   const std::string rig = nh.getNamespace();
   node_ = space_.substr(rig.size() + (rig == "/" ? 0 : 1));
   Settings start(private_nh);
   const Apply apply = read_(start);
-  values_ = start.values();
+  stored_ = values_ = start.values();
   apply();
   // What may be asked for from now on may lie closer than what could be given at the start.
   Settings from_now_on(naming_, values_);
@@ -160,6 +160,8 @@ LiveParameters::LiveParameters(ros::NodeHandle nh, ros::NodeHandle private_nh, R
   descriptions_.publish(descriptionOf(settings_));
   updates_.publish(configOf(settings_, values_));
   server_ = private_nh.advertiseService("set_parameters", &LiveParameters::reconfigure, this);
+  timer_ =
+      private_nh.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { store(); });
 }
 
 void LiveParameters::readChanges(const std::string& text) {
@@ -220,6 +222,25 @@ bool LiveParameters::reconfigure(dynamic_reconfigure::Reconfigure::Request& requ
   }
   response.config = configOf(settings_, pending_->values);
   return true;
+}
+
+void LiveParameters::change(const SettingValues& values) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ask(values);
+}
+
+// Not by the thread that computes frames: the master answers when it likes.
+void LiveParameters::store() {
+  SettingValues values;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    values = values_;
+  }
+  for (const auto& [name, value] : values) {
+    if (stored_.at(name) == value) continue;
+    std::visit([&, &name = name](const auto& v) { private_nh_.setParam(name, v); }, value);
+    stored_[name] = value;
+  }
 }
 
 void LiveParameters::begin(ros::Time stamp) {

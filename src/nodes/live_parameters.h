@@ -20,7 +20,8 @@ namespace tactile_clay::nodes {
 /// A change is checked as it comes, by the function that read the parameters at the start: what is wrong is
 /// refused with the same line, and nothing changes. It holds from the next frame on, whole: `begin` applies
 /// it, and tells it on `rig/changes` with the stamp of that frame. `~changes` is a text of such changes,
-/// which are made at their frames: so a recorded run comes again with them.
+/// which are made at their frames: so a recorded run comes again with them. What holds goes to the parameter
+/// server within a second: a node that is started again begins with it.
 class LiveParameters {
  public:
   /// Makes what was read hold. Must not throw for what the reading function has let pass.
@@ -34,6 +35,9 @@ class LiveParameters {
 
   /// To be called before each frame, by the thread that computes it. \param stamp of the frame
   void begin(ros::Time stamp);
+
+  /// Asks for other values as `~set_parameters` does, for the node itself. \throws what `read` throws
+  void change(const SettingValues& values);
 
  private:
   struct Change {
@@ -50,6 +54,7 @@ class LiveParameters {
   void readChanges(const std::string& text);
   SettingValues fromYaml(const std::string& text) const;
   void ask(const SettingValues& values);
+  void store();
   void tell(const SettingValues& before, ros::Time stamp);
 
   std::string node_;   // its name within the rig
@@ -61,8 +66,11 @@ class LiveParameters {
   SettingValues values_;           // that hold
   std::optional<Pending> pending_;
   std::deque<Change> changes_;  // to be made at their frames
+  ros::NodeHandle private_nh_;
+  SettingValues stored_;  // on the parameter server, or what the node takes where nothing is there
   ros::Publisher descriptions_, updates_, told_;
   ros::ServiceServer server_;
+  ros::WallTimer timer_;
 };
 
 }  // namespace tactile_clay::nodes

@@ -5,6 +5,7 @@
 #include <csignal>
 
 #include "nodes/exit_code.h"
+#include "nodes/run_node.h"
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "manager");
@@ -13,6 +14,8 @@ int main(int argc, char** argv) {
   {
     nodelet::Loader loader;
     tactile_clay::nodes::failWhenReplaced();
+    ros::NodeHandle nh;
+    const ros::WallTimer life = tactile_clay::nodes::signsOfLife(nh);
     ros::spin();
   }
   return tactile_clay::nodes::exitCode();

@@ -8,8 +8,14 @@
 #include <memory>
 
 #include "nodes/exit_code.h"
+#include "nodes/kept.h"
 
 namespace tactile_clay::nodes {
+
+/// Signs of life of a process, by the thread that serves its callbacks, while this lives.
+inline ros::WallTimer signsOfLife(ros::NodeHandle& nh) {
+  return nh.createWallTimer(ros::WallDuration(0.2), [](const ros::WallTimerEvent&) { beat(); });
+}
 
 /// Runs a node as the program `name` until it ends. \return the program's exit code; 1 after one line of
 /// error
@@ -23,6 +29,7 @@ int runNode(int argc, char** argv, const char* name) {
   failWhenReplaced();
   try {
     Node node(nh, private_nh);
+    const ros::WallTimer life = signsOfLife(nh);
     ros::spin();
   } catch (const std::exception& error) {
     if (shuttingDown()) return exitCode();  // Ctrl-C at the start: parameters could not be read any more

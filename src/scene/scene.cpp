@@ -215,27 +215,4 @@ clay::Material loadMaterial(const std::string& name, const std::string& share) {
   return readMaterial(loadYaml(file), fs::path(file).stem().string());
 }
 
-clay::Budget loadQuality(const std::string& name, const std::string& share) {
-  const std::string file = (fs::path(share) / "config" / "quality.yaml").string();
-  YamlMap map = loadYaml(file);
-  if (!map.has(name)) {
-    std::string list;
-    for (const std::string& key : map.keys()) list += (list.empty() ? "" : ", ") + key;
-    throw std::runtime_error("quality '" + name + "' not found, expected one of: " + list);
-  }
-  YamlMap preset = map.map(name, "a map of keys and values");
-  clay::Budget budget;
-  budget.substeps = preset.get<int>("substeps", "a whole number >= 1");
-  budget.iterations = preset.get<int>("iterations", "a whole number >= 1");
-  const auto solver = preset.get<std::string>("solver", "minimise", "minimise or paper");
-  preset.finish();
-  try {
-    budget.method = clay::methodNamed(solver);
-  } catch (const std::invalid_argument& e) {
-    preset.fail(e.what());
-  }
-  if (budget.substeps < 1 || budget.iterations < 1) preset.fail("substeps and iterations expected >= 1");
-  return budget;
-}
-
 }  // namespace tactile_clay::scene

@@ -50,7 +50,7 @@ Scene loadScene(const std::string& name, const std::string& share, double spacin
 /// \throws std::runtime_error with one line: what, where, what was expected
 clay::Material loadMaterial(const std::string& name, const std::string& share);
 
-/// Budget of a quality preset (`fast`, `balanced`, `accurate`, `paper`), from `<share>/config/quality.yaml`.
+/// Budget of a quality preset, such as `balanced`, from `<share>/config/quality.yaml`: scene/quality.h.
 /// \throws std::runtime_error naming the known presets
 clay::Budget loadQuality(const std::string& name, const std::string& share);
 

@@ -15,30 +15,40 @@ std::string nameOf(clay::Method method) {
 }
 
 void printHead(const Played& played) {
-  std::printf("**Scene `%s`, hands `%s`, %.1f s, %zu particles of %.3g mm**\n\n", played.scene.c_str(),
-              std::filesystem::path(played.hands).filename().c_str(), played.duration, played.particles,
+  std::printf("**Scene `%s`, %s%s%shands `%s`%s, %.1f s, %zu particles of %.3g mm**\n\n",
+              played.scene.c_str(), played.material.empty() ? "" : "material `", played.material.c_str(),
+              played.material.empty() ? "" : "`, ", std::filesystem::path(played.hands).filename().c_str(),
+              played.model == "soft" ? ", soft" : "", played.duration, played.particles,
               1e3 * played.spacing);
   std::printf(
       "| solver | substeps × iterations | ms a frame | p99 | displacement | height, mm | error | force | "
-      "density | volume |\n"
-      "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
+      "density | volume |%s%s\n"
+      "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |%s%s\n",
+      played.tells_skin ? " skin, mm |" : "", played.tells_rendering ? " rendering | pressure | ms |" : "",
+      played.tells_skin ? " --- |" : "", played.tells_rendering ? " --- | --- | --- |" : "");
 }
 
-void printRow(const Row& row) {
+void printRow(const Played& played, const Row& row) {
   const Outcome& o = row.outcome;
   const Errors& e = row.errors;
   const std::string solver = (row.role == "setting" ? "" : row.role + ", ") + nameOf(row.budget.method);
-  std::printf("| %s | %d × %d | %.1f | %.1f | %.2f | %.1f | %+.1f %% | %.1f %% | %.2f %% | %+.1f %% |\n",
+  std::printf("| %s | %d × %d | %.1f | %.1f | %.2f | %.1f | %+.1f %% | %.1f %% | %.2f %% | %+.1f %% |",
               solver.c_str(), row.budget.substeps, row.budget.iterations, quantile(o.ms, 0.5),
               quantile(o.ms, 0.99), e.displacement, 1e3 * o.height, 1e2 * e.height, 1e2 * e.force,
               1e2 * o.density, 1e2 * o.volume_change);
+  if (played.tells_skin) std::printf(" %.3g |", 1e3 * row.skin);
+  if (played.tells_rendering && row.rendering == "none") std::printf(" none | | |");
+  if (played.tells_rendering && row.rendering != "none")
+    std::printf(" %s | %.1f %% | %.1f |", row.rendering.c_str(), 1e2 * row.rendered.error, row.rendered.ms);
+  std::printf("\n");
   std::fflush(stdout);
 }
 
 void writeCsvHead(std::ostream& csv) {
   csv << "scene,hands,spacing_m,particles,role,solver,substeps,iterations,ms_frame_median,ms_frame_p99,"
          "ms_step_median,ms_step_p99,displacement_rms_spacings,height_m,height_error,force_error,"
-         "mean_force_N,mean_force_error,density_error_mean,density_error_max,volume_change\n";
+         "mean_force_N,mean_force_error,density_error_mean,density_error_max,volume_change,"
+         "material,hand,skin_m,rendering,pressure_error,ms_rendering\n";
 }
 
 void writeCsvRow(std::ostream& csv, const Played& played, const Row& row) {
@@ -50,7 +60,9 @@ void writeCsvRow(std::ostream& csv, const Played& played, const Row& row) {
       << row.role << ',' << nameOf(b.method) << ',' << b.substeps << ',' << b.iterations << ',' << median
       << ',' << p99 << ',' << median / b.substeps << ',' << p99 / b.substeps << ',' << e.displacement << ','
       << o.height << ',' << e.height << ',' << e.force << ',' << o.mean_force << ',' << e.mean_force << ','
-      << o.density << ',' << o.densest << ',' << o.volume_change << std::endl;
+      << o.density << ',' << o.densest << ',' << o.volume_change << ',' << played.material << ','
+      << played.model << ',' << row.skin << ',' << row.rendering << ',' << row.rendered.error << ','
+      << row.rendered.ms << std::endl;
 }
 
 std::string convergence(const Doubt& doubt, const std::vector<Errors>& errors) {

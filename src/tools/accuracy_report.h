@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <ostream>
 #include <string>
@@ -15,10 +16,13 @@ std::string nameOf(clay::Method method);
 
 /// What was played.
 struct Played {
-  std::string scene, hands;   // as given to the program
-  double spacing = 0.0;       // m
-  std::size_t particles = 0;  // of the scene
-  double duration = 0.0;      // s
+  std::string scene, hands;                          // as given to the program
+  double spacing = 0.0;                              // m
+  std::size_t particles = 0;                         // of the scene
+  double duration = 0.0;                             // s
+  std::string material = {};                         // of all bodies; empty: the scene's
+  std::string model = "kinematic";                   // of the hand; or soft
+  bool tells_skin = false, tells_rendering = false;  // whether the table has these columns
 };
 
 /// A budget, what it made of what was played, and how far that is from the reference.
@@ -27,12 +31,15 @@ struct Row {
   clay::Budget budget;
   Outcome outcome;
   Errors errors;
+  double skin = 0.0;                    // m, between samples of the hands' skin
+  std::string rendering = "none";       // nameOf(Rendering)
+  RenderedPressure rendered{NAN, NAN};  // by it
 };
 
 /// Title and head of a table in markdown, to standard output.
 void printHead(const Played& played);
 /// A line of that table.
-void printRow(const Row& row);
+void printRow(const Played& played, const Row& row);
 
 void writeCsvHead(std::ostream& csv);
 /// A line of CSV, and flushes it: the other settings may take long.

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "hand/choreography.h"
 #include "hand/hand_check.h"
@@ -24,8 +25,11 @@ std::chrono::nanoseconds nanoseconds(double seconds) {
   return std::chrono::nanoseconds(std::llround(seconds * 1e9));
 }
 
-HandSample sampleOf(double duration, const hand::Skin& skin) {
-  return {duration, {skin.position, skin.normal, skin.velocity}, skin.side};
+HandSample sampleOf(double duration, std::vector<hand::TrackedHand> hands, std::chrono::nanoseconds stamp,
+                    hand::KinematicHands& model) {
+  const hand::Skin& skin = model.update(hands, stamp);
+  return {duration, {skin.position, skin.normal, skin.velocity}, skin.side, skin.area, std::move(hands),
+          stamp};
 }
 
 std::vector<HandSample> withoutHands(double duration) {
@@ -38,7 +42,7 @@ std::vector<HandSample> played(const hand::Score& score, double duration, double
   const int count = static_cast<int>(std::lround((duration > 0.0 ? duration : score.duration()) / frame));
   for (int k = 1; k <= count; ++k) {
     const double t = k * frame;
-    samples.push_back(sampleOf(frame, hands.update(score.sample(t).hands, nanoseconds(t))));
+    samples.push_back(sampleOf(frame, score.sample(t).hands, nanoseconds(t), hands));
   }
   return samples;
 }
@@ -82,7 +86,7 @@ std::vector<HandSample> recorded(const std::string& file, double duration, doubl
     const double sample_duration = std::clamp(std::chrono::duration<double>(passed).count(), 0.0, 1.0);
     time += sample_duration;
     if (duration > 0.0 && time > duration) break;
-    samples.push_back(sampleOf(sample_duration, hands.update(usable(seen.hands, tracker), seen.stamp)));
+    samples.push_back(sampleOf(sample_duration, usable(seen.hands, tracker), seen.stamp, hands));
   }
   return samples;
 }

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "clay/ghosts.h"
+#include "hand/tracked_hand.h"
 
 namespace tactile_clay::tools {
 
@@ -13,12 +15,17 @@ struct HandSample {
   double duration = 0.0;  // s, since the sample before
   clay::Ghosts skin;
   std::vector<std::uint8_t> side;  // of each ghost: 0 left, 1 right
+  std::vector<float> area = {};    // m^2, of each ghost
+
+  // What it is the skin of, for hands that the clay holds back.
+  std::vector<hand::TrackedHand> hands = {};  // in the world
+  std::chrono::nanoseconds stamp{0};
 };
 
 /// What hands do, sample by sample: scripted ones at 60 Hz, recorded ones as often as they were seen.
 /// \param hands none, knead, potter, press, or a Leap recording
 /// \param duration s, at most that of a recording; 0: all that the hands do, 1.2 s without hands
-/// \param spacing of the clay, and so of the skin, m
+/// \param spacing of the skin, m
 /// \param share the package's share folder, whose config/rig.yaml says where the tracker of a recording
 /// stands \throws std::runtime_error with one line: what, where, what was expected
 std::vector<HandSample> handSamples(const std::string& hands, double duration, double spacing,

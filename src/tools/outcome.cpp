@@ -3,17 +3,23 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 
+#include "contact/pressure_field.h"
+#include "hand/soft_hands.h"
 #include "tools/clay_shape.h"
 
 namespace tactile_clay::tools {
 
 namespace {
 
-Load loadOnHands(const clay::Clay& clay, const HandSample& sample) {
+constexpr double rendered_period = 0.1;  // s, between frames whose rendering is measured
+constexpr char rendered_layout[] = "usx";
+
+Load loadOnHands(const clay::Clay& clay, const std::vector<std::uint8_t>& side) {
   Load load = Load::Zero();
   for (const clay::GhostForce& f : clay.ghostForces())
-    load.segment<3>(3 * sample.side[f.ghost]) += f.force.cast<double>();
+    load.segment<3>(3 * side[f.ghost]) += f.force.cast<double>();
   return load;
 }
 
@@ -22,6 +28,50 @@ Load loadOnSolids(const clay::Clay& clay) {
   for (const Eigen::Vector3d& f : clay.solidForces()) load.head<3>() += f;
   return load;
 }
+
+/// The hands of a sample: as they were tracked, or as the clay lets them be.
+class Hands {
+ public:
+  explicit Hands(double soft_skin) {
+    if (soft_skin > 0.0) soft_.emplace(soft_skin);
+  }
+
+  void go(const HandSample& sample) {
+    sample_ = &sample;
+    if (!soft_) return;
+    skin_ = &soft_->update(sample.hands, sample.stamp);
+    ghosts_ = {skin_->position, skin_->normal, skin_->velocity};
+  }
+  const clay::Ghosts& ghosts() const { return soft_ ? ghosts_ : sample_->skin; }
+  const std::vector<std::uint8_t>& side() const { return soft_ ? skin_->side : sample_->side; }
+
+  /// The answer of the clay.
+  void react(const std::vector<clay::GhostForce>& answer) {
+    if (!soft_) return;
+    std::vector<hand::SkinForce> forces;
+    for (const clay::GhostForce& f : answer) forces.push_back({f.ghost, f.force});
+    soft_->react(sample_->stamp, forces);
+  }
+
+  void measure(const std::vector<clay::GhostForce>& answer, std::vector<PressureMeter>& meters) const {
+    std::vector<contact::ContactForce> forces;
+    for (const clay::GhostForce& f : answer) forces.push_back({f.ghost, f.force});
+    const std::vector<float>& area = soft_ ? skin_->area : sample_->area;
+    const std::vector<float> weight(area.size(), 1.0f);
+    const clay::Ghosts& at = ghosts();
+    std::optional<contact::FeltSkin> felt;
+    if (soft_ && !skin_->tracked_position.empty())
+      felt = {skin_->tracked_position, skin_->tracked_normal, skin_->tracked_area};
+    const contact::SkinView view{at.position, at.normal, area, weight, felt ? &*felt : nullptr};
+    for (PressureMeter& meter : meters) meter.add(view, forces);
+  }
+
+ private:
+  std::optional<hand::SoftHands> soft_;
+  const HandSample* sample_ = nullptr;
+  const hand::Skin* skin_ = nullptr;  // of soft hands
+  clay::Ghosts ghosts_;               // of soft hands
+};
 
 }  // namespace
 
@@ -42,23 +92,28 @@ std::vector<Load> meansOf(const std::vector<TimedLoad>& loads) {
 }
 
 Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::vector<HandSample>& samples,
-             const clay::Budget& budget, int threads) {
+             const clay::Budget& budget, const PlayOptions& options) {
   clay::ClayConfig config = scene.config;
   config.budget = budget;
-  config.threads = threads;
+  config.threads = options.threads;
   config.sleeping = false;  // the solver alone is compared
   clay::Clay clay(config, scene.materials, scene.particles);
   const double first_volume = volumeOf(clay.particles().position, config.spacing);
   const double step = config.timeStep();
   const bool with_hands = std::any_of(samples.begin(), samples.end(),
                                       [](const HandSample& sample) { return sample.skin.size() > 0; });
+  Hands hands(options.soft_skin);
+  std::vector<PressureMeter> meters;
+  for (const Rendering& rendering : options.renderings)
+    meters.emplace_back(rendering, rendered_layout, options.array);
   Outcome outcome;
   std::vector<TimedLoad> loads;
-  double time = 0.0;
+  double time = 0.0, since_rendered = 0.0;
   for (const HandSample& sample : samples) {
+    hands.go(sample);
     const double before = clay.time();
     const auto start = std::chrono::steady_clock::now();
-    clay.advance(sample.skin, solids.solids(), solids.motion(), sample.duration);
+    clay.advance(hands.ghosts(), solids.solids(), solids.motion(), sample.duration);
     const double ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     // A recorded sample may be shorter than a step, or longer than a frame.
@@ -66,7 +121,14 @@ Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::
     if (steps > 0)
       outcome.ms.push_back(ms / static_cast<double>(steps) * static_cast<double>(budget.substeps));
 
-    const Load load = with_hands ? loadOnHands(clay, sample) : loadOnSolids(clay);
+    hands.react(clay.ghostForces());
+    since_rendered += sample.duration;
+    if (!meters.empty() && since_rendered >= rendered_period - 1e-9) {
+      hands.measure(clay.ghostForces(), meters);
+      since_rendered = 0.0;
+    }
+
+    const Load load = with_hands ? loadOnHands(clay, hands.side()) : loadOnSolids(clay);
     loads.push_back({sample.duration, load});
     time += sample.duration;
     outcome.mean_force += sample.duration * load.norm();
@@ -74,6 +136,7 @@ Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::
     outcome.densest = std::max(outcome.densest, clay.statistics().density_error_max);
   }
   if (time > 0.0) outcome.mean_force /= time, outcome.density /= time;
+  for (const PressureMeter& meter : meters) outcome.rendered.push_back(meter.mean());
   outcome.force = meansOf(loads);
   outcome.position = clay.particles().position;
   outcome.height = heightOf(outcome.position, solids.at(clay.time()), config.gravity, config.spacing);

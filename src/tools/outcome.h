@@ -7,6 +7,7 @@
 #include "scene/scene.h"
 #include "scene/solids.h"
 #include "tools/hand_samples.h"
+#include "tools/rendered_pressure.h"
 
 namespace tactile_clay::tools {
 
@@ -21,21 +22,29 @@ struct TimedLoad {
 /// Means over whole samples that make 0.1 s or just more; what is left at the end is not told.
 std::vector<Load> meansOf(const std::vector<TimedLoad>& loads);
 
+/// How a scene is played, beside its budget.
+struct PlayOptions {
+  int threads = 0;         // of the clay
+  double soft_skin = 0.0;  // m, between skin samples of soft hands; 0: hands as the samples have them
+  std::vector<Rendering> renderings;                        // of the pressure on the skin, ten times a second
+  Eigen::Isometry3d array = Eigen::Isometry3d::Identity();  // in the world
+};
+
 /// What a budget made of a scene.
 struct Outcome {
-  std::vector<double> ms;               // of each frame's steps
-  clay::VectorField position;           // m, at the end
-  double height = 0.0;                  // m, at the end (heightOf)
-  std::vector<Load> force;              // means of 0.1 s (meansOf)
-  double mean_force = 0.0;              // N, of the norm of both hands' load
-  double density = 0.0, densest = 0.0;  // rho / rho_0 - 1 where positive: mean and greatest
-  double volume_change = 0.0;           // end over start - 1 (volumeOf)
+  std::vector<double> ms;                  // of each frame's steps
+  clay::VectorField position;              // m, at the end
+  double height = 0.0;                     // m, at the end (heightOf)
+  std::vector<Load> force;                 // means of 0.1 s (meansOf)
+  double mean_force = 0.0;                 // N, of the norm of both hands' load
+  double density = 0.0, densest = 0.0;     // rho / rho_0 - 1 where positive: mean and greatest
+  double volume_change = 0.0;              // end over start - 1 (volumeOf)
+  std::vector<RenderedPressure> rendered;  // by each of the renderings
 };
 
 /// Plays a scene with a budget.
-/// \param threads of the clay
 Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::vector<HandSample>& samples,
-             const clay::Budget& budget, int threads);
+             const clay::Budget& budget, const PlayOptions& options);
 
 /// How far an outcome is from the reference.
 struct Errors {

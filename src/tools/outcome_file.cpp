@@ -15,7 +15,7 @@
 namespace tactile_clay::tools {
 namespace {
 
-constexpr const char* heading = "tactile_clay outcome 1";
+constexpr const char* heading = "tactile_clay outcome 2";
 constexpr std::uint64_t most_bytes = 1U << 30U;  // of a file; a million particles are some 50 MB
 
 /// FNV-1a.
@@ -78,6 +78,9 @@ Outcome read(std::istream& in) {
   for (double Outcome::*value : {&Outcome::height, &Outcome::mean_force, &Outcome::density, &Outcome::densest,
                                  &Outcome::volume_change})
     outcome.*value = numberIn<double>(in);
+  outcome.rendered.resize(sizeOf(in, "rendered"));
+  for (RenderedPressure& rendered : outcome.rendered)
+    rendered.error = numberIn<double>(in), rendered.ms = numberIn<double>(in);
   expect(in, "end");
   return outcome;
 }
@@ -92,7 +95,10 @@ void write(std::ostream& out, const Outcome& outcome) {
   writeList(out, "force", outcome.force,
             [&](const auto& list, std::size_t i) { out << list[i].transpose() << '\n'; });
   out << outcome.height << ' ' << outcome.mean_force << ' ' << outcome.density << ' ' << outcome.densest
-      << ' ' << outcome.volume_change << "\nend\n";
+      << ' ' << outcome.volume_change << '\n';
+  writeList(out, "rendered", outcome.rendered,
+            [&](const auto& list, std::size_t i) { out << list[i].error << ' ' << list[i].ms << '\n'; });
+  out << "end\n";
 }
 
 }  // namespace

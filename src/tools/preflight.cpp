@@ -22,6 +22,7 @@
 #include "hand/leap_websocket.h"
 #include "nodes/plugin.h"
 #include "nodes/share.h"
+#include "scene/quality.h"
 #include "scene/robot_model.h"
 #include "scene/scene.h"
 #include "scene/solids.h"
@@ -181,6 +182,22 @@ void checkParameters(const Arguments& arguments, const clay::scene::Scene& scene
   clay::tools::requireParameters(parameters, scene);
 }
 
+/// Beside what the node says: in lockstep, or with a budget of one's own, nothing is fitted to the computer.
+void checkQuality(const Arguments& arguments, const std::string& package) {
+  for (const char* key : {"substeps", "iterations"}) check(arguments, key, 0, 1000);
+  check(arguments, "target_ms", 0.0, 1000.0);
+  checkSwitch(arguments, "lockstep");
+  const auto number = [&](const char* key) { return std::stod(valueOf(arguments, key, "0")); };
+  clay::scene::QualityWish wish;
+  wish.quality = arguments.at("quality");
+  wish.target_ms = number("target_ms");
+  wish.lockstep = lowerCase(valueOf(arguments, "lockstep", "false")) == "true";
+  wish.solver = arguments.at("solver");
+  wish.substeps = static_cast<int>(number("substeps"));
+  wish.iterations = static_cast<int>(number("iterations"));
+  clay::scene::requireQuality(wish, clay::scene::loadQualities(package));
+}
+
 std::string checkAll(const Arguments& arguments) {
   const std::string package = clay::nodes::packageFolder();
   const clay::scene::Scene scene = clay::scene::loadScene(
@@ -191,7 +208,7 @@ std::string checkAll(const Arguments& arguments) {
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(scene.urdf + ": " + error.what());
   }
-  clay::scene::loadQuality(arguments.at("quality"), package);
+  checkQuality(arguments, package);
   checkRig(package + "/config/rig.yaml");
   if (const std::string rig = valueOf(arguments, "rig", ""); !rig.empty()) clay::tools::requireRigFile(rig);
   if (!arguments.at("solver").empty()) clay::clay::methodNamed(arguments.at("solver"));
@@ -206,8 +223,8 @@ std::string checkAll(const Arguments& arguments) {
   clay::ultrasound::modulation(valueOf(arguments, "modulation", "am"));
   clay::ultrasound::arrayLayouts(valueOf(arguments, "layout", "usx"));
   clay::ultrasound::phaseMethod(valueOf(arguments, "phase_method", "newton"));
-  for (const char* key : {"loop", "skeleton", "perceptual_weights", "nodelets", "lockstep", "sleeping",
-                          "rviz", "diagnostics", "record_skin"})
+  for (const char* key : {"loop", "skeleton", "perceptual_weights", "nodelets", "sleeping", "rviz",
+                          "diagnostics", "record_skin"})
     checkSwitch(arguments, key);
   if (valueOf(arguments, "clean", "auto") != "auto") checkSwitch(arguments, "clean");
   if (!valueOf(arguments, "head_spl_cap", "").empty()) check(arguments, "head_spl_cap", 0.0, 200.0);
@@ -220,8 +237,6 @@ std::string checkAll(const Arguments& arguments) {
   check(arguments, "rate", 0.01, 100.0);
   check(arguments, "prediction", 0.0, clay::hand::most_prediction);
   check(arguments, "duration", 0.0, 1e9);
-  check(arguments, "substeps", 0, 1000);
-  check(arguments, "iterations", 0, 1000);
   check(arguments, "threads", 0, 1024);
   check(arguments, "max_points", 1, 256);
   checkParameters(arguments, scene);

@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -21,12 +22,14 @@
 #include "scene/robot_model.h"
 #include "scene/scene.h"
 #include "scene/solids.h"
+#include "scene/yaml_reader.h"
 #include "tools/accuracy_report.h"
 #include "tools/hand_samples.h"
 #include "tools/outcome.h"
 #include "tools/outcome_file.h"
 #include "tools/share_folder.h"
 #include "tools/tool_arguments.h"
+#include "ultrasound/field_solver.h"
 
 namespace {
 
@@ -47,6 +50,11 @@ markdown, writes CSV.
   --iterations LIST    of a substep                                       [4,8,16]
   --also LIST          single settings beside the grid, as in paper:1x5     [none]
   --spacing LIST       m between particles; 0 is the scene's                   [0]
+  --material LIST      of all bodies, as putty,hard_wax                 [the scene's]
+  --hand LIST          kinematic, soft                                    [kinematic]
+  --skin LIST          m between samples of the hands' skin; 0 is the spacing  [0]
+  --render LIST        pressure on the skin as focal points or as a field, as in
+                       points:4,points:8,field:1 (patterns)                    [none]
   --reference SETTING  the reference's step is half of this         [minimise:32x64]
                        It is played three times more with the clay a micrometre
                        aside, along x, y and z: no error can be smaller than what
@@ -60,13 +68,16 @@ markdown, writes CSV.
   --merge yes|no       plays nothing: the table is of --outcomes             [no]
   --share FOLDER       that holds config/              [found from the program's place]
 
-Columns of the table; errors are differences from the reference of the same spacing:
+Each spacing, material and hand has a reference of its own, with the finest skin of the list. Columns of the table;
+errors are differences from that reference:
   ms a frame      wall time of the steps of 1/60 s, median and 99th percentile
   displacement    root mean square over the particles of their distance from the reference's, at the end, spacings
   height          of the highest particle over the solids below it, at the end, mm; and its error
   force           of the clay on each hand, or on the solids if there is none, means of 0.1 s: root mean square of
                   the error over that of the reference; nan if the reference touches nothing
   density         mean of max(rho / rho_0 - 1, 0) over particles and time
+  pressure        of what the array renders on the skin (--render, layout usx): root mean square error over what
+                  the clay presses there, at the best common scale, ten times a second; and ms that it took
   volume          within the surface where the smoothed clay is half as dense, end over start - 1
 )";
 
@@ -76,7 +87,10 @@ struct Options {
   bool merge = false;
   double duration = 0.0;  // s; 0: the hand's
   int threads = 0;
-  std::vector<double> spacings;  // m; 0: the scene's
+  std::vector<double> spacings;                // m; 0: the scene's
+  std::vector<std::string> materials, models;  // of all bodies, and of hands; "": the scene's
+  std::vector<double> skins;                   // m; 0: the spacing
+  std::vector<Rendering> renderings;
   std::vector<clay::Budget> settings;
   clay::Budget reference;
 };
@@ -125,6 +139,35 @@ void readShare(std::map<std::string, std::string>& given, Options& o) {
   if (o.shards > 1 && o.merge) fail("--shard and --merge: expected one of them");
 }
 
+Rendering renderingOf(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  const std::string kind = text.substr(0, colon);
+  if (colon == std::string::npos || (kind != "points" && kind != "field"))
+    fail("--render '" + text + "': expected points:N or field:N, as in points:8");
+  const Rendering rendering{kind == "field", whole("--render", text.substr(colon + 1), 1, 256)};
+  if (rendering.field && rendering.count != 1 && rendering.count != 2 && rendering.count != 4 &&
+      rendering.count != ultrasound::most_patterns)
+    fail("--render '" + text + "': expected 1, 2, 4 or " + std::to_string(ultrasound::most_patterns) +
+         " patterns");
+  return rendering;
+}
+
+/// What the clay and the hands are, beside the budget.
+void readAxes(std::map<std::string, std::string>& given, Options& o) {
+  for (const std::string& s : split(given["--spacing"], ','))
+    o.spacings.push_back(numberOf("--spacing", s, 0.0, 0.1));
+  for (const std::string& s : split(given["--skin"], ','))
+    o.skins.push_back(numberOf("--skin", s, 0.0, 0.02));
+  o.materials = split(given["--material"], ',');
+  if (o.materials.empty()) o.materials = {""};
+  o.models = split(given["--hand"], ',');
+  for (const std::string& model : o.models)
+    if (model != "kinematic" && model != "soft") fail("--hand '" + model + "': expected kinematic or soft");
+  for (const std::string& text : split(given["--render"], ',')) o.renderings.push_back(renderingOf(text));
+  if (o.spacings.empty() || o.skins.empty() || o.models.empty())
+    fail("--spacing, --skin and --hand: expected at least one of each");
+}
+
 Options optionsOf(int argc, char** argv) {
   std::map<std::string, std::string> given = {{"--scene", "incline"},
                                               {"--hands", "none"},
@@ -134,6 +177,10 @@ Options optionsOf(int argc, char** argv) {
                                               {"--iterations", "4,8,16"},
                                               {"--also", ""},
                                               {"--spacing", "0"},
+                                              {"--material", ""},
+                                              {"--hand", "kinematic"},
+                                              {"--skin", "0"},
+                                              {"--render", ""},
                                               {"--reference", "minimise:32x64"},
                                               {"--threads", "2"},
                                               {"--csv", ""},
@@ -156,8 +203,7 @@ Options optionsOf(int argc, char** argv) {
   o.duration = numberOf("--duration", given["--duration"], 0.0, 3600.0);
   o.threads = whole("--threads", given["--threads"], 1, 1024);
   o.reference = settingOf("--reference", given["--reference"]);
-  for (const std::string& s : split(given["--spacing"], ','))
-    o.spacings.push_back(numberOf("--spacing", s, 0.0, 0.1));
+  readAxes(given, o);
   for (const std::string& solver : split(given["--solver"], ',')) {
     for (const std::string& substeps : split(given["--substeps"], ',')) {
       for (const std::string& iterations : split(given["--iterations"], ',')) {
@@ -170,7 +216,7 @@ Options optionsOf(int argc, char** argv) {
     }
   }
   for (const std::string& text : split(given["--also"], ',')) o.settings.push_back(settingOf("--also", text));
-  if (o.settings.empty() || o.spacings.empty()) fail("no setting is given, expected at least one");
+  if (o.settings.empty()) fail("no setting is given, expected at least one");
   return o;
 }
 
@@ -194,48 +240,88 @@ scene::Scene aside(scene::Scene scene, int axis) {
 /// One run of the clay.
 struct Play {
   clay::Budget budget;
+  std::size_t skin;  // of the sweep's
   int aside;         // axis; -1: not
   int number;        // of all that are played
   std::string what;  // as in "minimise:4x8"
   double cost;       // in no unit
 };
 
-/// All that is played with particles of one spacing, in the order of the table.
+/// Hands whose skin has samples of one distance.
+struct SkinSamples {
+  double distance;  // m
+  std::vector<HandSample> samples;
+};
+
+/// All that is played with clay and hands of one kind, in the order of the table.
 struct Sweep {
   scene::Scene scene;
   std::unique_ptr<scene::Solids> solids;
-  std::vector<HandSample> samples;
+  std::vector<SkinSamples> skins;  // the finest first
+  PlayOptions how;
   Played played;
   std::string key;                        // of what is played, beside a Play
   std::vector<Play> settings, reference;  // reference: its step, half of it, and that aside along x, y, z
 };
 
-/// \param number of the plays before
-Sweep sweepOf(double wanted_spacing, const Options& options, int& number) {
+/// The array of the rig, in the world.
+Eigen::Isometry3d arrayPose(const std::string& share) {
+  scene::YamlMap rig = scene::loadYaml(share + "/config/rig.yaml");
+  const auto p = rig.pose("array_pose");
+  return Eigen::Translation3d(p[0], p[1], p[2]) * Eigen::AngleAxisd(p[5], Eigen::Vector3d::UnitZ()) *
+         Eigen::AngleAxisd(p[4], Eigen::Vector3d::UnitY()) *
+         Eigen::AngleAxisd(p[3], Eigen::Vector3d::UnitX());
+}
+
+/// What is played by a sweep, without its settings.
+Sweep sweepOf(double wanted_spacing, const std::string& material, const std::string& model,
+              const Options& options) {
   Sweep sweep;
-  sweep.scene = scene::loadScene(options.scene, options.share, wanted_spacing);
+  sweep.scene = scene::loadScene(options.scene, options.share, wanted_spacing, {}, material);
   const scene::Scene& scene = sweep.scene;
   sweep.solids = std::make_unique<scene::Solids>(scene::loadRobotModel(scene.urdf), scene.motions);
-  sweep.samples = handSamples(options.hands, options.duration, scene.config.spacing, options.share);
+  std::set<double> distances;
+  for (const double skin : options.skins) distances.insert(skin > 0.0 ? skin : scene.config.spacing);
+  for (const double distance : distances)
+    sweep.skins.push_back({distance, handSamples(options.hands, options.duration, distance, options.share)});
+  sweep.how.threads = options.threads;
+  sweep.how.renderings = options.renderings;
+  sweep.how.array = arrayPose(options.share);
   sweep.played = {options.scene, options.hands, scene.config.spacing, scene.particles.size()};
-  for (const HandSample& sample : sweep.samples) sweep.played.duration += sample.duration;
-  sweep.key =
-      "scene " + options.scene + ", hands " + options.hands + ", " + fingerprint(scene, sweep.samples);
-  const auto play = [&](const clay::Budget& budget, int axis = -1) -> Play {
+  sweep.played.material = material;
+  sweep.played.model = model;
+  sweep.played.tells_skin = sweep.skins.size() > 1;
+  sweep.played.tells_rendering = !options.renderings.empty();
+  for (const HandSample& sample : sweep.skins[0].samples) sweep.played.duration += sample.duration;
+  sweep.key = "scene " + options.scene + ", hands " + options.hands + ", " + model;
+  for (const SkinSamples& skin : sweep.skins) sweep.key += ", " + fingerprint(scene, skin.samples);
+  for (const Rendering& rendering : options.renderings) sweep.key += ", " + nameOf(rendering);
+  return sweep;
+}
+
+/// Adds what is to be played. \param number of the plays before
+void addPlays(const Options& options, int& number, Sweep& sweep) {
+  const auto play = [&](const clay::Budget& budget, std::size_t skin, int axis = -1) -> Play {
     constexpr double beside = 5.0;  // what a substep costs beside its iterations, in iterations
-    const std::string what = nameOf(budget.method) + ':' + std::to_string(budget.substeps) + 'x' +
-                             std::to_string(budget.iterations) +
-                             (axis < 0 ? "" : std::string(" aside along ") + "xyz"[axis]);
-    return {budget, axis, number++, what,
+    std::string what = nameOf(budget.method) + ':' + std::to_string(budget.substeps) + 'x' +
+                       std::to_string(budget.iterations) +
+                       (axis < 0 ? "" : std::string(" aside along ") + "xyz"[axis]);
+    if (skin > 0) what += " skin " + std::to_string(std::lround(1e6 * sweep.skins[skin].distance)) + " um";
+    return {budget,
+            skin,
+            axis,
+            number++,
+            what,
             budget.substeps * (budget.iterations + beside) * static_cast<double>(sweep.played.particles) *
                 sweep.played.duration};
   };
-  for (const clay::Budget& setting : options.settings) sweep.settings.push_back(play(setting));
+  for (const clay::Budget& setting : options.settings)
+    for (std::size_t skin = 0; skin < sweep.skins.size(); ++skin)
+      sweep.settings.push_back(play(setting, skin));
   clay::Budget halved = options.reference;
   halved.substeps *= 2;
-  sweep.reference = {play(options.reference), play(halved), play(halved, 0), play(halved, 1),
-                     play(halved, 2)};
-  return sweep;
+  sweep.reference = {play(options.reference, 0), play(halved, 0), play(halved, 0, 0), play(halved, 0, 1),
+                     play(halved, 0, 2)};
 }
 
 /// Plays, or finds what was played, and says how far it is.
@@ -260,8 +346,11 @@ class Player {
       if (options_.merge) fail("outcome '" + file + "' is missing, or of something else: " + key);
       tell(sweep, play);
       const auto start = std::chrono::steady_clock::now();
+      const SkinSamples& skin = sweep.skins[play.skin];
+      PlayOptions how = sweep.how;
+      if (sweep.played.model == "soft") how.soft_skin = skin.distance;
       outcome = tools::play(play.aside < 0 ? sweep.scene : aside(sweep.scene, play.aside), *sweep.solids,
-                            sweep.samples, play.budget, options_.threads);
+                            skin.samples, play.budget, how);
       seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       played_ += play.cost;
       if (!options_.outcomes.empty()) saveOutcome(file, key, *outcome);
@@ -274,8 +363,11 @@ class Player {
   std::string fileOf(const Sweep& sweep, const Play& play) const {
     std::ostringstream name;
     name << std::filesystem::path(options_.scene).stem().string() << '_'
-         << std::filesystem::path(options_.hands).stem().string() << '_' << 1e3 * sweep.played.spacing
-         << "mm_" << play.what << ".outcome";
+         << std::filesystem::path(options_.hands).stem().string() << '_'
+         << (sweep.played.model == "soft" ? "soft_" : "")
+         << std::filesystem::path(sweep.played.material).stem().string()
+         << (sweep.played.material.empty() ? "" : "_") << 1e3 * sweep.played.spacing << "mm_" << play.what
+         << ".outcome";
     std::string text = name.str();
     std::replace_if(
         text.begin(), text.end(), [](char c) { return c == ':' || c == ' '; }, '_');
@@ -298,9 +390,20 @@ class Player {
 void printTable(const Sweep& sweep, Player& player, std::ofstream& csv) {
   const Outcome coarse = player(sweep, sweep.reference[0]), reference = player(sweep, sweep.reference[1]);
   const auto tell = [&](const char* role, const Play& play, const Outcome& outcome) {
-    const Row row{role, play.budget, outcome, compare(outcome, reference, sweep.played.spacing)};
-    printRow(row);
-    if (csv.is_open()) writeCsvRow(csv, sweep.played, row);
+    Row row{role, play.budget, outcome, compare(outcome, reference, sweep.played.spacing)};
+    row.skin = sweep.skins[play.skin].distance;
+    const auto finish = [&] {
+      printRow(sweep.played, row);
+      if (csv.is_open()) writeCsvRow(csv, sweep.played, row);
+    };
+    // Of settings alone: what is rendered has an error of its own, against the pressure of the same clay.
+    const std::size_t renderings = std::string(role) == "setting" ? outcome.rendered.size() : 0;
+    for (std::size_t k = 0; k < renderings; ++k) {
+      row.rendering = nameOf(sweep.how.renderings[k]);
+      row.rendered = outcome.rendered[k].ms > 0.0 ? outcome.rendered[k] : RenderedPressure{NAN, NAN};
+      finish();
+    }
+    if (renderings == 0) finish();
     return row.errors;
   };
   printHead(sweep.played);
@@ -322,7 +425,12 @@ void run(const Options& options) {
   if (!options.outcomes.empty()) std::filesystem::create_directories(options.outcomes);
   std::vector<Sweep> sweeps;
   int number = 0;
-  for (const double spacing : options.spacings) sweeps.push_back(sweepOf(spacing, options, number));
+  for (const double spacing : options.spacings)
+    for (const std::string& material : options.materials)
+      for (const std::string& model : options.models) {
+        sweeps.push_back(sweepOf(spacing, material, model, options));
+        addPlays(options, number, sweeps.back());
+      }
   Player player(options, sweeps);
   for (const Sweep& sweep : sweeps) {
     if (options.shards == 1) {

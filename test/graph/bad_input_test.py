@@ -84,6 +84,9 @@ class BadInput(unittest.TestCase):
     def test_unknown_quality(self):
         self.expect_one_line(['quality:=perfect'], 'perfect', 'balanced')
 
+    def test_quality_by_the_computer_in_lockstep(self):
+        self.expect_one_line(['quality:=auto', 'lockstep:=true'], "quality 'auto'", 'lockstep')
+
     def test_unknown_solver(self):
         self.expect_one_line(['solver:=magic'], 'magic', 'minimise or paper')
 

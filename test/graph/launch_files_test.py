@@ -3,6 +3,7 @@
 import contextlib
 import glob
 import os
+import shlex
 import shutil
 import tempfile
 import unittest
@@ -13,7 +14,7 @@ import roslaunch.rlutil
 
 import rig_run
 
-VARIANTS = ((), ('device:=debug', 'skeleton:=true', 'record:=true'), ('wire:=/tmp/boards', 'device:=sonic_surface', 'nodelets:=true'))
+VARIANTS = ((), ('lockstep:=true',), ('device:=debug', 'skeleton:=true', 'record:=true'), ('wire:=/tmp/boards', 'device:=sonic_surface', 'nodelets:=true'))
 FOLDER = os.path.join(rig_run.PACKAGE, 'launch')
 
 
@@ -83,6 +84,10 @@ class LaunchFiles(unittest.TestCase):
                                    ('focal_point_renderer/max_points', 8)):
                 self.assertEqual(params['/' + name].value, expected, name)
 
+    def test_a_target_has_the_quality_chosen(self):
+        for arguments, expected in (([], 'balanced'), (['target_ms:=5'], 'auto'), (['target_ms:=5', 'quality:=fast'], 'fast')):
+            self.assertEqual(load(*arguments).params['/clay_simulator/quality'].value, expected, arguments)
+
     def test_files_may_have_any_name(self):
         for name in ("Anna's hands", 'cost $(5)', '$(arg scene)', '$HOME', 'a; b & c', '"quoted" ~', 'G\u00e4nge', '-d', "it''s \\\\'"):
             with self.subTest(name), tempfile.TemporaryDirectory() as parent:
@@ -98,6 +103,12 @@ class LaunchFiles(unittest.TestCase):
                     self.assertEqual(config.params['/clay_simulator/scene'].value, expected + name + '.yaml')
                     self.assertEqual(config.params['/record/bag'].value, '%snew %s.bag' % (expected, name))
 
+    @staticmethod
+    def prefix(variant, node):
+        """What stands before a program. A recording is not started again, nor is anything in lockstep."""
+        kept = 'lockstep:=true' not in variant and node.name not in ('record', 'describe_rig')
+        return ['unless_running'] + (['keep_running'] if kept else []) + (['--again'] if node.package == 'nodelet' else [])
+
     def test_no_node_reads_what_an_earlier_run_left_or_takes_the_name_of_another(self):
         for variant in VARIANTS:
             with self.subTest(variant):
@@ -107,7 +118,8 @@ class LaunchFiles(unittest.TestCase):
                     if node.type == 'rig_view':
                         continue
                     self.assertIn('/%s/' % node.name, config.clear_params)
-                    self.assertTrue(node.launch_prefix.endswith("/unless_running'"), node.name)
+                    words = shlex.split(node.launch_prefix)
+                    self.assertEqual([os.path.basename(word) for word in words], self.prefix(variant, node), node.name)
                     self.assertIn(['/tf', 'tf'], node.remap_args, node.name)
                     self.assertIn(['/tf_static', 'tf_static'], node.remap_args, node.name)
 

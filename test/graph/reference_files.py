@@ -88,9 +88,19 @@ class Files(unittest.TestCase):
         scenes = page('scene_file.md').split('Shipped:')[1].split('A test asks')[0]
         self.assertEqual(self.shipped('scenes'), set(quoted(scenes)))
         self.assertLessEqual(self.shipped('hands'), set(quoted(sections(page('hand_sources.md'))['Scores'])))
+        with open(os.path.join(rig_run.PACKAGE, 'doc', 'method', 'speed_accuracy.md'), encoding='utf-8') as file:
+            text = file.read()
         with open(os.path.join(rig_run.PACKAGE, 'config', 'quality.yaml')) as file:
             for name, preset in yaml.safe_load(file).items():
                 self.assertIn('`%s` %d × %d' % (name, preset['substeps'], preset['iterations']), page('parameters.md'))
+                self.assertIn(self.row_of_errors(name, preset), text)
+
+    @staticmethod
+    def row_of_errors(name, preset):
+        """How a row of the first table of speed_accuracy.md begins, of a preset of quality.yaml."""
+        errors = [('%.1f' % (100 * preset[scene]['force'])).replace('.0', '') + ' %%, %.2f spacings' %
+                  preset[scene]['displacement'] for scene in ('kneading', 'wheel')]
+        return '| `%s` | %d × %d | %s | %s |' % (name, preset['substeps'], preset['iterations'], *errors)
 
     @staticmethod
     def shipped(folder):

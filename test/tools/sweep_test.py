@@ -64,8 +64,34 @@ class Sweep(unittest.TestCase):
         self.assertEqual(run.returncode, 1)
         self.assertIn('or of something else', run.stderr)
 
+    def test_skin_material_hand_and_rendering_are_axes(self):
+        path = os.path.join(self.folder.name, 'rows.csv')
+        axes = ['--material', 'putty', '--hand', 'kinematic,soft', '--skin', '0.01,0.014', '--render', 'points:2,field:1']
+        run = subprocess.run([PROGRAM, '--scene', 'kindergarten', '--hands', 'knead', '--share', SHARE, '--duration', '2.6',
+                              '--spacing', '0.01', '--substeps', '1', '--iterations', '4', '--solver', 'minimise',
+                              '--reference', 'minimise:1x4', *axes, '--csv', path], capture_output=True, text=True,
+                             timeout=100, check=False)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        with open(path, newline='') as file:
+            rows = list(csv.DictReader(file))
+        settings = [row for row in rows if row['role'] == 'setting']
+        self.assertEqual([(row['hand'], row['skin_m'], row['rendering']) for row in settings],
+                         [(hand, skin, rendering) for hand in ('kinematic', 'soft') for skin in ('0.01', '0.014')
+                          for rendering in ('points:2', 'field:1')])
+        self.assertEqual({row['material'] for row in rows}, {'putty'})
+        force = {(row['hand'], row['skin_m']): float(row['mean_force_N']) for row in settings}
+        self.assertEqual(len(set(force.values())), 4)
+        for skin in ('0.01', '0.014'):  # the clay holds a soft hand back
+            self.assertTrue(0.0 < force['soft', skin] < force['kinematic', skin], force)
+        for row in settings:
+            self.assertTrue(0.0 < float(row['pressure_error']) < 1.0, row['pressure_error'])
+            self.assertGreater(float(row['ms_rendering']), 0.0)
+
     def test_wrong_options_are_one_line(self):
-        for options, words in ((('--shard', '3/2', '--outcomes', self.outcomes), "--shard '3': expected a number from 1 to 2"),
+        for options, words in ((('--hand', 'dead'), "--hand 'dead': expected kinematic or soft"),
+                               (('--render', 'lines:3'), "--render 'lines:3': expected points:N or field:N"),
+                               (('--render', 'field:3'), 'expected 1, 2, 4 or 8 patterns'),
+                               (('--shard', '3/2', '--outcomes', self.outcomes), "--shard '3': expected a number from 1 to 2"),
                                (('--shard', '1'), "--shard '1': expected I/N"),
                                (('--shard', '1/2'), 'need a folder: --outcomes')):
             run = sweep(*options)

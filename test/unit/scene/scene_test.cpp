@@ -188,7 +188,8 @@ TEST(Quality, PresetsSpendMoreForMore) {
     loadQuality("best", share);
     FAIL();
   } catch (const std::runtime_error& e) {
-    EXPECT_STREQ(e.what(), "quality 'best' not found, expected one of: fast, balanced, accurate, paper");
+    EXPECT_STREQ(e.what(),
+                 "quality 'best' not found, expected one of: draft, fast, balanced, accurate, paper");
   }
 }
 

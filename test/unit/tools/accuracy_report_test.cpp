@@ -65,7 +65,9 @@ std::vector<std::string> cells(const std::string& line) {
 }
 
 TEST(AccuracyCsv, EveryColumnHoldsWhatItsNameSays) {
-  const Played played{"incline", "none", 0.005, 512, 1.2};
+  Played played{"incline", "none", 0.005, 512, 1.2};
+  played.material = "putty";
+  played.model = "soft";
   Row row{"setting", {4, 8, clay::Method::paper}, {}, {0.5, -0.125, NAN, 0.25}};
   row.outcome.ms = {20.0, 10.0, 30.0};
   row.outcome.height = 0.04;
@@ -73,6 +75,9 @@ TEST(AccuracyCsv, EveryColumnHoldsWhatItsNameSays) {
   row.outcome.density = 0.01;
   row.outcome.densest = 0.02;
   row.outcome.volume_change = -0.03;
+  row.skin = 0.008;
+  row.rendering = "points:4";
+  row.rendered = {0.375, 1.5};
   std::ostringstream head, line;
   writeCsvHead(head);
   writeCsvRow(line, played, row);
@@ -103,7 +108,13 @@ TEST(AccuracyCsv, EveryColumnHoldsWhatItsNameSays) {
                                                        {"mean_force_error", "0.25"},
                                                        {"density_error_mean", "0.01"},
                                                        {"density_error_max", "0.02"},
-                                                       {"volume_change", "-0.03"}};
+                                                       {"volume_change", "-0.03"},
+                                                       {"material", "putty"},
+                                                       {"hand", "soft"},
+                                                       {"skin_m", "0.008"},
+                                                       {"rendering", "points:4"},
+                                                       {"pressure_error", "0.375"},
+                                                       {"ms_rendering", "1.5"}};
   EXPECT_EQ(told, expected);
 }
 

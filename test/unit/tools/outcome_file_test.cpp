@@ -22,6 +22,7 @@ Outcome someOutcome() {
   outcome.force = {Load::Constant(1.0 / 7.0), Load::Zero()};
   outcome.height = 0.04, outcome.mean_force = 2.0 / 3.0, outcome.density = 1e-4, outcome.densest = 0.2;
   outcome.volume_change = -0.01;
+  outcome.rendered = {{1.0 / 3.0, 2.5}};
   return outcome;
 }
 
@@ -45,6 +46,9 @@ TEST_F(OutcomeFile, GivesBackEachBit) {
   EXPECT_EQ(loaded->density, saved.density);
   EXPECT_EQ(loaded->densest, saved.densest);
   EXPECT_EQ(loaded->volume_change, saved.volume_change);
+  ASSERT_EQ(loaded->rendered.size(), 1U);
+  EXPECT_EQ(loaded->rendered[0].error, saved.rendered[0].error);
+  EXPECT_EQ(loaded->rendered[0].ms, saved.rendered[0].ms);
 }
 
 TEST_F(OutcomeFile, OfAnotherKeyOrNoneIsNone) {

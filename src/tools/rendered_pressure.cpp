@@ -1,0 +1,95 @@
+#include "tools/rendered_pressure.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "ultrasound/acoustic_field.h"
+#include "ultrasound/field_solver.h"
+#include "ultrasound/phase_solver.h"
+
+namespace tactile_clay::tools {
+namespace {
+
+using ultrasound::Modulation;
+
+constexpr float around = 0.06f;  // m from a contact, of the skin that is to be left alone
+
+ultrasound::FocalPointConfig configOf(const Rendering& rendering) {
+  ultrasound::FocalPointConfig config;
+  config.perceptual_weights = false;  // each place counts by its area
+  config.modulation = rendering.field ? Modulation::field : Modulation::amplitude;
+  if (!rendering.field) config.max_points = static_cast<std::size_t>(rendering.count);
+  return config;
+}
+
+/// Relative RMS error that is left at the best common scale: the sine of the angle between the two fields.
+double shapeError(const std::vector<contact::PressureSample>& wanted, const std::vector<double>& had) {
+  double both = 0.0, of_wanted = 0.0, of_had = 0.0;
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const double area = wanted[i].area, p = wanted[i].pressure;
+    both += area * p * had[i];
+    of_wanted += area * p * p;
+    of_had += area * had[i] * had[i];
+  }
+  if (!(of_wanted > 0.0 && of_had > 0.0)) return 1.0;
+  return std::sqrt(std::max(0.0, 1.0 - both * both / (of_wanted * of_had)));
+}
+
+}  // namespace
+
+std::string nameOf(const Rendering& rendering) {
+  return (rendering.field ? "field:" : "points:") + std::to_string(rendering.count);
+}
+
+PressureMeter::PressureMeter(const Rendering& rendering, const std::string& layout,
+                             const Eigen::Isometry3d& array)
+    : rendering_(rendering),
+      layout_(ultrasound::arrayLayouts(layout)),
+      to_array_(array.inverse().cast<float>()),
+      centre_(array.translation().cast<float>()),
+      renderer_(configOf(rendering)) {
+  renderer_.setArray(ultrasound::ArrayReach(layout_, air_));
+}
+
+void PressureMeter::add(const contact::SkinView& skin, const std::vector<contact::ContactForce>& contacts) {
+  auto pressed = contact::pressureField(skin, contacts, centre_);
+  if (pressed.empty()) return;
+  auto all = pressed;
+  const auto bare = contact::skinAround(skin, pressed, centre_, around);
+  all.insert(all.end(), bare.begin(), bare.end());
+  for (auto* samples : {&pressed, &all})
+    for (contact::PressureSample& sample : *samples) {
+      sample.position = to_array_ * sample.position;
+      sample.normal = to_array_.linear() * sample.normal;
+    }
+  std::vector<Eigen::Vector3f> places;
+  for (const contact::PressureSample& sample : all) places.push_back(sample.position);
+
+  const auto start = std::chrono::steady_clock::now();
+  const auto points = renderer_.render(rendering_.field ? all : pressed);
+  if (points.empty()) return;
+  std::vector<ultrasound::Drive> drives;
+  if (rendering_.field) {
+    ultrasound::FieldSolverOptions options;
+    options.patterns = rendering_.count;
+    drives = ultrasound::solveField(layout_, air_, points, options).drives;
+  } else {
+    drives.push_back(ultrasound::solvePhases(layout_, air_, points).drive);
+  }
+  sum_.ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  std::vector<double> had(all.size(), 0.0);  // radiation pressure, in no unit: the scale is free
+  for (const ultrasound::Drive& drive : drives) {
+    const auto at = ultrasound::pressuresAt(layout_, air_, drive, places);
+    for (std::size_t i = 0; i < had.size(); ++i) had[i] += static_cast<double>(std::norm(at[i]));
+  }
+  sum_.error += shapeError(all, had);
+  ++frames_;
+}
+
+RenderedPressure PressureMeter::mean() const {
+  if (frames_ == 0) return {};
+  return {sum_.error / frames_, sum_.ms / frames_};
+}
+
+}  // namespace tactile_clay::tools
