@@ -93,8 +93,9 @@ class ArrayDevice {
   /// that may be spent \param before patterns of the frame before, or none. Nothing: the gate solves them for
   /// the layout itself.
   virtual std::optional<ultrasound::FieldSolution> field(
-      const std::vector<ultrasound::FocalPoint>&, const ultrasound::FieldSolverOptions& /*options*/,
-      const std::vector<ultrasound::Drive>& /*before*/) const {
+      [[maybe_unused]] const std::vector<ultrasound::FocalPoint>& targets,
+      [[maybe_unused]] const ultrasound::FieldSolverOptions& options,
+      [[maybe_unused]] const std::vector<ultrasound::Drive>& before) const {
     return std::nullopt;
   }
 

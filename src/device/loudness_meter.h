@@ -3,7 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "device/safety_gate.h"
+#include "device/instrument.h"
+#include "device/safety_limits.h"
 #include "ultrasound/field_maximum.h"
 
 namespace tactile_clay::device {

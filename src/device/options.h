@@ -37,7 +37,7 @@ inline std::string choice(const std::map<std::string, std::string>& options, con
                           const std::string& key, const std::string& fallback,
                           const std::vector<std::string>& allowed) {
   const auto given = options.find(key);
-  const std::string value = given == options.end() || given->second.empty() ? fallback : given->second;
+  std::string value = given == options.end() || given->second.empty() ? fallback : given->second;
   std::string list;
   for (const std::string& one : allowed) {
     if (value == one) return value;

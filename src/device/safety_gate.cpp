@@ -2,35 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 #include <utility>
 
+#include "values/text.h"
+
 namespace tactile_clay::device {
 namespace {
+
+using values::text;
 
 constexpr double max_modulation = 1000.0;  // Hz; nothing is felt above
 constexpr double longest_rise = 0.1;       // s; however long ago the last emission was
 constexpr double same_place = 0.010;       // m; half of a focus, and a hand at 0.6 m/s from frame to frame
 constexpr int rounds = 6;  // of weakening, for a drive need not be proportional to what is asked
-
-constexpr std::pair<Rule, const char*> names[] = {{Rule::emergency_stop, "emergency_stop"},
-                                                  {Rule::not_started, "not_started"},
-                                                  {Rule::stale, "stale"},
-                                                  {Rule::hand_lost, "hand_lost"},
-                                                  {Rule::modulation, "modulation"},
-                                                  {Rule::non_finite, "non_finite"},
-                                                  {Rule::workspace, "workspace"},
-                                                  {Rule::intensity, "intensity"},
-                                                  {Rule::slew, "slew"},
-                                                  {Rule::pressure, "pressure"},
-                                                  {Rule::head_level, "head_level"}};
-
-std::string text(double value) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.6g", value);
-  return buffer;
-}
 
 std::string name(const ultrasound::FocalPoint& point) {
   return "focal point " + std::to_string(point.id);
@@ -40,63 +25,7 @@ void require(bool holds, const std::string& what) {
   if (!holds) throw std::invalid_argument("safety gate: " + what);
 }
 
-/// The loudest of several. Unknown or NaN at one instant is unknown or NaN for all.
-class Loudest {
- public:
-  void add(const Loudness& now) {
-    if (louder(now.pressure, most_.pressure)) {
-      most_.pressure = now.pressure;
-      most_.where = now.where;
-    }
-    if (louder(now.head, most_.head)) most_.head = now.head;
-    first_ = false;
-  }
-  const Loudness& get() const { return most_; }
-
- private:
-  bool louder(const std::optional<double>& now, const std::optional<double>& most) const {
-    if (first_) return true;
-    return most && (!now || (!(*now <= *most) && !std::isnan(*most)));
-  }
-
-  Loudness most_;
-  bool first_ = true;
-};
-
 }  // namespace
-
-std::string nameOf(Rule rule) {
-  for (const auto& [known, name] : names)
-    if (known == rule) return name;
-  return "";
-}
-
-Rule ruleOf(const std::string& name) {
-  std::string list;
-  for (const auto& [rule, known] : names) {
-    if (name == known) return rule;
-    list += (list.empty() ? "" : ", ") + std::string(known);
-  }
-  throw std::invalid_argument("safety gate: unknown rule '" + name + "', expected one of " + list);
-}
-
-void SafetyGateConfig::validate() const {
-  require(std::isfinite(stale_timeout) && stale_timeout > 0.0,
-          "stale_timeout is " + text(stale_timeout) + ", expected a positive number of s");
-  for (int axis = 0; axis < 3; ++axis) {
-    require(std::isfinite(low[axis]) && std::isfinite(high[axis]) && low[axis] < high[axis],
-            std::string("workspace in ") + "xyz"[axis] + " is " + text(low[axis]) + " to " +
-                text(high[axis]) + ", expected two finite numbers of m, the lower one first");
-  }
-  require(intensity_cap >= 0.0 && intensity_cap <= 1.0,
-          "intensity_cap is " + text(intensity_cap) + ", expected 0 to 1");
-  require(std::isfinite(intensity_slew) && intensity_slew > 0.0,
-          "intensity_slew is " + text(intensity_slew) + ", expected a positive number of 1/s");
-  require(std::isfinite(pressure_cap) && pressure_cap > 0.0,
-          "pressure_cap is " + text(pressure_cap) + ", expected a positive number of Pa");
-  require(std::isfinite(head_spl_cap),
-          "head_spl_cap is " + text(head_spl_cap) + ", expected a finite number of dB");
-}
 
 SafetyGate::SafetyGate(const SafetyGateConfig& config, Instrument instrument)
     : config_(config), first_(config), instrument_(std::move(instrument)) {
@@ -180,7 +109,7 @@ std::string SafetyGate::objection(const Emission& emission, const Occasion& occa
            ultrasound::nameOf(emission.modulation);
   for (const ultrasound::Part& part : ultrasound::parts(period(emission))) {
     for (const ultrasound::FocalPoint& point : part.points) {
-      const std::string reason = objection(point, emission.modulation == ultrasound::Modulation::field);
+      std::string reason = objection(point, emission.modulation == ultrasound::Modulation::field);
       if (!reason.empty()) return reason;
     }
   }
@@ -201,57 +130,6 @@ bool SafetyGate::limitSlew(Verdict& verdict, double since_last) const {
     limited = true;
   }
   return limited;
-}
-
-/// Solves the parts of the emission's period. \return the loudest of them
-Loudness SafetyGate::solve(Sound& sound) const {
-  Loudest loudest;
-  sound.parts.clear();
-  for (ultrasound::Part& part : ultrasound::parts(period(sound.emission))) {
-    const ultrasound::Drive* before = sound.parts.empty() ? &last_ : &sound.parts.back().drive;
-    if (before->phase.empty()) before = nullptr;
-    Loudness now;
-    Sound::Part solved;
-    try {
-      ultrasound::PhaseSolution solution = instrument_.solve(part.points, before);
-      now = instrument_.loudness(solution.drive, part.points);
-      solved.drive = std::move(solution.drive);
-      solved.target = std::move(solution.target);
-    } catch (const std::exception&) {
-      // Not known: what is wrong is told by its rule.
-    }
-    solved.what = std::move(part);
-    sound.parts.push_back(std::move(solved));
-    loudest.add(now);
-  }
-  return loudest.get();
-}
-
-/// Solves the patterns of a field: a part each, that take turns. \return the loudest of them
-Loudness SafetyGate::solveField(Sound& sound, double amplitude,
-                                std::optional<ultrasound::FieldSolution>& field) const {
-  Loudest loudest;
-  sound.parts.clear();
-  field.reset();
-  try {
-    field = instrument_.solve_field(sound.emission.points, amplitude, field_);
-    const std::size_t patterns = field->drives.size();
-    const std::vector<ultrasound::Instant> instants = period(sound.emission);
-    for (std::size_t k = 0; k < patterns; ++k) {
-      loudest.add(instrument_.loudness(field->drives[k], sound.emission.points));
-      ultrasound::Part part{sound.emission.points, instants.front().which, {}, 0.0, 0.0};
-      for (std::size_t i = k; i < instants.size(); i += patterns) {
-        const double share = 1.0 / static_cast<double>(instants.size());
-        part.instants.push_back(i);
-        part.time += share;
-        part.power += share * instants[i].amplitude * instants[i].amplitude;
-      }
-      sound.parts.push_back({std::move(part), field->drives[k], field->wanted});
-    }
-  } catch (const std::exception&) {
-    return {};  // not known
-  }
-  return loudest.get();
 }
 
 /// Factor by which a field has to be lowered so that no sample of skin gets louder faster than the slew.
@@ -276,7 +154,7 @@ void SafetyGate::limitField(Verdict& verdict, double since_last) const {
   bool anew = true;
   Loudness loudness;
   for (int round = 0; round < rounds; ++round, margin *= margin * margin) {
-    if (anew) loudness = solveField(sound, amplitude, verdict.field);
+    if (anew) loudness = solvePatterns(instrument_, amplitude, field_, sound, verdict.field);
     verdict.head_spl = loudness.head;
     verdict.reason.clear();
     double factor = excess(loudness, verdict.reason);
@@ -337,7 +215,7 @@ void SafetyGate::limitLoudness(Verdict& verdict) const {
   double margin = 0.995;
   Loudness loudness;
   for (int round = 0; round < rounds; ++round, margin *= margin * margin) {
-    if (round == 0 || !instrument_.scalable) loudness = solve(verdict.sound);
+    if (round == 0 || !instrument_.scalable) loudness = solveParts(instrument_, last_, verdict.sound);
     verdict.head_spl = loudness.head;
     verdict.reason.clear();
     const double factor = excess(loudness, verdict.reason);
@@ -346,18 +224,6 @@ void SafetyGate::limitLoudness(Verdict& verdict) const {
     verdict.lowered = verdict.reason;
     weaken(verdict.sound, loudness, margin * factor);
   }
-}
-
-/// All of it in proportion: the field is linear.
-void SafetyGate::weaken(Sound& sound, Loudness& loudness, double factor) {
-  for (ultrasound::FocalPoint& point : sound.emission.points) point.intensity *= factor;
-  for (Sound::Part& part : sound.parts) {
-    for (ultrasound::FocalPoint& point : part.what.points) point.intensity *= factor;
-    for (float& amplitude : part.drive.amplitude) amplitude *= static_cast<float>(factor);
-    for (double& target : part.target) target *= factor;
-  }
-  if (loudness.pressure) *loudness.pressure *= factor;
-  if (loudness.head) *loudness.head += 20.0 * std::log10(factor);
 }
 
 Verdict SafetyGate::check(const Emission& emission, const Occasion& occasion) {

@@ -1,99 +1,16 @@
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <functional>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "device/array_device.h"
+#include "device/instrument.h"
 #include "device/point_values.h"
-#include "safety/silence_times.h"
+#include "device/safety_limits.h"
 #include "ultrasound/field_solver.h"
-#include "ultrasound/phase_solver.h"
 
 namespace tactile_clay::device {
-
-/// What the gate looks at.
-enum class Rule {
-  emergency_stop,
-  not_started,
-  stale,
-  hand_lost,
-  modulation,
-  non_finite,
-  workspace,
-  intensity,
-  slew,
-  pressure,
-  head_level
-};
-
-/// Name of a rule, such as "hand_lost"; the rule of a name. \throws std::invalid_argument listing the names
-std::string nameOf(Rule rule);
-Rule ruleOf(const std::string& name);
-
-struct SafetyGateConfig {
-  /// s, of focal points and of hands
-  double stale_timeout = silence_times::seconds(silence_times::stale);
-  Eigen::Vector3d low{-0.20, -0.20, 0.05};  // corners of the workspace, m, frame of the array
-  Eigen::Vector3d high{0.20, 0.20, 0.40};   // its faces belong to it
-  double intensity_cap = 1.0;               // at most 1
-  double intensity_slew = 20.0;             // 1/s, rise of a point's intensity
-  double pressure_cap = 2000.0;             // Pa, peak acoustic pressure anywhere in the workspace
-  double head_spl_cap = 110.0;              // dB re 20 uPa rms at the head, unmodulated
-  std::set<Rule> without;                   // rules that are left out; for arrays that are not there
-
-  /// \throws std::invalid_argument naming the parameter, its value and its range
-  void validate() const;
-};
-
-/// A limit of the gate that is a number: smaller is stricter.
-struct Limit {
-  const char* name;
-  double SafetyGateConfig::*value;
-  double low, high;  // where it may lie
-  const char* meaning;
-};
-inline constexpr std::array<Limit, 5> limits = {{
-    {"stale_timeout", &SafetyGateConfig::stale_timeout, 0.001, 10.0, "s, without focal points or hands"},
-    {"intensity_cap", &SafetyGateConfig::intensity_cap, 0.0, 1.0,
-     "intensity of a point: more silences the array"},
-    {"intensity_slew", &SafetyGateConfig::intensity_slew, 0.001, 1e6, "1/s, rise of a point's intensity"},
-    {"pressure_cap", &SafetyGateConfig::pressure_cap, 1.0, 1e6, "Pa, peak anywhere in the workspace"},
-    {"head_spl_cap", &SafetyGateConfig::head_spl_cap, 0.0, 200.0,
-     "dB re 20 uPa rms at the head, unmodulated"},
-}};
-
-/// How loud a drive is.
-struct Loudness {
-  std::optional<double> pressure;  // Pa, highest peak pressure anywhere in the workspace, if known
-  std::optional<double> head;      // dB re 20 uPa rms at the head, if known
-  std::string where;               // of `pressure`, for people
-};
-
-/// The array that the gate judges for.
-struct Instrument {
-  /// The drive for points that are there at once, exactly as the array can play it. \param before the drive
-  /// before it; none after silence. \throws std::exception where it cannot be known
-  std::function<ultrasound::PhaseSolution(const std::vector<ultrasound::FocalPoint>& points,
-                                          const ultrasound::Drive* before)>
-      solve;
-  /// How loud that drive is. \param points that it was made for
-  std::function<Loudness(const ultrasound::Drive& drive, const std::vector<ultrasound::FocalPoint>& points)>
-      loudness;
-  /// A drive can be played with any share of its amplitudes: a sound that is too loud is then weakened as it
-  /// is. Else it is solved anew for weaker points.
-  bool scalable = false;
-  /// The patterns for a field, exactly as the array can play them (Modulation::field). \param amplitude most
-  /// of each transducer, above 0, at most 1 \param before the patterns before; none after silence. \throws as
-  /// `solve`. Empty: the array plays no fields
-  std::function<ultrasound::FieldSolution(const std::vector<ultrasound::FocalPoint>& targets,
-                                          double amplitude, const std::vector<ultrasound::Drive>& before)>
-      solve_field = nullptr;
-};
 
 /// When an emission came, and what is known of the hands at that time.
 struct Occasion {
@@ -171,12 +88,9 @@ class SafetyGate {
   bool limitSlew(Verdict& verdict, double since_last) const;  // whether it did
   void limitLoudness(Verdict& verdict) const;
   void limitField(Verdict& verdict, double since_last) const;
-  Loudness solveField(Sound& sound, double amplitude, std::optional<ultrasound::FieldSolution>& field) const;
   double rise(const ultrasound::FieldSolution& field, const std::vector<ultrasound::FocalPoint>& targets,
               double since_last) const;
   void keep(const Verdict& verdict);
-  Loudness solve(Sound& sound) const;
-  static void weaken(Sound& sound, Loudness& loudness, double factor);
   double excess(const Loudness& loudness, std::string& reason) const;
 
   SafetyGateConfig config_;

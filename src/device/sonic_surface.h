@@ -10,6 +10,7 @@
 #include "device/array_device.h"
 #include "device/serial_port.h"
 #include "device/silence_guard.h"
+#include "device/sonic_surface_drives.h"
 #include "device/sonic_surface_protocol.h"
 
 namespace tactile_clay::device {
@@ -21,14 +22,7 @@ namespace tactile_clay::device {
 /// one buffer of the boards is silent, and they are swapped every half period; a new frame is uploaded while
 /// the silent one plays, and then modulated for at least as long as the upload took.
 ///
-/// The boards know no amplitude: a weaker emission switches channels off, evenly over the board. The fewer
-/// are on, the stronger are the side lobes, in which a weak focal point can be lost; which one it is differs
-/// with the channels, so of some patterns of them the first is taken in which all foci are peaks, or the
-/// one with the most. Emissions so weak that fewer than four channels were on are silent: they have no focus.
-///
-/// A field is one pattern of all channels, which AM swaps with silence as it does focal points. Where it has
-/// to be weaker, channels are off in the same way, the same ones in each frame, and the others are solved
-/// anew.
+/// What they can play of focal points and fields is sonic_surface::Playable.
 ///
 /// Silent when told so, at the end, when no emission renews the last one for `hold`, and, by a guard process,
 /// when this process dies or hangs. Silence is sonic_surface::silence: right whatever a program before has
@@ -76,28 +70,30 @@ class SonicSurface : public ArrayDevice {
     }
   };
 
+  /// What the boards play, as the thread knows it.
+  struct Playing {
+    std::optional<Pattern> pattern;  // none: the boards are silent
+    bool heard = false;              // it plays, and not the silent buffer behind it
+    Clock::time_point next_swap, next_upload;
+    bool modulated() const { return pattern && pattern->half_period.count() > 0; }
+  };
+
   void connect();
   void run();
   void superviseGuard();
   void play();
+  void upload(const Pattern& pattern, Playing& playing);
   void write(const std::vector<std::uint8_t>& bytes);
   void silence();
   void hush(bool silence_behind);
-  ultrasound::Drive solve(const std::vector<ultrasound::FocalPoint>& points) const;
-  void solveAnew(std::vector<ultrasound::FocalPoint> points, const std::vector<double>& target,
-                 ultrasound::Drive& drive) const;
-  void solveAnew(std::vector<ultrasound::FocalPoint> targets, const std::vector<double>& wanted,
-                 ultrasound::FieldSolverOptions options, ultrasound::Drive& drive) const;
 
   // Set by open().
   std::string path_;
   sonic_surface::Boards boards_;
   std::vector<std::string> remarks_;
-  std::vector<double> added_;  // turns, to the phases of each channel on the way to the wire; empty: none
   Clock::duration hold_{0};
   bool guarded_ = true;
-  ultrasound::ArrayLayout layout_;
-  ultrasound::Acoustics acoustics_;
+  sonic_surface::Playable array_;
 
   // Of the thread.
   std::unique_ptr<SerialPort> port_;

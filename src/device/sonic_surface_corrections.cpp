@@ -98,4 +98,22 @@ std::vector<double> readCorrections(const std::string& path) {
   return std::filesystem::path(path).extension() == ".vhd" ? ofFirmware(path, text) : ofTable(path, text);
 }
 
+std::vector<double> addedPhases(const std::map<std::string, std::string>& options, std::size_t boards) {
+  std::vector<double> added;
+  const auto add = [&](const char* key, std::size_t board, double factor) {
+    const auto given = options.find(key);
+    if (given == options.end() || given->second.empty() || given->second == "none") return;
+    if (board >= boards)
+      throw std::runtime_error("sonic_surface: " + std::string(key) + " is '" + given->second +
+                               "', expected it with boards=2 only");
+    const std::vector<double> turns = readCorrections(given->second);
+    added.resize(boards * channels, 0.0);
+    for (std::size_t n = 0; n < turns.size(); ++n) added[board * turns.size() + n] += factor * turns[n];
+  };
+  add("corrections", 0, 1.0);
+  add("second_corrections", 1, 1.0);
+  for (std::size_t board = 0; board < boards; ++board) add("firmware_corrections", board, -1.0);
+  return added;
+}
+
 }  // namespace tactile_clay::device::sonic_surface

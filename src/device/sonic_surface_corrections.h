@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -14,5 +15,12 @@ namespace tactile_clay::device::sonic_surface {
 /// passed over. Or it is VHDL source of a firmware (`.vhd`): then its constant PHASE_CORRECTION is read, 256
 /// numbers in 32nds of a turn. \throws std::runtime_error with one line: file, line, what was expected
 std::vector<double> readCorrections(const std::string& path);
+
+/// Turns that are added to the phases of each channel on the way to the wire: what its transducer needs, less
+/// what the firmware adds by itself.
+/// \param options of the device SonicSurface: `corrections`, `second_corrections`, `firmware_corrections`
+/// \param boards how many \return for 256 channels a board; empty: none
+/// \throws std::runtime_error as readCorrections, and for corrections of a board that is not there
+std::vector<double> addedPhases(const std::map<std::string, std::string>& options, std::size_t boards);
 
 }  // namespace tactile_clay::device::sonic_surface

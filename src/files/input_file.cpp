@@ -52,7 +52,9 @@ int Descriptor::release() {
 }
 
 Descriptor openInput(const std::string& file, std::uint64_t most_bytes) {
-  if (file.find('\0') != std::string::npos) fail(file.c_str(), "is a name with a zero in it, expected none");
+  if (file.find('\0') != std::string::npos)
+    // What can be printed of it.
+    fail(file.substr(0, file.find('\0')), "is a name with a zero in it, expected none");
   struct stat status {};
   // By its name first: opening alone already changes some devices, such as the lines of a serial port.
   if (::stat(file.c_str(), &status) != 0)

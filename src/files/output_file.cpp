@@ -96,7 +96,7 @@ void syncFolderOf(const std::string& file) {
 
 void writeWhole(const std::string& file, const std::string& content, Existing existing) {
   if (file.empty() || file.find('\0') != std::string::npos)
-    fail(file.c_str(), "is no name of a file, expected one");
+    fail(file.substr(0, file.find('\0')), "is no name of a file, expected one");
   const std::string path = target(file);
   const mode_t mode = judge(path, existing);
   Part part(path);

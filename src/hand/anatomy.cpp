@@ -18,12 +18,11 @@ PalmAnatomy palmAnatomy(const Eigen::Vector3d& base, const Eigen::Vector3d& knuc
           (axis - axis.dot(direction) * direction).normalized()};
 }
 
-FingerLimits limits(double mcp_min, double mcp_max, double pip_min, double pip_max, double dip_min,
-                    double dip_max, double abduction_min, double abduction_max) {
+/// Least and greatest angles in degrees.
+FingerLimits limits(const Eigen::Vector2d& mcp, const Eigen::Vector2d& pip, const Eigen::Vector2d& dip,
+                    const Eigen::Vector2d& abduction) {
   constexpr double degree = M_PI / 180.0;
-  return {{Eigen::Vector2d(mcp_min, mcp_max) * degree, Eigen::Vector2d(pip_min, pip_max) * degree,
-           Eigen::Vector2d(dip_min, dip_max) * degree},
-          Eigen::Vector2d(abduction_min, abduction_max) * degree};
+  return {{mcp * degree, pip * degree, dip * degree}, abduction * degree};
 }
 
 }  // namespace
@@ -71,11 +70,11 @@ const std::array<PalmAnatomy, finger_count> palm_anatomy = {{
 const Eigen::Vector3d wrist_in_palm{7.06 * mm, 4.00 * mm, 50.00 * mm};
 
 const std::array<FingerLimits, finger_count> finger_limits = {{
-    limits(-5, 35, -30, 30, 0, 80, -20, 20),
-    limits(-5, 100, -5, 100, -5, 90, -10, 20),
-    limits(-5, 100, -5, 100, -5, 90, -10, 10),
-    limits(-5, 100, -5, 100, -5, 90, -10, 10),
-    limits(-5, 100, -5, 100, -5, 90, -30, 10),
+    limits({-5, 35}, {-30, 30}, {0, 80}, {-20, 20}),
+    limits({-5, 100}, {-5, 100}, {-5, 90}, {-10, 20}),
+    limits({-5, 100}, {-5, 100}, {-5, 90}, {-10, 10}),
+    limits({-5, 100}, {-5, 100}, {-5, 90}, {-10, 10}),
+    limits({-5, 100}, {-5, 100}, {-5, 90}, {-30, 10}),
 }};
 
 double personScale(const std::array<std::optional<Eigen::Vector3d>, joint_count>& positions) {
@@ -99,6 +98,15 @@ double personScale(const TrackedHand& hand) {
 }
 double handScale(const TrackedHand& hand) {
   return std::clamp(personScale(hand), smallest_hand, largest_hand);
+}
+
+Eigen::Vector3d placeInPalm(Joint joint) {
+  if (joint == palm) return Eigen::Vector3d::Zero();
+  if (joint == wrist) return wrist_in_palm;
+  const auto finger = std::find_if(fingers.rbegin(), fingers.rend(),
+                                   [joint](const FingerJoints& one) { return joint >= one.first; });
+  const PalmAnatomy& anatomy = palm_anatomy[fingers.rend() - finger - 1];
+  return joint == finger->first ? anatomy.base : anatomy.knuckle;
 }
 
 }  // namespace tactile_clay::hand

@@ -57,6 +57,9 @@ inline constexpr std::array<Joint, 11> palm_joints = {palm,
                                                       little_metacarpal,
                                                       little_proximal};
 
+/// Where the palm of a right hand of scale 1 has one of these, m.
+Eigen::Vector3d placeInPalm(Joint joint);
+
 /// Ranges of motion, rad. Flexion: MCP, PIP, DIP; of the thumb CMC, MP, IP. Abduction is positive toward the
 /// thumb.
 struct FingerLimits {

@@ -1,14 +1,12 @@
 #include "hand/choreography.h"
 
-#include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
-#include <random>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
-#include "hand/hand_shape.h"
+#include "hand/placed_hand.h"
 
 namespace tactile_clay::hand {
 namespace {
@@ -21,100 +19,6 @@ constexpr int most_repeats = 1000;  // of a stroke: over an hour of kneading
 
 bool repeats(int times) {
   return times > 0 && times <= most_repeats;
-}
-
-double eased(Ease ease, double s) {
-  return ease == Ease::steady ? s : s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
-}
-
-HandPose between(const HandPose& a, const HandPose& b, double s) {
-  HandPose pose = a;
-  pose.wrist = Eigen::Translation3d((1.0 - s) * a.wrist.translation() + s * b.wrist.translation()) *
-               Eigen::Quaterniond(a.wrist.rotation()).slerp(s, Eigen::Quaterniond(b.wrist.rotation()));
-  for (int finger = 0; finger < finger_count; ++finger) {
-    FingerAngles& angles = pose.fingers[finger];
-    for (int i = 0; i < 3; ++i)
-      angles.flexion[i] = (1.0 - s) * a.fingers[finger].flexion[i] + s * b.fingers[finger].flexion[i];
-    angles.abduction = (1.0 - s) * a.fingers[finger].abduction + s * b.fingers[finger].abduction;
-  }
-  return pose;
-}
-
-HandPose poseAt(const std::vector<Keyframe>& keys, double t) {
-  const auto next = std::upper_bound(keys.begin(), keys.end(), t,
-                                     [](double time, const Keyframe& key) { return time < key.time; });
-  if (next == keys.begin()) return keys.front().pose;
-  if (next == keys.end()) return keys.back().pose;
-  const Keyframe& last = *std::prev(next);
-  return between(last.pose, next->pose, eased(next->ease, (t - last.time) / (next->time - last.time)));
-}
-
-void addNoise(const TrackerNoise& noise, double t, HandPose& pose) {
-  const auto microseconds = static_cast<std::uint64_t>(std::llround(std::max(0.0, t) * 1e6));
-  std::seed_seq seed{noise.seed, static_cast<std::uint32_t>(pose.side),
-                     static_cast<std::uint32_t>(microseconds),
-                     static_cast<std::uint32_t>(microseconds >> 32U)};
-  std::mt19937 random(seed);
-  // Box-Muller, for std::normal_distribution differs between libraries.
-  const auto normal = [&random] {
-    const double u = (static_cast<double>(random()) + 1.0) / 4294967297.0;
-    const double v = static_cast<double>(random()) / 4294967296.0;
-    return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * M_PI * v);
-  };
-  for (int axis = 0; axis < 3; ++axis) pose.wrist.translation()[axis] += noise.position * normal();
-  for (FingerAngles& finger : pose.fingers) {
-    for (double& angle : finger.flexion) angle += noise.angle * normal();
-    finger.abduction += noise.angle * normal();
-  }
-}
-
-// Fingers forward (world x), palm down. Pitch turns the fingers down.
-Eigen::Isometry3d palmDown(double pitch) {
-  Eigen::Matrix3d rotation;
-  rotation << -Vector3d::UnitY(), Vector3d::UnitZ(), -Vector3d::UnitX();
-  return Eigen::Isometry3d(rotation * AngleAxisd(-pitch, Vector3d::UnitX()));
-}
-
-// The same flexion of all fingers, the thumb beside the palm.
-HandPose curled(Side side, double scale, double mcp, double pip, double dip) {
-  HandPose pose;
-  pose.side = side;
-  pose.scale = scale;
-  pose.fingers[0].abduction = -10 * degree;
-  for (int finger = 1; finger < finger_count; ++finger) pose.fingers[finger].flexion = {mcp, pip, dip};
-  return pose;
-}
-
-// Smallest `measure` (of centre and radius) over the spheres that sweep the hand's capsules.
-double smallest(const TrackedHand& hand, const std::function<double(const Vector3d&, double)>& measure) {
-  constexpr int steps = 16;
-  double least = std::numeric_limits<double>::infinity();
-  for (const Bone& bone : bones) {
-    const Capsule capsule = boneCapsule(bone, hand);
-    for (int i = 0; i <= steps; ++i) {
-      const double u = static_cast<double>(i) / steps;
-      least = std::min(least, measure(capsule.centre(u), capsule.radius(u)));
-    }
-  }
-  return least;
-}
-
-double lowestSkin(const TrackedHand& hand) {
-  return smallest(hand, [](const Vector3d& centre, double radius) { return centre.z() - radius; });
-}
-
-// Puts `joint` over (x, y), and the lowest skin of the hand at height z.
-HandPose placed(HandPose pose, const Eigen::Isometry3d& orientation, Joint joint, const Vector3d& target) {
-  pose.wrist = orientation;
-  const TrackedHand hand = forwardKinematics(pose);
-  const Vector3d& at = hand.joints[joint].position;
-  pose.wrist.pretranslate(Vector3d(target.x() - at.x(), target.y() - at.y(), target.z() - lowestSkin(hand)));
-  return pose;
-}
-
-HandPose lifted(HandPose pose, double z) {
-  pose.wrist.pretranslate(Vector3d(0.0, 0.0, z));
-  return pose;
 }
 
 // What changes while a hand kneads.
@@ -168,26 +72,58 @@ Score press(const HandPose& touching, const PressFinger& p) {
   return score;
 }
 
-}  // namespace
-
-double Score::duration() const {
-  double last = 0.0;
-  for (const auto& keys : hands) last = std::max(last, keys.back().time);
-  return last;
+// Fingers that pinch, from open, 0, to closed, 1; the two that do not grip are folded away.
+HandPose grip(double scale, double closed) {
+  HandPose pose = curled(Side::right, scale, (30 + 25 * closed) * degree, (25 + 30 * closed) * degree,
+                         (15 + 10 * closed) * degree);
+  pose.fingers[0].flexion = {(15 + 20 * closed) * degree, 10 * degree * closed, 20 * degree * closed};
+  pose.fingers[0].abduction = 20 * degree;
+  pose.fingers[3].flexion = pose.fingers[4].flexion = {95 * degree, 95 * degree, 60 * degree};
+  return pose;
 }
 
-TrackedFrame Score::sample(double t) const {
-  TrackedFrame frame;
-  frame.frame_id = "world";
-  frame.stamp = std::chrono::nanoseconds(std::llround(t * 1e9));
-  for (const auto& keys : hands) {
-    HandPose pose = poseAt(keys, t);
-    if (noise.position > 0.0 || noise.angle > 0.0) addNoise(noise, t, pose);
-    frame.hands.push_back(forwardKinematics(pose));
-    frame.hands.back().id = static_cast<std::uint32_t>(pose.side) + 1;
+// Middle of the tips of the two fingers that grip.
+Vector3d fingertips(const TrackedHand& hand) {
+  return 0.5 * (hand.joints[index_tip].position + hand.joints[middle_tip].position);
+}
+
+// Between the skins of thumb and fingers, m.
+double gapOf(const TrackedHand& hand) {
+  return (fingertips(hand) - hand.joints[thumb_tip].position).norm() - hand.joints[thumb_tip].radius -
+         hand.joints[index_tip].radius;
+}
+
+// The grip whose gap has this width, m.
+HandPose gripOf(double scale, double width) {
+  double open = 0.0, closed = 1.0;
+  if (gapOf(forwardKinematics(grip(scale, open))) < width ||
+      gapOf(forwardKinematics(grip(scale, closed))) > width)
+    throw std::invalid_argument("pinch: this hand cannot grip " + std::to_string(width) + " m");
+  for (int i = 0; i < 50; ++i) {
+    const double middle = 0.5 * (open + closed);
+    (gapOf(forwardKinematics(grip(scale, middle))) > width ? open : closed) = middle;
   }
-  return frame;
+  return grip(scale, open);
 }
+
+// The thumb to the left of the block, the fingers to its right, all pointing down into it.
+HandPose overBlock(const Pinch& p, const HandPose& pose) {
+  const TrackedHand hand = forwardKinematics(pose);
+  const Vector3d across = (fingertips(hand) - hand.joints[thumb_tip].position).normalized();
+  Vector3d down = -(hand.joints[index_tip].orientation * Vector3d::UnitZ() +
+                    hand.joints[thumb_tip].orientation * Vector3d::UnitZ());
+  down = (down - down.dot(across) * across).normalized();
+  const Eigen::Matrix3d rotation = Vector3d::UnitX() * across.cross(down).transpose() -
+                                   Vector3d::UnitY() * across.transpose() -
+                                   Vector3d::UnitZ() * down.transpose();
+  HandPose at = placed(pose, Eigen::Isometry3d(rotation), index_tip, {0.0, 0.0, p.block_height - p.reach});
+  const TrackedHand turned = forwardKinematics(at);
+  const Vector3d middle = 0.5 * (fingertips(turned) + turned.joints[thumb_tip].position);
+  at.wrist.pretranslate(Vector3d(p.centre.x() - middle.x(), p.centre.y() - middle.y(), 0.0));
+  return at;
+}
+
+}  // namespace
 
 Score knead(const Knead& p) {
   if (!(p.scale > 0.0 && p.depth >= 0.0 && p.block_height > p.depth && repeats(p.strokes)))
@@ -298,51 +234,8 @@ Score pinch(const Pinch& p) {
     throw std::invalid_argument(
         "pinch: expected positive scale and approach, 1 to 1000 times, reach of 0 or more, and a depth below "
         "the width");
-  // From open, 0, to closed, 1; the two fingers that do not grip are folded away.
-  const auto grip = [&](double closed) {
-    HandPose pose = curled(Side::right, p.scale, (30 + 25 * closed) * degree, (25 + 30 * closed) * degree,
-                           (15 + 10 * closed) * degree);
-    pose.fingers[0].flexion = {(15 + 20 * closed) * degree, 10 * degree * closed, 20 * degree * closed};
-    pose.fingers[0].abduction = 20 * degree;
-    pose.fingers[3].flexion = pose.fingers[4].flexion = {95 * degree, 95 * degree, 60 * degree};
-    return pose;
-  };
-  const auto tips = [](const TrackedHand& hand) {
-    return Vector3d(0.5 * (hand.joints[index_tip].position + hand.joints[middle_tip].position));
-  };
-  // Between the skins of thumb and fingers.
-  const auto gap = [&](const TrackedHand& hand) {
-    return (tips(hand) - hand.joints[thumb_tip].position).norm() - hand.joints[thumb_tip].radius -
-           hand.joints[index_tip].radius;
-  };
-  const auto gripOf = [&](double width) {
-    double open = 0.0, closed = 1.0;
-    if (gap(forwardKinematics(grip(open))) < width || gap(forwardKinematics(grip(closed))) > width)
-      throw std::invalid_argument("pinch: this hand cannot grip " + std::to_string(width) + " m");
-    for (int i = 0; i < 50; ++i) {
-      const double middle = 0.5 * (open + closed);
-      (gap(forwardKinematics(grip(middle))) > width ? open : closed) = middle;
-    }
-    return grip(open);
-  };
-  // The thumb to the left of the block, the fingers to its right, all pointing down into it.
-  const auto over = [&](const HandPose& pose) {
-    const TrackedHand hand = forwardKinematics(pose);
-    const Vector3d across = (tips(hand) - hand.joints[thumb_tip].position).normalized();
-    Vector3d down = -(hand.joints[index_tip].orientation * Vector3d::UnitZ() +
-                      hand.joints[thumb_tip].orientation * Vector3d::UnitZ());
-    down = (down - down.dot(across) * across).normalized();
-    const Eigen::Matrix3d rotation = Vector3d::UnitX() * across.cross(down).transpose() -
-                                     Vector3d::UnitY() * across.transpose() -
-                                     Vector3d::UnitZ() * down.transpose();
-    HandPose at = placed(pose, Eigen::Isometry3d(rotation), index_tip, {0.0, 0.0, p.block_height - p.reach});
-    const TrackedHand turned = forwardKinematics(at);
-    const Vector3d middle = 0.5 * (tips(turned) + turned.joints[thumb_tip].position);
-    at.wrist.pretranslate(Vector3d(p.centre.x() - middle.x(), p.centre.y() - middle.y(), 0.0));
-    return at;
-  };
-  const HandPose open = over(gripOf(p.width + 0.01));
-  const HandPose closed = over(gripOf(p.width - p.depth));
+  const HandPose open = overBlock(p, gripOf(p.scale, p.width + 0.01));
+  const HandPose closed = overBlock(p, gripOf(p.scale, p.width - p.depth));
   double t = 0.3;
   Score score;
   std::vector<Keyframe>& keys = score.hands.emplace_back();
@@ -387,32 +280,6 @@ Score roll(const Roll& p) {
   keys.push_back({t += 1.0, at(-p.travel, p.approach)});
   keys.push_back({t + 0.3, at(-p.travel, p.approach)});
   return score;
-}
-
-Score inTurn(const std::vector<Score>& scores, double pause) {
-  Score all;
-  double start = 0.0;
-  for (const Score& score : scores) {
-    for (const auto& keys : score.hands) {
-      const Side side = keys.front().pose.side;
-      auto mine = std::find_if(all.hands.begin(), all.hands.end(),
-                               [&](const auto& other) { return other.front().pose.side == side; });
-      if (mine == all.hands.end()) {
-        mine = all.hands.emplace(all.hands.end());
-      } else if (start - pause > mine->back().time) {
-        // It rested: it sets out when the others do.
-        const HandPose rest = mine->back().pose;
-        mine->push_back({start - pause, rest});
-      }
-      for (Keyframe key : keys) {
-        key.time += start;
-        mine->push_back(key);
-      }
-    }
-    start += score.duration() + pause;
-  }
-  if (!scores.empty()) all.noise = scores.front().noise;
-  return all;
 }
 
 }  // namespace tactile_clay::hand

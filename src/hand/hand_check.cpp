@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
-#include <stdexcept>
 #include <utility>
 
 #include "hand/anatomy.h"
+#include "hand/handedness.h"
+#include "hand/joint_fault.h"
 
 namespace tactile_clay::hand {
 namespace {
@@ -22,40 +23,6 @@ constexpr double off_in_palm = 0.035;                      // m, at scale 1
 // A hand that fades out has half its radii (hand_cleaner.cpp).
 constexpr double thinnest = 0.2, thickest = 4.0;  // of the table's radius at the hand's size
 constexpr int least_fingers = 3;                  // of a hand
-// Sines of angles: of the palm's +Y against the plane of wrist and knuckles, and how far fingers bend back in
-// the mean.
-constexpr double contrary_palm = -0.2, bent_back = 0.6;
-constexpr double fastest_palm = 20.0;   // m/s: no hand is as fast
-constexpr double shortest_jump = 0.05;  // m, in which the stamps of two samples may be off
-
-constexpr std::array<const char*, finger_count> finger_names = {"thumb", "index finger", "middle finger",
-                                                                "ring finger", "little finger"};
-
-int fingerOf(int joint) {  // -1: of palm and wrist
-  for (int f = 0; f < finger_count; ++f)
-    if (joint >= fingers[f].first && joint <= fingers[f].tip()) return f;
-  return -1;
-}
-
-// Where the palm of a right hand of scale 1 has a joint, m.
-Vector3d placeInPalm(Joint joint) {
-  if (joint == palm) return Vector3d::Zero();
-  if (joint == wrist) return wrist_in_palm;
-  const int f = fingerOf(joint);
-  return joint == fingers[f].first ? palm_anatomy[f].base : palm_anatomy[f].knuckle;
-}
-
-std::string nameOf(const TrackedHand& hand) {
-  return (hand.side == Side::left ? "left hand " : "right hand ") + std::to_string(hand.id);
-}
-
-template <typename Value>
-std::string wrong(int joint, const char* what, const Value& value, const std::string& expected) {
-  std::ostringstream line;
-  line.precision(3);
-  line << "joint " << joint_anatomy[joint].name << ": " << what << " " << value << ", expected " << expected;
-  return line.str();
-}
 
 std::string range(double low, double high, const char* unit) {
   std::ostringstream text;
@@ -91,7 +58,7 @@ class Judgement {
     judgeBones();
     takeOutFingers();
     if (fingersLeft() < least_fingers) return noHand(nameOf(hand_), firstFault());
-    const std::string other_side = handedness();
+    const std::string other_side = faultOfSide(hand_, scale_);
     if (!other_side.empty()) return noHand(nameOf(hand_), other_side);
     HandFaults faults;
     tellFingers(faults);
@@ -106,7 +73,7 @@ class Judgement {
       fault = faults_[joint];
       const double radius = hand_.joints[joint].radius;
       if (fault.empty() && !(radius >= 0.0 && radius < farthest))
-        fault = wrong(joint, "radius", radius, "finite and not negative");
+        fault = jointFault(joint, "radius", radius, "finite and not negative");
     }
     return fault.empty() ? fault : "hand " + std::to_string(hand_.id) + ": " + fault;
   }
@@ -136,10 +103,10 @@ class Judgement {
       if (!there(joint)) continue;
       if (!j.position.allFinite() || j.position.norm() >= farthest)
         faults_[joint] =
-            wrong(joint, "position", j.position.transpose().format(row), "finite and within 10 m");
+            jointFault(joint, "position", j.position.transpose().format(row), "finite and within 10 m");
       else if (!j.orientation.coeffs().allFinite() || !(j.orientation.norm() > squarest_norm))
-        faults_[joint] = wrong(joint, "orientation", j.orientation.coeffs().transpose().format(row),
-                               "a finite quaternion that is not zero");
+        faults_[joint] = jointFault(joint, "orientation", j.orientation.coeffs().transpose().format(row),
+                                    "a finite quaternion that is not zero");
     }
   }
 
@@ -157,10 +124,10 @@ class Judgement {
       if (2 * off <= others) continue;
       const Joint base = joint == wrist ? palm : wrist;
       const double usual = scale_ * (placeInPalm(joint) - placeInPalm(base)).norm();
-      faults_[joint] = wrong(joint, joint == wrist ? "distance to the palm" : "distance to the wrist",
-                             (at(joint) - at(base)).norm(),
-                             "that of a palm, " + range(std::max(0.0, usual - scale_ * off_in_palm),
-                                                        usual + scale_ * off_in_palm, " m"));
+      faults_[joint] = jointFault(joint, joint == wrist ? "distance to the palm" : "distance to the wrist",
+                                  (at(joint) - at(base)).norm(),
+                                  "that of a palm, " + range(std::max(0.0, usual - scale_ * off_in_palm),
+                                                             usual + scale_ * off_in_palm, " m"));
     }
   }
 
@@ -172,8 +139,8 @@ class Judgement {
       const double bone = (at(joint) - at(anatomy.parent)).norm(), usual = scale_ * anatomy.bone_length;
       if (bone < shortest_bone * usual || bone > longest_bone * usual)
         faults_[joint] =
-            wrong(joint, "distance to its parent", bone,
-                  range(shortest_bone * usual, longest_bone * usual, " m in a hand of this size"));
+            jointFault(joint, "distance to its parent", bone,
+                       range(shortest_bone * usual, longest_bone * usual, " m in a hand of this size"));
     }
   }
 
@@ -206,46 +173,6 @@ class Judgement {
     return "less than three fingers, expected palm, wrist and three fingers";
   }
 
-  std::string handedness() const {
-    std::vector<int> knuckles;
-    for (int f = 1; f < finger_count; ++f)
-      if (there(fingers[f][1])) knuckles.push_back(f);
-    // With three fingers in all there are at least two knuckles.
-    const Vector3d across = at(fingers[knuckles.back()][1]) - at(fingers[knuckles.front()][1]);
-    Vector3d middle = Vector3d::Zero();
-    for (const int f : knuckles) middle += at(fingers[f][1]) / static_cast<double>(knuckles.size());
-    for (std::size_t i = 1; i < knuckles.size(); ++i) {
-      const Joint joint = fingers[knuckles[i]][1];
-      if ((at(joint) - at(fingers[knuckles[i - 1]][1])).dot(across) <= 0.0)
-        return wrong(joint, "beside the knuckle", finger_names[knuckles[i - 1]],
-                     "the knuckles in the order index, middle, ring, little");
-    }
-    const Vector3d ahead = middle - at(wrist);
-    if (ahead.dot(at(palm) - at(wrist)) <= 0.0)
-      return "joint palm: it lies behind the wrist, expected between wrist and knuckles";
-    const double sign = hand_.side == Side::right ? 1.0 : -1.0;
-    const char* expected = hand_.side == Side::right ? "those of a right hand (a left one, or mirrored?)"
-                                                     : "those of a left hand (a right one, or mirrored?)";
-    const Vector3d back = sign * across.cross(ahead).normalized();
-    const double dorsal = (hand_.joints[palm].orientation.normalized() * Vector3d::UnitY()).dot(back);
-    if (dorsal < contrary_palm)
-      return wrong(palm, "sine of its +Y to the back of the hand", dorsal,
-                   std::string("knuckles and +Y ") + expected);
-    double bent = 0.0;
-    int count = 0;
-    for (int f = 1; f < finger_count; ++f) {
-      if (!there(fingers[f].tip())) continue;
-      double length = 0.0;
-      for (int i = 2; i < fingers[f].count; ++i) length += scale_ * joint_anatomy[fingers[f][i]].bone_length;
-      bent += (at(fingers[f].tip()) - at(fingers[f][1])).dot(back) / length;
-      ++count;
-    }
-    if (count > 0 && bent > bent_back * count)
-      return wrong(middle_tip, "fingers bent back by a sine of", bent / count,
-                   std::string("fingers ") + expected);
-    return {};
-  }
-
   void tellFingers(HandFaults& faults) const {
     for (int f = 0; f < finger_count; ++f)
       for (int i = 0; i < fingers[f].count; ++i) {
@@ -275,7 +202,7 @@ class Judgement {
     faults.lines.push_back(
         nameOf(hand_) + ": " + std::to_string(count) +
         " radii are not a hand's and replaced by those of an adult at its size; " +
-        wrong(first, "radius", told_radius_, range(thinnest * usual, thickest * usual, " m")));
+        jointFault(first, "radius", told_radius_, range(thinnest * usual, thickest * usual, " m")));
   }
 
   TrackedHand& hand_;
@@ -284,6 +211,10 @@ class Judgement {
 };
 
 }  // namespace
+
+std::string nameOf(const TrackedHand& hand) {
+  return (hand.side == Side::left ? "left hand " : "right hand ") + std::to_string(hand.id);
+}
 
 HandFaults judge(TrackedHand& hand) {
   return Judgement(hand).verdict();
@@ -314,60 +245,6 @@ LeftOut leaveOutBadHands(std::vector<TrackedHand>& hands) {
   }
   hands = std::move(good);
   return out;
-}
-
-bool palmJumps(const TrackedHand& from, const TrackedHand& to, double dt) {
-  const double step = (to.joints[palm].position - from.joints[palm].position).norm();
-  return step > shortest_jump && step > fastest_palm * dt;
-}
-
-LeftOut JumpCheck::leaveOutJumps(std::vector<TrackedHand>& hands, std::chrono::nanoseconds stamp) {
-  const double dt = std::chrono::duration<double>(stamp - stamp_).count();
-  const std::vector<TrackedHand> last = std::exchange(last_, hands);
-  stamp_ = stamp;
-  LeftOut out;
-  const auto jumps = [&](const TrackedHand& hand) {
-    bool known = false, near = false;
-    for (const TrackedHand& before : last) {
-      if (before.side != hand.side) continue;
-      known = true;
-      near = near || !palmJumps(before, hand, dt);
-    }
-    if (!known || near) return false;
-    out.lines.push_back(nameOf(hand) +
-                        " left out: joint palm: it jumped, expected at most 20 m/s; a hand that stays " +
-                        "there is taken for another one");
-    ++out.hands;
-    return true;
-  };
-  hands.erase(std::remove_if(hands.begin(), hands.end(), jumps), hands.end());
-  return out;
-}
-
-std::size_t keepOneHandASide(std::vector<TrackedHand>& hands) {
-  const std::size_t before = hands.size();
-  std::vector<TrackedHand> kept;
-  for (const TrackedHand& hand : hands) {
-    const auto same = std::find_if(kept.begin(), kept.end(),
-                                   [&](const TrackedHand& other) { return other.side == hand.side; });
-    if (same == kept.end()) {
-      kept.push_back(hand);
-    } else if (hand.confidence > same->confidence) {
-      *same = hand;
-    }
-  }
-  hands = std::move(kept);
-  return before - hands.size();
-}
-
-std::vector<TrackedHand> leftThenRight(std::vector<TrackedHand> hands) {
-  for (const TrackedHand& hand : hands) {
-    const std::string fault = faultOfNumbers(hand);
-    if (!fault.empty()) throw std::invalid_argument(fault);
-  }
-  keepOneHandASide(hands);
-  std::sort(hands.begin(), hands.end(), [](const auto& a, const auto& b) { return a.side < b.side; });
-  return hands;
 }
 
 }  // namespace tactile_clay::hand

@@ -1,14 +1,14 @@
 #pragma once
 
-#include <array>
-#include <chrono>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "hand/tracked_hand.h"
 
 namespace tactile_clay::hand {
+
+/// A hand in lines about it, such as "left hand 7".
+std::string nameOf(const TrackedHand& hand);
 
 /// What is wrong with a hand.
 struct HandFaults {
@@ -53,29 +53,5 @@ struct LeftOut {
 
 /// Judges all hands, and removes those that are none.
 LeftOut leaveOutBadHands(std::vector<TrackedHand>& hands);
-
-/// Whether a palm that is at `to` was not at `from` `dt` s before: no hand goes farther than 0.05 m at more
-/// than 20 m/s.
-bool palmJumps(const TrackedHand& from, const TrackedHand& to, double dt);
-
-/// Leaves out hands that jump: a hand that is suddenly elsewhere is there from its second sample on, as
-/// another hand, and one that jumps to and fro is nowhere.
-class JumpCheck {
- public:
-  /// Of hands at a time that does not go back.
-  LeftOut leaveOutJumps(std::vector<TrackedHand>& hands, std::chrono::nanoseconds stamp);
-
- private:
-  std::vector<TrackedHand> last_;  // as they came
-  std::chrono::nanoseconds stamp_{0};
-};
-
-/// Leaves the more confident of two hands of one side (the first of equals); keeps the order.
-/// \return how many were removed
-std::size_t keepOneHandASide(std::vector<TrackedHand>& hands);
-
-/// One hand a side, the left one first. \throws std::invalid_argument with the line of `faultOfNumbers` where
-/// a hand has one
-std::vector<TrackedHand> leftThenRight(std::vector<TrackedHand> hands);
 
 }  // namespace tactile_clay::hand

@@ -4,7 +4,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "hand/hand_check.h"
+#include "hand/jump_check.h"
 
 namespace tactile_clay::hand {
 namespace {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hand/flesh_batches.h"
 #include "lanes/lane_matrix.h"
 
 namespace tactile_clay::hand {
@@ -36,25 +37,7 @@ NeoHookean::NeoHookean(const FleshMesh& mesh, const Elasticity& material)
     inverse_edges_.push_back(e.inverse());
     volume_.push_back(volume(mesh, t));
   }
-  // First fit: each tetrahedron goes into the first batch that has room and none of its nodes.
-  std::vector<std::vector<int>> members;
-  std::size_t first_open = 0;
-  for (int i = 0; i < static_cast<int>(tetrahedra_.size()); ++i) {
-    const auto fits = [&](const std::vector<int>& batch) {
-      if (batch.size() == width) return false;
-      for (const int other : batch)
-        for (const int n : tetrahedra_[i])
-          if (std::count(tetrahedra_[other].begin(), tetrahedra_[other].end(), n) > 0) return false;
-      return true;
-    };
-    while (first_open < members.size() && members[first_open].size() == width) ++first_open;
-    const auto batch =
-        std::find_if(members.begin() + static_cast<std::ptrdiff_t>(first_open), members.end(), fits);
-    if (batch == members.end())
-      members.push_back({i});
-    else
-      batch->push_back(i);
-  }
+  const std::vector<std::vector<int>> members = fleshBatches(tetrahedra_, width);
   // Tetrahedra in the order of their batches, so that batch b holds those from 8 b on, padded with -1.
   std::vector<std::array<int, 4>> sorted;
   std::vector<Eigen::Matrix3d> sorted_edges;
@@ -146,15 +129,23 @@ TACTILE_CLAY_INLINE NeoHookean::Gradients NeoHookean::gradients(const Batch& b, 
   // d (|F|^2 / 2) / d edges = edges B B^T
   Columns s = times(e, columnsOf(loadSymmetric(b.metric)));
   const Lane square = dot(e, s), cofactors = det - 2.0F;
-  add(s.x, times(cofactors, h.x)), add(s.y, times(cofactors, h.y)), add(s.z, times(cofactors, h.z));
+  add(s.x, times(cofactors, h.x));
+  add(s.y, times(cofactors, h.y));
+  add(s.z, times(cofactors, h.z));
   // Near rest the terms cancel to rounding; there C_S^2 is half the square of its half's derivative by F.
   const Symmetric l = loadSymmetric(b.edges);
   const Lane derivative = quadratic(l, s.x.x, s.y.x, s.z.x) + quadratic(l, s.x.y, s.y.y, s.z.y) +
                           quadratic(l, s.x.z, s.y.z, s.z.z);
   const Lane exact = square + det * det - 4.0F * det;
   g.shear = exact < small_shear ? 0.5F * derivative : exact;
-  g.h[0] = oppositeOfSum(h), g.h[1] = h.x, g.h[2] = h.y, g.h[3] = h.z;
-  g.s[0] = oppositeOfSum(s), g.s[1] = s.x, g.s[2] = s.y, g.s[3] = s.z;
+  g.h[0] = oppositeOfSum(h);
+  g.h[1] = h.x;
+  g.h[2] = h.y;
+  g.h[3] = h.z;
+  g.s[0] = oppositeOfSum(s);
+  g.s[1] = s.x;
+  g.s[2] = s.y;
+  g.s[3] = s.z;
   return g;
 }
 

@@ -3,18 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <sstream>
-#include <stdexcept>
+#include <string>
 #include <utility>
+
+#include "values/range.h"
 
 namespace tactile_clay::hand {
 namespace {
 
 void requireIn(double value, double low, double high, const char* what) {
-  if (value >= low && value <= high) return;
-  std::ostringstream line;
-  line << "scripted tracker: " << what << " " << value << ", expected " << low << " to " << high;
-  throw std::invalid_argument(line.str());
+  values::requireIn(std::string("scripted tracker: ") + what, value, low, high);
 }
 
 // Not std::exponential_distribution, which differs between libraries.

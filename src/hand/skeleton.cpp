@@ -5,10 +5,10 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 
 #include "hand/hand_pose.h"
+#include "hand/skeleton_joints.h"
 
 namespace tactile_clay::hand {
 namespace {
@@ -21,53 +21,14 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Positions = std::array<Vector3d, joint_count>;
 
-constexpr int bone_count = 3;     // moving bones of a finger
 constexpr int most_angles = 5;    // of a finger
 constexpr int most_steps = 30;    // of Levenberg-Marquardt
 constexpr double settled = 1e-6;  // rad, of a step
-constexpr double thumb_mp_abduction = 10.0 * M_PI / 180.0;
 
 // The thumb's frame at zero angles, in that of its metacarpal in palm_anatomy: the rotation vector with which
 // the ranges of motion hold its tracked directions best. Fitted to six recordings of both sides; leaving out
 // any one changes the mean error of its thumb by less than 1.2 mm.
 const Vector3d thumb_straight(0.24, 0.23, -0.48);  // rad
-
-const std::array<const char*, finger_count> finger_names = {"thumb", "index", "middle", "ring", "little"};
-const std::array<const char*, bone_count> thumb_names = {"cmc", "mp", "ip"};
-const std::array<const char*, bone_count> names_of_fingers = {"mcp", "pip", "dip"};
-
-// Where the finger begins in the list of joints, and which joints it has.
-int firstAngle(int finger) {
-  return finger == 0 ? 0 : 4 * finger + 1;
-}
-int angleCount(int finger) {
-  return finger == 0 ? 5 : 4;
-}
-bool hasAbduction(int finger, int bone) {
-  return bone == 0 || (finger == 0 && bone == 1);
-}
-
-struct JointPlace {
-  int finger, bone;
-  bool abduction;
-};
-JointPlace placeOf(int joint) {
-  const int finger = joint < firstAngle(1) ? 0 : (joint - 1) / 4;
-  int k = firstAngle(finger);
-  for (int bone = 0;; ++bone) {
-    if (hasAbduction(finger, bone) && k++ == joint) return {finger, bone, true};
-    if (k++ == joint) return {finger, bone, false};
-  }
-}
-
-// The moving joints of a finger: of bone i from movingJoint(finger, i) to movingJoint(finger, i + 1).
-Joint movingJoint(int finger, int i) {
-  return fingers[finger][(finger == 0 ? 0 : 1) + i];
-}
-
-std::string prefix(Side side) {
-  return side == Side::left ? "hand_left_" : "hand_right_";
-}
 
 // As positions of a right hand, a left one seen in a mirror.
 Positions rightHanded(const TrackedHand& hand) {
@@ -190,53 +151,7 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-std::string text(const Vector3d& v) {
-  std::ostringstream out;
-  out.precision(9);
-  out << v.x() << " " << v.y() << " " << v.z();
-  return out.str();
-}
-
-// Origin of a URDF element: its turn as roll, pitch, yaw, R = Rz(yaw) Ry(pitch) Rx(roll).
-std::string origin(const Vector3d& position, const Quaterniond& turn = Quaterniond::Identity()) {
-  const Matrix3d r = turn.toRotationMatrix();
-  const Vector3d rpy(std::atan2(r(2, 1), r(2, 2)), std::asin(std::clamp(-r(2, 0), -1.0, 1.0)),
-                     std::atan2(r(1, 0), r(0, 0)));
-  return "<origin xyz=\"" + text(position) + "\" rpy=\"" + text(rpy) + "\"/>";
-}
-
-void writeVisual(std::ostream& out, const std::string& where, const std::string& shape) {
-  out << "    <visual>" << where << "<geometry>" << shape
-      << "</geometry><material name=\"bone\"/></visual>\n";
-}
-
-// A bone, thinner than the flesh about it, between balls.
-void writeBone(std::ostream& out, const Vector3d& from, const Vector3d& to, double radius) {
-  const Vector3d along = to - from;
-  std::ostringstream shaft, ball;
-  shaft << "<cylinder radius=\"" << 0.3 * radius << "\" length=\"" << along.norm() << "\"/>";
-  ball << "<sphere radius=\"" << 0.45 * radius << "\"/>";
-  writeVisual(out, origin(0.5 * (from + to), Quaterniond::FromTwoVectors(Vector3d::UnitZ(), along)),
-              shaft.str());
-  writeVisual(out, origin(from), ball.str());
-  writeVisual(out, origin(to), ball.str());
-}
-
 }  // namespace
-
-Vector2d skeletonLimits(int joint) {
-  const JointPlace place = placeOf(joint);
-  const FingerLimits& limits = finger_limits[place.finger];
-  if (!place.abduction) return limits.flexion[place.bone];
-  return place.bone == 0 ? limits.abduction : Vector2d(-thumb_mp_abduction, thumb_mp_abduction);
-}
-
-std::string skeletonJointName(Side side, int joint) {
-  const JointPlace place = placeOf(joint);
-  const auto& names = place.finger == 0 ? thumb_names : names_of_fingers;
-  return prefix(side) + finger_names[place.finger] + "_" + names[place.bone] +
-         (place.abduction ? "_abduction" : "_flexion");
-}
 
 Skeleton measureSkeleton(const std::vector<TrackedHand>& samples) {
   if (samples.empty())
@@ -325,58 +240,6 @@ SkeletonFit fitSkeleton(const Skeleton& skeleton, const TrackedHand& hand, const
   for (int j = 0; j < joint_count; ++j)
     if (!hand.missing[j]) fit.error[j] = (found[j] - hand.joints[j].position).norm();
   return fit;
-}
-
-std::string skeletonUrdf(const Skeleton& skeleton) {
-  const bool left = skeleton.side == Side::left;
-  const auto position = [left](const Vector3d& v) { return left ? mirrored(v) : v; };
-  const auto radius = [&](Joint joint) { return joint_anatomy[joint].radius * skeleton.scale; };
-  const std::string root = prefix(skeleton.side) + "wrist";
-  std::ostringstream out;
-  out.precision(9);
-  out << "<?xml version=\"1.0\"?>\n<robot name=\"" << (left ? "hand_left" : "hand_right")
-      << "\">\n  <material name=\"bone\"><color rgba=\"0.15 0.3 0.75 1\"/></material>\n  <link name=\""
-      << root << "\">\n";
-  for (int f = 0; f < finger_count; ++f) {
-    const Skeleton::Finger& finger = skeleton.fingers[f];
-    writeBone(out, Vector3d::Zero(), position(finger.metacarpal), radius(little_proximal));
-    if (f > 0) writeBone(out, position(finger.metacarpal), position(finger.root), radius(movingJoint(f, 0)));
-  }
-  out << "  </link>\n";
-  std::string parent = root;
-  for (int k = 0; k < skeleton_joint_count; ++k) {
-    const JointPlace place = placeOf(k);
-    const Skeleton::Finger& finger = skeleton.fingers[place.finger];
-    const bool first = k == firstAngle(place.finger);
-    const bool ends_bone = !place.abduction;  // flexion follows abduction
-    if (first) parent = root;
-    const std::string name = skeletonJointName(skeleton.side, k), link = name + "_link";
-    // Where a bone ends the next joint begins; two angles of one joint are in one place.
-    const bool new_place = !first && (place.abduction || !hasAbduction(place.finger, place.bone));
-    const Vector3d shift = first       ? position(finger.root)
-                           : new_place ? Vector3d(0.0, 0.0, -finger.bone[place.bone - 1])
-                                       : Vector3d::Zero();
-    const Quaterniond turn = !first ? Quaterniond::Identity()
-                             : left ? mirrored(finger.straight)
-                                    : finger.straight;
-    const Vector3d axis = place.abduction ? Vector3d(0.0, left ? -1.0 : 1.0, 0.0) : Vector3d(-1.0, 0.0, 0.0);
-    const Vector2d limit = skeletonLimits(k);
-    const Vector3d end(0.0, 0.0, -finger.bone[place.bone]);
-    out << "  <link name=\"" << link << "\">\n";
-    if (ends_bone) writeBone(out, Vector3d::Zero(), end, radius(movingJoint(place.finger, place.bone + 1)));
-    out << "  </link>\n  <joint name=\"" << name << "\" type=\"revolute\">\n    <parent link=\"" << parent
-        << "\"/><child link=\"" << link << "\"/>\n    " << origin(shift, turn) << "\n    <axis xyz=\""
-        << text(axis) << "\"/>\n    <limit lower=\"" << limit[0] << "\" upper=\"" << limit[1]
-        << "\" effort=\"10\" velocity=\"20\"/>\n  </joint>\n";
-    parent = link;
-    if (place.bone != bone_count - 1) continue;
-    const std::string tip = prefix(skeleton.side) + finger_names[place.finger] + "_tip";
-    out << "  <link name=\"" << tip << "\"/>\n  <joint name=\"" << tip
-        << "_joint\" type=\"fixed\">\n    <parent link=\"" << parent << "\"/><child link=\"" << tip
-        << "\"/>\n    " << origin(end) << "\n  </joint>\n";
-  }
-  out << "</robot>\n";
-  return out.str();
 }
 
 }  // namespace tactile_clay::hand

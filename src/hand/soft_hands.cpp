@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "hand/hand_check.h"
+#include "hand/hand_sides.h"
 #include "hand/posed_skin.h"
 
 namespace tactile_clay::hand {

@@ -7,6 +7,7 @@
 #include "device/options.h"
 #include "nodes/array_markers.h"
 #include "nodes/drive_messages.h"
+#include "nodes/gate_parameters.h"
 #include "nodes/params.h"
 #include "nodes/topics.h"
 
@@ -67,9 +68,7 @@ ArrayDriver::ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh)
   output.solve_field = [this](const auto& targets, double amplitude, const auto& before) {
     return solveField(targets, amplitude, before);
   };
-  output.modulations = capabilities.modulations;
-  output.max_rate = capabilities.max_rate;
-  output.max_points = capabilities.max_points;
+  output.repertoire = {name_, capabilities.modulations, capabilities.max_rate, capabilities.max_points};
   output.emit = [this](const device::Sound& sound, const std_msgs::Header& header) {
     device_->submit(sound);
     publishDrive(sound, header);

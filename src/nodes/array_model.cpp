@@ -1,5 +1,8 @@
 #include "nodes/array_model.h"
 
+#include <memory>
+
+#include "device/loudness_meter.h"
 #include "nodes/params.h"
 
 namespace tactile_clay::nodes {
@@ -56,6 +59,13 @@ ultrasound::FieldSolution ArrayModel::solveField(const std::vector<ultrasound::F
   ultrasound::FieldSolverOptions most = field_options;
   most.amplitude = amplitude;
   return ultrasound::solveField(layout, acoustics, targets, most, before);
+}
+
+std::function<device::Loudness(const ultrasound::Drive&, const std::vector<ultrasound::FocalPoint>&)>
+loudnessOf(const ArrayModel& model, const device::SafetyGateConfig& config) {
+  const auto meter =
+      std::make_shared<device::LoudnessMeter>(model.layout, model.acoustics, model.head_point, config);
+  return [meter](const auto& drive, const auto& points) { return (*meter)(drive, points); };
 }
 
 }  // namespace tactile_clay::nodes

@@ -3,8 +3,11 @@
 #include <ros/node_handle.h>
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
+#include "device/instrument.h"
+#include "device/safety_limits.h"
 #include "nodes/settings.h"
 #include "ultrasound/acoustic_field.h"
 #include "ultrasound/array_layout.h"
@@ -44,5 +47,11 @@ struct ArrayModel {
   ultrasound::FieldSolverOptions field_options;
   Eigen::Vector3d head_point = Eigen::Vector3d::Zero();  // m, frame of the array
 };
+
+/// How loud a drive of the array is that was made for these points, to a gate with these limits.
+/// \throws std::invalid_argument as device::LoudnessMeter
+std::function<device::Loudness(const ultrasound::Drive& drive,
+                               const std::vector<ultrasound::FocalPoint>& points)>
+loudnessOf(const ArrayModel& model, const device::SafetyGateConfig& config);
 
 }  // namespace tactile_clay::nodes

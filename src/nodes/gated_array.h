@@ -1,6 +1,7 @@
 #pragma once
 
 #include <ros/ros.h>
+#include <tactile_clay/ArrayState.h>
 #include <tactile_clay/FocalPointArray.h>
 #include <tactile_clay/TrackedHands.h>
 
@@ -9,31 +10,22 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "device/safety_gate.h"
-#include "device/stamp_check.h"
 #include "nodes/array_model.h"
+#include "nodes/arrivals.h"
 #include "nodes/health.h"
 #include "nodes/inbox.h"
+#include "nodes/latency_spread.h"
 #include "nodes/live_parameters.h"
+#include "nodes/repertoire.h"
 #include "nodes/stop_switch.h"
 #include "nodes/supervisors.h"
 #include "nodes/transforms.h"
 
 namespace tactile_clay::nodes {
-
-/// Rules of the gate that `~gate_without` leaves out. An array that can hurt somebody has none: \throws
-/// std::runtime_error with one line then, and std::invalid_argument for a rule that is unknown
-std::set<device::Rule> rulesLeftOut(const ros::NodeHandle& private_nh, const std::string& device,
-                                    bool harmless);
-
-/// The numbers of the safety gate's limits. \param most that they may be now
-/// \throws std::runtime_error, std::invalid_argument with one line where one is wrong
-void readLimits(Settings& settings, device::SafetyGateConfig& config,
-                const device::SafetyGateConfig* most = nullptr);
 
 /// What the nodes of a real and of a simulated array share: `array/focal_points` and `hands/tracked` in, the
 /// safety gate, `array/state` out (and of fields, which it solves, `array/rendering`), the emergency stop
@@ -56,11 +48,7 @@ class GatedArray {
                                             double amplitude, const std::vector<ultrasound::Drive>& before)>
         solve_field;
     bool scalable = false;
-    /// That the array can play, and how many updates a second it takes, 0: any number.
-    std::vector<ultrasound::Modulation> modulations;
-    double max_rate = 0.0;
-    /// Focal points at a time, 0: any number.
-    std::size_t max_points = 0;
+    Repertoire repertoire;
     /// Plays what the gate returned, and returns at once: an emergency stop waits for it. \throws
     /// std::runtime_error when the array is gone
     std::function<void(const device::Sound&, const std_msgs::Header&)> emit;
@@ -82,15 +70,7 @@ class GatedArray {
   LiveParameters::Apply read(Settings& settings);
   void receive(const FocalPointArray::ConstPtr& message);
   void refuse(const std::string& reason);
-  void seeHands(const TrackedHands::ConstPtr& hands);
-  void seePublisher(const std::string& name);
-  device::StampCheck::Age ageOf(const ros::Time& stamp);
-  device::Occasion occasion(ros::Time stamp);
-  /// Empty, or why the array cannot play it.
-  std::string cannotPlay(unsigned modulation) const;
-  std::string tooMany(const device::Emission& emission) const;
   device::Verdict judge(const FocalPointArray& message, const device::StampCheck::Age& age);
-  void publishField(const device::Verdict& verdict, const FocalPointArray& message);
   void heedStop();
   void watch();
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
@@ -114,31 +94,24 @@ class GatedArray {
   device::SafetyGateConfig first_limits_;
   std::optional<device::SafetyGate> gate_;
   std::unique_ptr<LiveParameters> live_;
-  std::optional<device::StampCheck> stamps_;
-  std::string hands_publisher_;
+  std::optional<Arrivals> arrivals_;
   std::unique_ptr<Supervisors> supervisors_;  // none in lockstep without a real array
   std::string unsupervised_;                  // who is missing
   unsigned heeded_ = 0;                       // emergency stops that the gate knows of
   ros::SteadyTime last_passed_;               // when the last frame passed the gate
-  ros::SteadyTime last_came_;                 // when the last frame came
-  std::optional<ros::SteadyTime> hands_came_;
-  ros::Time hands_stamp_;
-  bool hands_tracked_ = false;
-  unsigned frames_ = 0;            // since the last diagnostics
-  std::vector<double> latencies_;  // s, since the last diagnostics
-  std::string lowered_;            // why the last emission was made weaker
+  unsigned frames_ = 0;                       // since the last diagnostics
+  LatencySpread latencies_;                   // since the last diagnostics
+  std::string lowered_;                       // why the last emission was made weaker
 
   std::atomic<bool> stopped_{false};
   std::atomic<unsigned> stops_{0};  // emergency stops so far
 
   std::mutex mutex_;           // of the array, and of what follows
   std_msgs::Header in_force_;  // of the last frame
-  bool emitting_ = false, open_ = false, told_silence_ = false;
-  std::string silent_reason_ = "no focal points have come";
+  ArrayState standing_;        // as it is published
+  bool open_ = false, told_silence_ = false;
   std::string stop_line_;   // of the last emergency stop, to be logged
   unsigned told_late_ = 0;  // of the frames that were late, those that diagnostics told
-  unsigned sent_ = 0, rejected_ = 0, late_ = 0;
-  double latency_ = 0.0, head_spl_ = 0.0;
 
   Inbox inbox_;
   ros::Subscriber subscriber_, hands_subscriber_, publisher_subscriber_;

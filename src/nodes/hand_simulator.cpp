@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hand/hand_check.h"
+#include "hand/hand_sides.h"
 #include "nodes/conversions.h"
 #include "nodes/frame_name.h"
 #include "nodes/hand_markers.h"

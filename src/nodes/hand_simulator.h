@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "hand/jump_check.h"
 #include "hand/kinematic_hand.h"
 #include "hand/repeated_hands.h"
 #include "hand/soft_hands.h"

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "hand/hand_check.h"
+#include "hand/hand_sides.h"
 #include "nodes/conversions.h"
 #include "nodes/frame_name.h"
 #include "nodes/params.h"

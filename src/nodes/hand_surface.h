@@ -11,11 +11,10 @@
 
 #include "nodes/health.h"
 #include "nodes/inbox.h"
-#include "nodes/played_drives.h"
+#include "nodes/rendered_hands.h"
+#include "nodes/skin_paint.h"
 #include "nodes/transforms.h"
 #include "surface/capsule_surface.h"
-#include "ultrasound/acoustics.h"
-#include "ultrasound/array_layout.h"
 
 namespace tactile_clay::nodes {
 
@@ -28,12 +27,7 @@ namespace tactile_clay::nodes {
 /// hand that the clay meets is not the tracked one (a soft hand), the tracked hand is seen through, in blue.
 /// `~full_scale` is the pressure at the end of the colour bar (40 kPa).
 ///
-/// `hands/rendered`, also only while somebody subscribes: both hands twice side by side behind the table,
-/// their palms towards who looks. One has the pressure that the clay wants, the other the radiation pressure
-/// that the true field of `array/drive` gives while it sounds (`array/geometry` tells where the transducers
-/// are; air of
-/// `~temperature`, transducers of `~reference_pressure`), each with its colour bar, and the error between
-/// them.
+/// `hands/rendered` is that of RenderedHands.
 class HandSurface {
  public:
   /// \throws std::runtime_error with one line where a parameter is wrong
@@ -42,24 +36,10 @@ class HandSurface {
  private:
   using Cloud = sensor_msgs::PointCloud2;
 
-  /// The tracked hand of one side, and the pressure on it.
-  struct Painted {
-    surface::TriangleMesh mesh;
-    std::vector<float> pressure;  // Pa, at each corner
-  };
-  /// Skin that touches.
-  struct Touch {
-    std::vector<Eigen::Vector3f> position, normal;  // m, unit, in world
-    std::vector<float> pressure;                    // Pa
-  };
-
   void look();
-  void subscribe(bool rendered);
+  void subscribe();
   void show();
   Touch touching();
-  visualization_msgs::MarkerArray rendered(const std::array<Painted, 2>& hands, const Touch& touch,
-                                           const std_msgs::Header& header);
-  std::vector<float> given(const surface::TriangleMesh& mesh, std::vector<char>& facing);
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   ros::NodeHandle nh_;
@@ -68,20 +48,16 @@ class HandSurface {
   std::array<surface::CapsuleSurface, 2> surfaces_;
   TrackedHands::ConstPtr tracked_;
   Cloud::ConstPtr skin_, pressure_;
-  ultrasound::Acoustics acoustics_;
-  ultrasound::ArrayLayout layout_;
-  PlayedDrives played_;
-  float highest_wanted_ = 0.0f, highest_given_ = 0.0f;  // Pa, of the last moments
   bool news_ = false;
   unsigned frames_ = 0;  // since the last report
   double time_ = 0.0;    // s, for them
   Transforms transforms_;
 
   Inbox inbox_;
+  RenderedHands rendered_;
   // Only while somebody looks.
-  ros::Subscriber tracked_subscriber_, skin_subscriber_, pressure_subscriber_, drive_subscriber_,
-      geometry_subscriber_;
-  ros::Publisher publisher_, rendered_publisher_;
+  ros::Subscriber tracked_subscriber_, skin_subscriber_, pressure_subscriber_;
+  ros::Publisher publisher_;
   ros::WallTimer timer_;
   Health health_;
 };

@@ -3,17 +3,15 @@
 #include <tactile_clay/TrackedHands.h>
 
 #include <algorithm>
-#include <limits>
-#include <sstream>
 #include <stdexcept>
-#include <tuple>
 #include <utility>
 
 #include "hand/hand_check.h"
+#include "hand/hand_sides.h"
+#include "nodes/clean_parameters.h"
 #include "nodes/conversions.h"
 #include "nodes/exit_code.h"
 #include "nodes/frame_name.h"
-#include "nodes/graph_connections.h"
 #include "nodes/params.h"
 #include "nodes/placement.h"
 #include "nodes/topics.h"
@@ -22,44 +20,10 @@
 namespace tactile_clay::nodes {
 namespace {
 
-const ros::WallDuration graph_patience(15.0);  // live
-const ros::WallDuration clock_patience(10.0);  // for a first time on /clock
-const ros::WallDuration standing_clock(5.0);   // until it is told, and again
-const std::vector<std::string> whole_graph = {topic::hands_tracked, topic::hands_skin,
-                                              topic::clay_contacts, topic::hands_pressure,
-                                              topic::focal_points,  topic::array_state};
-const std::vector<std::string> side_topics = {
-    topic::clay_particles,    topic::clay_status,        topic::joint_states, topic::array_drive,
-    topic::array_measured,    topic::array_field,        topic::rendering,    topic::acoustics,
-    topic::joint_states_left, topic::joint_states_right, topic::hands_bones,  topic::changes};
-
 constexpr std::chrono::milliseconds live_patience = silence_times::tracker_silent;
 constexpr std::chrono::milliseconds recording_patience(100);
 
-std::string seconds(const ros::WallDuration& duration) {
-  std::ostringstream text;
-  text << duration.toSec() << " s";
-  return text.str();
-}
-
 }  // namespace
-
-hand::CleanConfig cleanConfig(Settings& s) {
-  hand::CleanConfig config;
-  constexpr double any = std::numeric_limits<double>::infinity();  // the core checks ranges
-  for (const auto& [name, filter, unit] : {std::tuple("position", &config.position, "m"),
-                                           std::tuple("orientation", &config.orientation, "rad")}) {
-    const std::string prefix = name;
-    filter->min_cutoff = s.number(prefix + "_min_cutoff", filter->min_cutoff, 0.0, any,
-                                  "Hz, of the One-Euro filter at rest: less is smoother, and later");
-    filter->beta = s.number(prefix + "_beta", filter->beta, 0.0, any,
-                            std::string("1/") + unit + ", by which its cutoff grows with the speed");
-  }
-  config.prediction = s.number("prediction", config.prediction, 0.0, hand::most_prediction,
-                               "s that tracked hands are predicted ahead");
-  validate(config);
-  return config;
-}
 
 LiveParameters::Apply HandTracking::read(Settings& settings) {
   const hand::CleanConfig config = cleanConfig(settings);
@@ -70,16 +34,11 @@ LiveParameters::Apply HandTracking::read(Settings& settings) {
 }
 
 HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
-    : nh_(nh),
-      source_name_(param<std::string>(private_nh, "source", "bag")),
+    : source_name_(param<std::string>(private_nh, "source", "bag")),
       world_(frameName(param<std::string>(private_nh, "world_frame", frame::world))),
-      rate_(paramIn(private_nh, "rate", 1.0, 0.01, 100.0)),
-      duration_(paramIn(private_nh, "duration", 0.0, 0.0, 1e9)),
-      lockstep_(param(private_nh, "lockstep", false)),
-      answer_patience_(paramIn(private_nh, "answer_patience", 30.0, 0.1, 1e6)),
       source_("tactile_clay::hand::HandSource", "source of hands", source_name_),
       inbox_(private_nh),
-      answers_(nh, inbox_),
+      pace_(nh, private_nh, inbox_, [this] { return stopped(); }),
       health_(nh, private_nh, "tracked hands", [this](auto& status) { diagnose(status); }) {
   static_transforms_->send(transformMessage(
       world_, frame::tracker, poseParam(private_nh, "tracker_pose", "0 0 0 0 0 0"), ros::Time::now()));
@@ -108,22 +67,11 @@ HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
   }
   // The cleaner bridges what is not seen anew.
   repeats_.emplace(cleaner_ ? std::chrono::nanoseconds(0) : repeats_patience);
-  if (lockstep_ && !source_->recorded())
+  if (pace_.lockstep() && !source_->recorded())
     throw std::runtime_error("lockstep: expected hands from a recording or none, got the live source '" +
                              source_name_ + "'");
 
-  wait_for_graph_ = param(private_nh, "wait_for_graph", false) || lockstep_;
-  for (const std::string& name : param(private_nh, "graph", whole_graph))
-    graph_.required.push_back(nh.resolveName(name));
-  for (const std::string& name : side_topics) graph_.optional.push_back(nh.resolveName(name));
-  if (lockstep_) chain_.emplace(nh, graph_.required);
-  const auto recorder = param<std::string>(private_nh, "recorder", "");
-  if (!recorder.empty()) graph_.recorder = nh.resolveName(recorder);
-  for (const std::string& name : param(private_nh, "unrecorded", std::vector<std::string>()))
-    graph_.unrecorded.push_back(nh.resolveName(name));
-  for (const std::string& name : param(private_nh, "recorded_first", std::vector<std::string>()))
-    graph_.required.push_back(nh.resolveName(name));
-  if (!passes_by_) publisher_ = nh.advertise<TrackedHands>(topic::hands_tracked, lockstep_ ? 0 : 1);
+  if (!passes_by_) publisher_ = nh.advertise<TrackedHands>(topic::hands_tracked, pace_.lockstep() ? 0 : 1);
   thread_ = std::thread([this] {
     try {
       run();
@@ -140,71 +88,19 @@ HandTracking::~HandTracking() {
 }
 
 void HandTracking::run() {
-  waitForClock();
-  if (wait_for_graph_ && source_->recorded()) waitForGraph();
-  start_ = ros::SteadyTime::now();
+  if (!pace_.lockstep() && source_name_ != "topic") waitForClock([this] { return stopped(); });
+  pace_.start(source_->recorded());
   follow();
   if (stopped()) return;
-  // The last sample may still be on its way through the graph; only lockstep insists on its answer.
-  if (!lockstep_ && !passes_by_)
-    answers_.wait(last_release_, ros::WallDuration(2.0), [this] { return stopped(); });
+  if (!passes_by_) pace_.awaitLastAnswer(last_release_);
   // Recorders and displays get what they have been sent before the process goes.
   ros::WallDuration(0.3).sleep();
   ROS_INFO("hand_tracking: the input ended after %u frames", frames_.load());
   finish(0);
 }
 
-// With use_sim_time all times come from /clock. Without, they would stand still; a player of hands may bring
-// it later.
-void HandTracking::waitForClock() {
-  const ros::SteadyTime start = ros::SteadyTime::now();
-  while (!stopped() && !lockstep_ && source_name_ != "topic" && ros::Time::isSimTime() &&
-         ros::Time::now().isZero()) {
-    if (ros::SteadyTime::now() - start > clock_patience)
-      throw std::runtime_error(
-          "use_sim_time is true on this master, and no time came on /clock within 10 s: start the "
-          "clock, or `rosparam delete /use_sim_time`");
-    ros::WallDuration(0.05).sleep();
-  }
-}
-
-// The throttle of the console goes by ROS time, and would stand still as well.
-void HandTracking::tellStandingClock() {
-  const ros::Time now = ros::Time::now();
-  const ros::SteadyTime real = ros::SteadyTime::now();
-  if (lockstep_ || !ros::Time::isSimTime() || now != clock_time_) {
-    clock_time_ = now;
-    clock_moved_ = real;
-  } else if (real - clock_moved_ > standing_clock) {
-    clock_moved_ = real;
-    ROS_WARN(
-        "hand_tracking: use_sim_time is true, and /clock stands still: samples have one and the same time");
-  }
-}
-
-void HandTracking::waitForGraph() {
-  const ros::WallTime start = ros::WallTime::now();
-  const ros::WallDuration settled(0.3);  // a node that is connected may still be in its constructor
-  ros::WallTime connected_since;
-  while (!stopped()) {
-    const std::string missing = missingConnection(graph_);
-    const ros::WallTime now = ros::WallTime::now();
-    if (!missing.empty()) connected_since = ros::WallTime();
-    if (missing.empty() && connected_since.isZero()) connected_since = now;
-    if (missing.empty() && now - connected_since >= settled) return;
-    if (lockstep_ && now - start > answer_patience_)
-      throw std::runtime_error("lockstep: the graph is not connected after " + seconds(answer_patience_) +
-                               ": " + missing);
-    if (!lockstep_ && now - start > graph_patience) {
-      ROS_WARN("hand_tracking: starts although the graph is not connected: %s", missing.c_str());
-      return;
-    }
-    ros::WallDuration(0.05).sleep();
-  }
-}
-
 void HandTracking::follow() {
-  while (!stopped() && !over()) {
+  while (!stopped() && !pace_.over()) {
     hand::TrackedFrame frame;
     const Read read = source_->read(frame, is_live_ ? live_patience : recording_patience);
     tellFault();
@@ -214,9 +110,7 @@ void HandTracking::follow() {
       continue;
     }
     if (is_live_ && leaveOutRepeats(frame)) continue;
-    const auto stamp = is_live_ ? liveStamp(frame) : recordingStamp(frame);
-    if (!stamp || stopped()) return;
-    frame.stamp = *stamp;
+    if (!isDue(frame) || stopped()) return;
     source_frame_ = frame.frame_id;
     const hand::LeftOut left_out = leaveOutBadHands(frame);
     bad_hands_ += static_cast<unsigned>(left_out.hands);
@@ -225,6 +119,19 @@ void HandTracking::follow() {
     placeInWorld(frame, world_, transforms_);
     release(frame);
   }
+}
+
+// Gives a sample its stamp; waits until one of a recording is due. False where `~duration` is over.
+bool HandTracking::isDue(hand::TrackedFrame& frame) {
+  if (is_live_) {
+    pace_.sampled();
+    frame.stamp = clock_.ofLive(frame);
+    return true;
+  }
+  const std::chrono::nanoseconds recorded = clock_.ofRecording(frame);
+  if (!pace_.due(recorded)) return false;
+  frame.stamp = pace_.lockstep() ? recorded : toCore(ros::Time::now());
+  return true;
 }
 
 // What a live tracker only repeats was not seen. True where nothing else is in the frame: it is then none.
@@ -242,41 +149,6 @@ bool HandTracking::leaveOutRepeats(hand::TrackedFrame& frame) {
   return true;
 }
 
-// Of a live source, which may never send a sample, `~duration` runs from the first one on.
-bool HandTracking::over() const {
-  return duration_ > 0.0 && first_sample_ && (ros::SteadyTime::now() - *first_sample_).toSec() >= duration_;
-}
-
-// Waits until the sample is due. Nothing where `~duration` is over.
-std::optional<std::chrono::nanoseconds> HandTracking::recordingStamp(const hand::TrackedFrame& frame) {
-  const auto stamp = time_(frame.stamp);
-  if (time_.repaired() > repaired_stamps_) {
-    repaired_stamps_ = time_.repaired();
-    ROS_WARN_THROTTLE(5.0, "hand_tracking: stamp %.6f s does not follow the one before: taken as %.6f s",
-                      1e-9 * static_cast<double>(frame.stamp.count()),
-                      1e-9 * static_cast<double>(stamp.count()));
-  }
-  if (!first_stamp_) first_stamp_ = stamp;
-  const auto elapsed = stamp - *first_stamp_;
-  if (duration_ > 0.0 && std::chrono::duration<double>(elapsed).count() >= duration_) return std::nullopt;
-  if (lockstep_) return stamp;
-  pace(elapsed);
-  return toCore(ros::Time::now());
-}
-
-std::chrono::nanoseconds HandTracking::liveStamp(const hand::TrackedFrame& frame) {
-  using std::chrono::steady_clock;
-  if (!first_sample_) first_sample_ = ros::SteadyTime::now();
-  const steady_clock::time_point now = steady_clock::now();
-  const bool told = frame.received != steady_clock::time_point();
-  const auto sampled = clock_(frame.stamp, (told ? frame.received : now).time_since_epoch());
-  clock_restarts_ = clock_.restarts();
-  const auto ros_now = toCore(ros::Time::now());
-  // Simulated time may stand still or run at any speed: it is then the time of arrival.
-  const auto stamp = ros::Time::isSimTime() ? ros_now : ros_now - (now.time_since_epoch() - sampled);
-  return std::max(stamp, last_stamp_ + std::chrono::microseconds(1));
-}
-
 // A tracker that says nothing does not leave its hands in the clay.
 void HandTracking::holdHands() {
   if (!is_live_ || passes_by_ || !cleaner_ || !cleaner_->present()) return;
@@ -286,7 +158,7 @@ void HandTracking::holdHands() {
 // A frame of now in which no hand was seen.
 void HandTracking::releaseHeld() {
   hand::TrackedFrame frame;
-  frame.stamp = std::max(toCore(ros::Time::now()), last_stamp_ + std::chrono::microseconds(1));
+  frame.stamp = clock_.next();
   frame.frame_id = source_frame_;
   {
     const std::lock_guard<std::mutex> lock(report_mutex_);
@@ -328,34 +200,22 @@ void HandTracking::tellFault() {
   report_.fault = fault;
 }
 
-void HandTracking::pace(std::chrono::nanoseconds elapsed) {
-  const ros::SteadyTime due =
-      start_ + ros::WallDuration(std::chrono::duration<double>(elapsed).count() / rate_);
-  for (auto left = due - ros::SteadyTime::now(); left > ros::WallDuration(0.0) && !stopped();
-       left = due - ros::SteadyTime::now())
-    std::min(left, ros::WallDuration(0.1)).sleep();
-}
-
 void HandTracking::release(const hand::TrackedFrame& frame) {
-  tellStandingClock();
+  if (!pace_.lockstep()) clock_.tellStanding();
   const ros::Time stamp = toRos(frame.stamp);
   if (publisher_) publisher_.publish(boost::make_shared<TrackedHands>(toMessage(frame)));
   last_release_ = stamp;
-  last_stamp_ = frame.stamp;
+  clock_.released(frame.stamp);
   ++frames_;
   {
     const std::lock_guard<std::mutex> lock(report_mutex_);
-    const double age = lockstep_ ? 0.0 : secondsBetween(stamp, ros::Time::now());
+    const double age = pace_.lockstep() ? 0.0 : secondsBetween(stamp, ros::Time::now());
     ++report_.frames;
     report_.age_sum += age;
     report_.age_max = std::max(report_.age_max, age);
   }
   hands_ = static_cast<unsigned>(frame.hands.size());
-  if (!lockstep_) return;
-  if (!answers_.wait(stamp, answer_patience_, [this] { return stopped(); }) && !stopped())
-    throw std::runtime_error("lockstep: no answer on " + nh_.resolveName(topic::array_state) + " to frame " +
-                             std::to_string(frames_) + " within " + seconds(answer_patience_) + ": " +
-                             chain_->whereIs(stamp));
+  pace_.awaitAnswer(stamp, frames_);
 }
 
 void HandTracking::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
@@ -371,7 +231,7 @@ void HandTracking::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status)
     status.summary(is_live_ ? Level::ERROR : Level::WARN, "no frames from source '" + source_name_ + "'");
   else if (stands_still_)
     status.summary(Level::WARN, "the tracker stands still: it repeats its hands");
-  else if (bad_hands_ > 0 || bad_fingers_ > 0 || repaired_stamps_ > 0)
+  else if (bad_hands_ > 0 || bad_fingers_ > 0 || clock_.repaired() > 0)
     status.summary(Level::WARN, "hands or fingers left out, or stamps repaired");
   else
     status.summary(Level::OK, "tracking");
@@ -394,8 +254,8 @@ void HandTracking::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status)
   status.add("hands left out", bad_hands_.load());
   status.add("fingers left out", bad_fingers_.load());
   status.add("hands only repeated", repeated_hands_.load());
-  status.add("stamps repaired", repaired_stamps_.load());
-  status.add("restarts of the device clock", clock_restarts_.load());
+  status.add("stamps repaired", clock_.repaired());
+  status.add("restarts of the device clock", clock_.restarts());
   status.add("faults of the source", faults_.load());
   inbox_.report(status);
 }

@@ -1,7 +1,10 @@
 #include "nodes/params.h"
 
 #include <cmath>
+#include <sstream>
 #include <vector>
+
+#include "values/pose.h"
 
 namespace tactile_clay::nodes {
 namespace {
@@ -30,14 +33,7 @@ std::vector<double> numbersParam(const ros::NodeHandle& nh, const std::string& k
 }  // namespace
 
 Eigen::Isometry3d poseParam(const ros::NodeHandle& nh, const std::string& key, const std::string& fallback) {
-  const auto n = numbersParam(nh, key, fallback, 6, "x y z roll pitch yaw");
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.translation() << n[0], n[1], n[2];
-  pose.linear() =
-      (Eigen::AngleAxisd(n[5], Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(n[4], Eigen::Vector3d::UnitY()) *
-       Eigen::AngleAxisd(n[3], Eigen::Vector3d::UnitX()))
-          .toRotationMatrix();
-  return pose;
+  return values::poseOf(numbersParam(nh, key, fallback, 6, "x y z roll pitch yaw"));
 }
 
 Eigen::Vector3d pointParam(const ros::NodeHandle& nh, const std::string& key, const std::string& fallback) {

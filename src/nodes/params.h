@@ -3,10 +3,11 @@
 #include <ros/node_handle.h>
 
 #include <Eigen/Geometry>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+
+#include "values/range.h"
 
 namespace tactile_clay::nodes {
 
@@ -18,16 +19,6 @@ constexpr const char* kindOfParam() {
          : std::is_same_v<T, std::string> ? "a text"
          : std::is_same_v<T, double>      ? "a number"
                                           : "a list of texts";
-}
-
-/// \throws std::runtime_error with one line unless a number is within [low, high]. \param name with what it
-/// is, "parameter /node/key"
-template <typename T>
-void requireIn(const std::string& name, const T& value, const T& low, const T& high) {
-  if (value >= low && value <= high) return;
-  std::ostringstream line;
-  line << name << ": expected a number from " << low << " to " << high << ", got " << value;
-  throw std::runtime_error(line.str());
 }
 
 /// Parameter `key`, or `fallback` where it is not set.
@@ -44,7 +35,7 @@ T param(const ros::NodeHandle& nh, const std::string& key, const T& fallback) {
 template <typename T>
 T paramIn(const ros::NodeHandle& nh, const std::string& key, const T& fallback, const T& low, const T& high) {
   const T value = param(nh, key, fallback);
-  requireIn("parameter " + nh.resolveName(key), value, low, high);
+  values::requireIn<std::runtime_error>("parameter " + nh.resolveName(key), value, low, high);
   return value;
 }
 

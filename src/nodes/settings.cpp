@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "nodes/params.h"
+#include "values/range.h"
 
 namespace tactile_clay::nodes {
 
@@ -33,7 +34,8 @@ T Settings::take(const std::string& name, const T& fallback) const {
 template <typename T>
 T Settings::within(Setting setting) {
   const T value = take(setting.name, std::get<T>(setting.fallback));
-  requireIn(naming_(setting.name), value, std::get<T>(setting.low), std::get<T>(setting.high));
+  values::requireIn<std::runtime_error>(naming_(setting.name), value, std::get<T>(setting.low),
+                                        std::get<T>(setting.high));
   setting.value = value;
   setting.group = group_;
   read_.push_back(std::move(setting));

@@ -11,6 +11,7 @@
 namespace tactile_clay::nodes {
 namespace {
 
+constexpr char simulated[] = "simulated";  // name of the device
 const ros::WallDuration wire_period(1.0 / 60.0);
 
 ultrasound::ArrayLayout boards(std::size_t count, const Eigen::Isometry3d& second) {
@@ -39,8 +40,11 @@ void SimulatedArray::startGate(ros::NodeHandle nh, ros::NodeHandle private_nh) {
   output.solve_field = [this](const auto& targets, double amplitude, const auto& before) {
     return model_.solveField(targets, amplitude, before);
   };
-  output.modulations = {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal,
-                        Modulation::field};
+  output.repertoire = {
+      simulated,
+      {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal, Modulation::field},
+      0.0,
+      0};
   output.emit = [this](const device::Sound& sound, const std_msgs::Header& header) {
     field_->publishDrive(sound, header);
   };
@@ -52,7 +56,7 @@ void SimulatedArray::startGate(ros::NodeHandle nh, ros::NodeHandle private_nh) {
     if (ros::ok()) field_->publishSilence(header);
   };
   output.fault = [] { return std::string(); };
-  array_ = std::make_unique<GatedArray>(nh, private_nh, "simulated", false, std::move(output));
+  array_ = std::make_unique<GatedArray>(nh, private_nh, simulated, false, std::move(output));
 }
 
 void SimulatedArray::startWire(ros::NodeHandle nh, ros::NodeHandle private_nh) {

@@ -10,15 +10,13 @@
 #include <rviz/properties/float_property.h>
 #include <rviz/properties/ros_topic_property.h>
 
-#include <QFontMetrics>
-#include <QPainter>
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <pluginlib/class_list_macros.hpp>
 
 #include "nodes/array_markers.h"
+#include "rviz_plugins/sound_bar.h"
 #include "ultrasound/acoustic_field.h"
 #include "ultrasound/acoustics.h"
 
@@ -32,20 +30,6 @@ constexpr float closest = 0.01f;  // m from the plane of the transducers, where 
 constexpr float height_without_focus = 0.15f;  // m
 constexpr int most_points = 250000;            // a tenth of a second of one core
 constexpr float quietest = 2e-5f;              // Pa peak that count as silence in dB
-
-/// At equal distances from nothing to the full scale: dark to light, so that they are also told apart in
-/// grey.
-const std::array<Ogre::ColourValue, 5> stops = {
-    Ogre::ColourValue(0.02f, 0.02f, 0.10f), Ogre::ColourValue(0.25f, 0.07f, 0.45f),
-    Ogre::ColourValue(0.72f, 0.19f, 0.42f), Ogre::ColourValue(0.97f, 0.52f, 0.30f),
-    Ogre::ColourValue(0.99f, 0.96f, 0.75f)};
-
-Ogre::ColourValue colorOf(float share) {
-  const float at = static_cast<float>(stops.size() - 1) * std::clamp(share, 0.0f, 1.0f);
-  const auto below = std::min(stops.size() - 2, static_cast<std::size_t>(at));
-  const float t = at - static_cast<float>(below);
-  return stops[below] * (1.0f - t) + stops[below + 1] * t;
-}
 
 }  // namespace
 
@@ -156,8 +140,10 @@ void AcousticSliceDisplay::subscribeOthers() {
           }
         });
     points_subscriber_ = update_nh_.subscribe<tactile_clay::FocalPointArray>(
-        points_topic_->getTopicStd(), 1,
-        [this](const tactile_clay::FocalPointArray::ConstPtr& points) { points_ = points, news_ = true; });
+        points_topic_->getTopicStd(), 1, [this](const tactile_clay::FocalPointArray::ConstPtr& points) {
+          points_ = points;
+          news_ = true;
+        });
   } catch (const ros::Exception& error) {
     setStatus(rviz::StatusProperty::Error, "Geometry", error.what());
   }
@@ -249,7 +235,7 @@ void AcousticSliceDisplay::draw() {
   for (std::size_t k = 0; k < slice.points.size(); ++k) {
     const float share = in_decibels ? 1.0f + (level_of(amplitude[k]) - level_of(top)) / range_->getFloat()
                                     : amplitude[k] / top;
-    Ogre::ColourValue color = colorOf(share);
+    Ogre::ColourValue color = soundColor(share);
     color.a = alpha;
     object_->position(slice.points[k].x(), slice.points[k].y(), slice.points[k].z());
     object_->colour(color);
@@ -274,7 +260,6 @@ void AcousticSliceDisplay::draw() {
 }
 
 void AcousticSliceDisplay::drawBar(float full_scale) {
-  constexpr int text = 13, numbers = 5, bar_width = 18, bar_height = 180, gap = 8;  // pixels
   const bool in_decibels = unit_->getOptionInt() == decibel;
   const double top = in_decibels ? ultrasound::soundPressureLevel(static_cast<double>(full_scale))
                                  : static_cast<double>(full_scale);
@@ -282,33 +267,7 @@ void AcousticSliceDisplay::drawBar(float full_scale) {
   const std::string what = std::to_string(top) + " " + std::to_string(length) + (in_decibels ? "dB" : "Pa");
   if (what == bar_drawn_) return;
   bar_drawn_ = what;
-  QFont font;
-  font.setPixelSize(text);
-  const QFontMetrics metrics(font);
-  const QString title = in_decibels ? "sound, dB re 20 µPa" : "sound, Pa peak";
-  const int width = metrics.boundingRect(title).width() + 3 * gap;
-  const int height = bar_height + metrics.height() + 4 * gap;
-  bar_->paint(width, height, [&](QPainter& painter) {
-    painter.setPen(Qt::NoPen);
-    painter.setBrush(QColor(255, 255, 255, 205));
-    painter.drawRoundedRect(0, 0, width, height, gap, gap);
-    painter.setFont(font);
-    painter.setPen(QColor(30, 30, 30));
-    painter.drawText(gap, gap / 2 + metrics.ascent(), title);
-    const int left = gap, below = metrics.height() + 2 * gap + bar_height;
-    for (int y = 0; y < bar_height; ++y) {
-      const Ogre::ColourValue color = colorOf(static_cast<float>(y) / bar_height);
-      painter.fillRect(left, below - y - 1, bar_width, 1,
-                       QColor::fromRgbF(static_cast<double>(color.r), static_cast<double>(color.g),
-                                        static_cast<double>(color.b)));
-    }
-    for (int k = 0; k < numbers; ++k) {
-      const double share = static_cast<double>(k) / (numbers - 1);
-      painter.drawText(left + bar_width + gap,
-                       below - static_cast<int>(share * bar_height) + metrics.ascent() / 2 - 1,
-                       QString::number(top - length * (1.0 - share), 'f', 0));
-    }
-  });
+  paintSoundBar(*bar_, in_decibels ? "sound, dB re 20 µPa" : "sound, Pa peak", top, length);
 }
 
 }  // namespace tactile_clay::rviz_plugins

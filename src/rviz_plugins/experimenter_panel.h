@@ -7,13 +7,15 @@
 #include <tactile_clay/ArrayState.h>
 
 #include <functional>
-#include <memory>
 #include <string>
 
+#include "rviz_plugins/recording.h"
+#include "rviz_plugins/service_calls.h"
+
 class QComboBox;
+class QGridLayout;
 class QLabel;
 class QLineEdit;
-class QProcess;
 class QPushButton;
 
 namespace tactile_clay::rviz_plugins {
@@ -31,12 +33,12 @@ class ExperimenterPanel : public rviz::Panel {
   void save(rviz::Config config) const override;
 
  private:
-  /// What calls of services and looks at the rig found, for the thread that draws.
-  struct Answers;
-  using Call = std::function<bool(std::string& answer)>;  // returns whether it succeeded
-
   QPushButton* button(const QString& text, const QString& key, const QString& help,
                       const std::function<void()>& action);
+  void addArray(QGridLayout& grid);
+  void addClay(QGridLayout& grid);
+  void addRecording(QGridLayout& grid);
+  void addForm(QGridLayout& grid);
   void subscribeClay();
   void stop();
   void resetArray();
@@ -44,17 +46,11 @@ class ExperimenterPanel : public rviz::Panel {
   void undo();
   void saveClay();
   void loadClay();
-  void setQuality(const QString& quality);
   void record();
-  void stopRecording();
-  void recordingEnded(int code);
   void lookAtRecording();
-  /// Asks the master for what no topic tells, in a thread of its own.
   void lookAtRig();
-  void trigger(const std::string& what, const std::string& service);
-  void file(const std::string& service, const std::string& path);
-  /// Calls in a thread of its own: a service that does not answer must not stop the window.
-  void call(const std::string& what, Call work);
+  std::string clay() const;
+  void call(const std::string& what, ServiceCalls::Call work);
   void say(const QString& words, bool good);
   void look();
 
@@ -63,12 +59,10 @@ class ExperimenterPanel : public rviz::Panel {
   ros::Subscriber state_, values_;  // their callbacks run in the thread that draws
   ArrayState::ConstPtr array_;
   ros::SteadyTime array_came_, looked_at_rig_;
-  std::shared_ptr<Answers> answers_;
+  ServiceCalls calls_;
   std::string newest_;  // file that was saved last
-  QProcess* recorder_;
-  QString recorder_says_, quality_held_;
-  QString bag_;  // that is or was recorded, or why it failed
-  bool stopping_ = false, recorded_ = false;
+  Recording recording_;
+  QString quality_held_;
   QLabel *array_line_, *answer_line_, *scene_line_, *record_line_;
   QComboBox* quality_;
   QPushButton *undo_, *record_;

@@ -63,13 +63,15 @@ void RigStateDisplay::onDisable() {
 
 void RigStateDisplay::reset() {
   Display::reset();
-  clay_.reset(), array_.reset();
+  clay_.reset();
+  array_.reset();
   drawn_.clear();
 }
 
 void RigStateDisplay::subscribe() {
   if (!isEnabled()) return;
-  clay_.reset(), array_.reset();
+  clay_.reset();
+  array_.reset();
   const auto now = [] { return ros::SteadyTime::now(); };
   try {
     clay_subscriber_ = update_nh_.subscribe<tactile_clay::ClayStatus>(

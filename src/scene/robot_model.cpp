@@ -17,6 +17,7 @@
 #include "scene/text_file.h"
 #include "scene/xacro.h"
 #include "scene/xml_encoding.h"
+#include "values/pose.h"
 
 namespace tactile_clay::scene {
 namespace {
@@ -154,10 +155,7 @@ XMLElement& addPart(XMLElement& part, XMLElement& after, const char* shape, doub
   Eigen::Vector3d xyz = Eigen::Vector3d::Zero(), rpy = xyz;
   if (origin->Attribute("xyz") != nullptr) xyz = Eigen::Vector3d(numbersOf(*origin, "xyz", 3).data());
   if (origin->Attribute("rpy") != nullptr) rpy = Eigen::Vector3d(numbersOf(*origin, "rpy", 3).data());
-  const Eigen::Matrix3d turn = (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) *
-                                Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
-                                Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))
-                                   .toRotationMatrix();
+  const Eigen::Matrix3d turn = values::turnOf(rpy.x(), rpy.y(), rpy.z());
   origin->SetAttribute("xyz", inWords(xyz + z * turn.col(2)).c_str());
   XMLElement* geometry = copy->FirstChildElement("geometry");
   geometry->DeleteChildren();

@@ -10,6 +10,7 @@
 #include "scene/mesh_file.h"
 #include "scene/shape.h"
 #include "scene/yaml_reader.h"
+#include "values/pose.h"
 
 namespace tactile_clay::scene {
 namespace {
@@ -95,14 +96,7 @@ Shape readShape(YamlMap& map, const Places& places) {
 }
 
 Eigen::Isometry3d readPose(YamlMap& map) {
-  const std::vector<double> p = map.has("pose") ? map.pose("pose") : std::vector<double>(6, 0.0);
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.translation() = Eigen::Vector3d(p[0], p[1], p[2]);
-  pose.linear() =
-      (Eigen::AngleAxisd(p[5], Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(p[4], Eigen::Vector3d::UnitY()) *
-       Eigen::AngleAxisd(p[3], Eigen::Vector3d::UnitX()))
-          .toRotationMatrix();
-  return pose;
+  return map.has("pose") ? values::poseOf(map.pose("pose")) : Eigen::Isometry3d::Identity();
 }
 
 /// A body's material is a named file, with values of the body's own where it gives a map.

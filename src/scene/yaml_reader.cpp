@@ -1,113 +1,19 @@
 #include "scene/yaml_reader.h"
 
-#include <yaml-cpp/eventhandler.h>
-
 #include <locale>
-#include <map>
 #include <sstream>
 
 #include "scene/text_file.h"
+#include "scene/yaml_check.h"
 
 namespace tactile_clay::scene {
 namespace {
 
-constexpr std::size_t most_nodes = 200000;  // of a file, with all that its aliases repeat
 constexpr char merge_key[] = "<<";
-constexpr char degrees[] = "!degrees", radians[] = "!radians";
 constexpr double degree = M_PI / 180.0;  // rad
 
-std::string at(const std::string& file, int line) {
-  return file + ":" + std::to_string(line + 1) + ": ";
-}
-
-/// Tags of the core schema say what a plain value is anyway. "?" and "!" are none: plain and quoted text.
-bool isPlain(const std::string& tag) {
-  static const std::set<std::string> core = {"",
-                                             "?",
-                                             "!",
-                                             "tag:yaml.org,2002:str",
-                                             "tag:yaml.org,2002:float",
-                                             "tag:yaml.org,2002:int",
-                                             "tag:yaml.org,2002:null",
-                                             "tag:yaml.org,2002:map",
-                                             "tag:yaml.org,2002:seq",
-                                             "tag:yaml.org,2002:bool"};
-  return core.count(tag) > 0;
-}
-
-/// Looks at a file before it is built: how many documents it has, its tags, and how far aliases repeat.
-class Check : public YAML::EventHandler {
- public:
-  explicit Check(std::string file) : file_(std::move(file)) {}
-
-  void OnDocumentStart(const YAML::Mark& mark) override {
-    if (++documents_ > 1) fail(mark, "a second document begins here, expected one document a file");
-  }
-  void OnDocumentEnd() override {}
-  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
-    count(mark, 1);
-    if (anchor != 0) sizes_[anchor] = 1;
-  }
-  void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
-    const auto size = sizes_.find(anchor);
-    if (size == sizes_.end()) fail(mark, "an alias of what it stands in, expected an end");
-    count(mark, size->second);
-  }
-  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
-                const std::string&) override {
-    if (tag != degrees && tag != radians) expectPlain(mark, tag);
-    count(mark, 1);
-    if (anchor != 0) sizes_[anchor] = 1;
-  }
-  void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
-                       YAML::EmitterStyle::value) override {
-    open(mark, tag, anchor);
-  }
-  void OnSequenceEnd() override { close(); }
-  void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
-                  YAML::EmitterStyle::value) override {
-    open(mark, tag, anchor);
-  }
-  void OnMapEnd() override { close(); }
-
- private:
-  struct Open {
-    YAML::anchor_t anchor;
-    std::size_t nodes_before;
-  };
-
-  [[noreturn]] void fail(const YAML::Mark& mark, const std::string& what) const {
-    throw std::runtime_error(at(file_, mark.line) + what);
-  }
-  void expectPlain(const YAML::Mark& mark, const std::string& tag) const {
-    if (!isPlain(tag))
-      fail(mark, "tag '" + tag +
-                     "' is unknown, expected a value without a tag, or !degrees or !radians at an angle");
-  }
-  void count(const YAML::Mark& mark, std::size_t nodes) {
-    nodes_ += nodes;
-    if (nodes_ > most_nodes)
-      fail(mark, "more than " + std::to_string(most_nodes) + " values, aliases among them, expected fewer");
-  }
-  void open(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor) {
-    expectPlain(mark, tag);
-    open_.push_back({anchor, nodes_});
-    count(mark, 1);
-  }
-  void close() {
-    if (open_.back().anchor != 0) sizes_[open_.back().anchor] = nodes_ - open_.back().nodes_before;
-    open_.pop_back();
-  }
-
-  std::string file_;
-  int documents_ = 0;
-  std::size_t nodes_ = 0;
-  std::vector<Open> open_;
-  std::map<YAML::anchor_t, std::size_t> sizes_;  // nodes of what an anchor names, aliases repeated
-};
-
 std::string nameOfTag(const YAML::Node& node) {
-  return isPlain(node.Tag()) ? "" : "tag '" + node.Tag() + "' at ";
+  return isPlainTag(node.Tag()) ? "" : "tag '" + node.Tag() + "' at ";
 }
 
 /// A number as YAML writes them, in any locale. \return whether it is one
@@ -145,7 +51,7 @@ void YamlMap::collect(const YAML::Node& map) {
   for (const auto& entry : map) {
     if (!entry.first.IsScalar()) fail(entry.first, "a key that is no name, expected keys and values");
     const std::string& key = entry.first.Scalar();
-    if (!isPlain(entry.first.Tag())) fail(entry.first, nameOfTag(entry.first) + "a key, expected none");
+    if (!isPlainTag(entry.first.Tag())) fail(entry.first, nameOfTag(entry.first) + "a key, expected none");
     if (!own.insert(key).second) fail(entry.first, "key '" + key + "' stands there twice, expected it once");
     if (key == merge_key && entry.first.Tag() != "!")  // which is what is quoted
       merges.push_back({entry.first, entry.second});
@@ -211,7 +117,7 @@ std::vector<double> YamlMap::pose(const std::string& key) {
   const std::string expected = "x y z (m) roll pitch yaw (rad)";
   require(key, expected);
   const YAML::Node value = find(key)->value;
-  if (!value.IsSequence() || !isPlain(value.Tag())) failIn(key, value, expected);
+  if (!value.IsSequence() || !isPlainTag(value.Tag())) failIn(key, value, expected);
   if (value.size() != 6)
     failAt(key, "'" + key + "' has " + std::to_string(value.size()) + " numbers, expected " + expected);
   std::vector<double> numbers;
@@ -246,12 +152,12 @@ void YamlMap::finish() const {
 }
 
 void YamlMap::fail(const YAML::Node& where, const std::string& what) const {
-  throw std::runtime_error(at(file_, where.Mark().line) + what);
+  throw std::runtime_error(yamlPlace(file_, where.Mark().line) + what);
 }
 
 std::string YamlMap::placeOf(const std::string& key) const {
   const Entry* entry = find(key);
-  return at(file_, (entry == nullptr ? node_ : entry->key).Mark().line);
+  return yamlPlace(file_, (entry == nullptr ? node_ : entry->key).Mark().line);
 }
 
 void YamlMap::failAt(const std::string& key, const std::string& what) const {
@@ -274,27 +180,27 @@ double YamlMap::number(const std::string& key, const YAML::Node& value, const st
                        bool angle) const {
   double number = 0.0;
   if (!value.IsScalar()) failIn(key, value, expected);
-  std::string text = value.Scalar(), tag = isPlain(value.Tag()) ? "" : value.Tag();
+  std::string text = value.Scalar(), tag = isPlainTag(value.Tag()) ? "" : value.Tag();
   if (angle && tag.empty() && text.size() > 5 && text.back() == ')') {
     // rosparam takes deg(90) and rad(1.5), too.
-    if (text.compare(0, 4, "deg(") == 0) tag = degrees;
-    if (text.compare(0, 4, "rad(") == 0) tag = radians;
+    if (text.compare(0, 4, "deg(") == 0) tag = tag_degrees;
+    if (text.compare(0, 4, "rad(") == 0) tag = tag_radians;
     if (!tag.empty()) text = text.substr(4, text.size() - 5);
   }
-  const bool known = tag.empty() || (angle && (tag == degrees || tag == radians));
+  const bool known = tag.empty() || (angle && (tag == tag_degrees || tag == tag_radians));
   if (!known || !readNumber(text, number)) failIn(key, value, expected);
-  return tag == degrees ? number * degree : number;
+  return tag == tag_degrees ? number * degree : number;
 }
 
 std::string YamlMap::text(const std::string& key, const YAML::Node& value,
                           const std::string& expected) const {
-  if (!value.IsScalar() || !isPlain(value.Tag())) failIn(key, value, expected);
+  if (!value.IsScalar() || !isPlainTag(value.Tag())) failIn(key, value, expected);
   return value.Scalar();
 }
 
 std::vector<double> YamlMap::list(const std::string& key, const YAML::Node& value,
                                   const std::string& expected) const {
-  if (!value.IsSequence() || !isPlain(value.Tag())) failIn(key, value, expected);
+  if (!value.IsSequence() || !isPlainTag(value.Tag())) failIn(key, value, expected);
   std::vector<double> numbers;
   for (const YAML::Node& element : value) numbers.push_back(number(key, element, expected));
   return numbers;
@@ -303,14 +209,10 @@ std::vector<double> YamlMap::list(const std::string& key, const YAML::Node& valu
 YamlMap loadYaml(const std::string& file) {
   const std::string text = readText(file);
   try {
-    std::istringstream stream(text);
-    YAML::Parser parser(stream);
-    Check check(file);
-    while (parser.HandleNextDocument(check)) {
-    }
+    checkYaml(text, file);
     return YamlMap(YAML::Load(text), file);
   } catch (const YAML::Exception& e) {
-    throw std::runtime_error(at(file, e.mark.line) + "not YAML, " + oneLine(e.msg));
+    throw std::runtime_error(yamlPlace(file, e.mark.line) + "not YAML, " + oneLine(e.msg));
   }
 }
 

@@ -69,7 +69,9 @@ const TriangleMesh& CapsuleSurface::update(const std::vector<hand::Capsule>& cap
     cones.push_back(coneOf(capsule));
     boxes_.push_back({low.cast<float>(), high.cast<float>()});
   }
-  mesh_.position.clear(), mesh_.triangles.clear(), block_of_.clear();
+  mesh_.position.clear();
+  mesh_.triangles.clear();
+  block_of_.clear();
   grid_.update(boxes_,
                [&](std::uint32_t k, const FieldGrid::Window& window) { addKernel(cones[k], window); });
   // The root is linear in the distance, as marching has it along edges.

@@ -60,8 +60,10 @@ std::size_t findCells(const float* value, float lowest, float highest, std::vect
       if (is_full == 0xffu) full += size;
       if (is_full == 0xffu || is_empty == 0xffu) continue;
       const std::size_t end = mean.size();
-      mean.resize(end + size), width.resize(end + size);
-      store(&mean[end], m), store(&width[end], w);
+      mean.resize(end + size);
+      width.resize(end + size);
+      store(&mean[end], m);
+      store(&width[end], w);
     }
   }
   return full;
@@ -161,7 +163,8 @@ void FieldGrid::fillBorders() {
 }
 
 float FieldGrid::levelOf(double volume, float lowest, float highest) {
-  mean_.clear(), width_.clear();
+  mean_.clear();
+  width_.clear();
   std::size_t full = 0;
   for (const Block& block : blocks_) full += findCells(block.value.data(), lowest, highest, mean_, width_);
   const double wanted = volume / std::pow(static_cast<double>(cell_), 3.0) - static_cast<double>(full);

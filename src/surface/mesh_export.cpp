@@ -34,7 +34,8 @@ std::string ply(const TriangleMesh& mesh) {
       "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face " +
       std::to_string(mesh.triangles.size()) + "\nproperty list uchar int vertex_indices\nend_header\n";
   for (std::size_t i = 0; i < mesh.position.size(); ++i) {
-    put(out, mesh.position[i]), put(out, mesh.normal[i]);
+    put(out, mesh.position[i]);
+    put(out, mesh.normal[i]);
     for (int c = 0; c < 3; ++c)
       put(out,
           static_cast<std::uint8_t>(std::lround(255.0f * std::min(std::max(mesh.color[i][c], 0.0f), 1.0f))));

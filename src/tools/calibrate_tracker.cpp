@@ -67,6 +67,64 @@ const hand::JointPose* fingertip(hand::TrackedFrame& frame) {
   return best == nullptr ? nullptr : &best->joints[hand::index_tip];
 }
 
+/// The places that were touched, m, in the frame of the tracker, and where they are in the world.
+struct Touches {
+  std::vector<Vector3d> touched, targets;
+};
+
+/// Waits until each mark was touched. \param rest s, that a fingertip rests on each, for people
+Touches touch(hand::HandSource& source, const std::vector<Vector3d>& marks,
+              const hand::TouchDetector::Config& config, const std::string& rest) {
+  hand::TouchDetector detector(config);
+  tactile_clay::nodes::RecordingTime time;
+  Touches touches;
+  std::vector<Vector3d>& touched = touches.touched;
+  std::string told;
+  const auto ask = [&] {
+    const Vector3d& mark = marks[touched.size()];
+    std::printf("touch point %zu, at (%g, %g, %g), and rest there\n", touched.size() + 1, mark.x(), mark.y(),
+                mark.z());
+    std::fflush(stdout);
+  };
+  ask();
+  while (touched.size() < marks.size()) {
+    hand::TrackedFrame frame;
+    const auto read = source.read(frame, std::chrono::milliseconds(100));
+    if (const std::string fault = source.takeFault(); !fault.empty() && fault != told) {
+      std::fprintf(stderr, "calibrate_tracker: %s\n", fault.c_str());
+      told = fault;
+    }
+    if (interrupted != 0 || read == hand::HandSource::Read::ended)
+      throw std::runtime_error(
+          "only " + std::to_string(touched.size()) + " of " + std::to_string(marks.size()) +
+          " points were touched, expected a fingertip at rest on each for " + rest + " s");
+    if (read != hand::HandSource::Read::frame) continue;
+    const double now = std::chrono::duration<double>(time(frame.stamp)).count();
+    const hand::JointPose* tip = fingertip(frame);
+    if (tip == nullptr) {
+      detector.lose();
+      continue;
+    }
+    const auto place = detector.add(now, tip->position);
+    if (!place) continue;
+    // The joint is the middle of a fingertip that lies on the mark.
+    touches.targets.push_back(marks[touched.size()] + tip->radius * Vector3d::UnitZ());
+    touched.push_back(*place);
+    std::printf("  found at (%.4f, %.4f, %.4f) of frame %s\n", place->x(), place->y(), place->z(),
+                frame.frame_id.c_str());
+    if (touched.size() < marks.size()) ask();
+  }
+  return touches;
+}
+
+/// The rest of an old file stays.
+void writePose(const std::string& file, const Eigen::Isometry3d& pose) {
+  namespace fs = std::filesystem;
+  const bool is_new = !fs::exists(file) || (fs::is_regular_file(file) && fs::file_size(file) == 0);
+  const std::string text = is_new ? "" : files::readWhole(file, files::most::text);
+  files::writeWhole(file, hand::withTrackerPose(text, pose), files::Existing::replace);
+}
+
 void run(const tactile_clay::tools::Arguments& arguments) {
   const std::vector<Vector3d> marks = points(arguments["points"]);
   const double most = arguments.number("most", 0.0, 1.0);
@@ -80,47 +138,8 @@ void run(const tactile_clay::tools::Arguments& arguments) {
                                                        arguments["hands"]);
   source->open(options);
 
-  hand::TouchDetector detector(config);
-  tactile_clay::nodes::RecordingTime time;
-  std::vector<Vector3d> touched, targets;
-  std::string told, frame_id;
-  const auto ask = [&] {
-    const Vector3d& mark = marks[touched.size()];
-    std::printf("touch point %zu, at (%g, %g, %g), and rest there\n", touched.size() + 1, mark.x(), mark.y(),
-                mark.z());
-    std::fflush(stdout);
-  };
-  ask();
-  while (touched.size() < marks.size()) {
-    hand::TrackedFrame frame;
-    const auto read = source->read(frame, std::chrono::milliseconds(100));
-    if (const std::string fault = source->takeFault(); !fault.empty() && fault != told) {
-      std::fprintf(stderr, "calibrate_tracker: %s\n", fault.c_str());
-      told = fault;
-    }
-    if (interrupted != 0 || read == hand::HandSource::Read::ended)
-      throw std::runtime_error(
-          "only " + std::to_string(touched.size()) + " of " + std::to_string(marks.size()) +
-          " points were touched, expected a fingertip at rest on each for " + arguments["rest"] + " s");
-    if (read != hand::HandSource::Read::frame) continue;
-    const double now = std::chrono::duration<double>(time(frame.stamp)).count();
-    const hand::JointPose* tip = fingertip(frame);
-    if (tip == nullptr) {
-      detector.lose();
-      continue;
-    }
-    const auto place = detector.add(now, tip->position);
-    if (!place) continue;
-    // The joint is the middle of a fingertip that lies on the mark.
-    targets.push_back(marks[touched.size()] + tip->radius * Vector3d::UnitZ());
-    touched.push_back(*place);
-    frame_id = frame.frame_id;
-    std::printf("  found at (%.4f, %.4f, %.4f) of frame %s\n", place->x(), place->y(), place->z(),
-                frame_id.c_str());
-    if (touched.size() < marks.size()) ask();
-  }
-
-  const hand::RigidFit fit = hand::fitRigid(touched, targets);
+  const Touches touches = touch(*source, marks, config, arguments["rest"]);
+  const hand::RigidFit fit = hand::fitRigid(touches.touched, touches.targets);
   std::printf("%s\nthe points are met to %.1f mm rms, %.1f mm at most\n",
               hand::trackerPoseLine(fit.pose).c_str(), 1e3 * fit.rms, 1e3 * fit.worst);
   if (fit.worst > most) {
@@ -129,13 +148,7 @@ void run(const tactile_clay::tools::Arguments& arguments) {
          << ": were they touched in their order?";
     throw std::runtime_error(line.str());
   }
-  const std::string& out = arguments["out"];
-  if (out.empty()) return;
-  // The rest of an old file stays.
-  namespace fs = std::filesystem;
-  const bool is_new = !fs::exists(out) || (fs::is_regular_file(out) && fs::file_size(out) == 0);
-  const std::string text = is_new ? "" : files::readWhole(out, files::most::text);
-  files::writeWhole(out, hand::withTrackerPose(text, fit.pose), files::Existing::replace);
+  if (!arguments["out"].empty()) writePose(arguments["out"], fit.pose);
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include "nodes/conversions.h"
 #include "nodes/frame_name.h"
 #include "nodes/topics.h"
+#include "tools/facing_skin.h"
 #include "tools/tool_arguments.h"
 #include "ultrasound/field_solver.h"
 #include "ultrasound/focal_points.h"
@@ -34,71 +35,11 @@ touched counts; fields are solved in all of them, as in the rig.
 )";
 
 using namespace tactile_clay;
+using tools::Samples;
+using tools::Skin;
 using ultrasound::Modulation;
-using Samples = std::vector<contact::PressureSample>;
 
-constexpr float around = 0.06f;       // m from a contact, of the skin that counts
-constexpr float neighbours = 0.008f;  // m; samples farther apart have no skin between them that counts
-constexpr std::size_t most_neighbours = 3;
 constexpr double am = 0.5;  // mean of (1 - cos) / 2: what AM leaves of the pressure
-
-/// The skin that faces the array around a contact, at its samples and halfway between neighbours.
-struct Skin {
-  std::vector<Eigen::Vector3f> position;  // m
-  std::vector<double> pressure, area, weight;
-};
-
-Skin refined(const Samples& samples) {
-  struct Pair {
-    std::size_t a, b;
-  };
-  std::vector<Pair> pairs;
-  std::vector<double> count(samples.size(), 0.0);
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    std::vector<std::pair<float, std::size_t>> near;
-    for (std::size_t j = 0; j < samples.size(); ++j) {
-      const float d = (samples[i].position - samples[j].position).norm();
-      if (j != i && d < neighbours && samples[i].normal.dot(samples[j].normal) > 0.5f)
-        near.emplace_back(d, j);
-    }
-    std::sort(near.begin(), near.end());
-    near.resize(std::min(near.size(), most_neighbours));
-    for (const auto& entry : near) {
-      pairs.push_back({i, entry.second});
-      count[i] += 1.0;
-    }
-  }
-  Skin skin;
-  const auto add = [&skin](const Eigen::Vector3f& at, double pressure, double area, double weight) {
-    skin.position.push_back(at);
-    skin.pressure.push_back(pressure);
-    skin.area.push_back(area);
-    skin.weight.push_back(weight);
-  };
-  // Half of the area of a sample is counted at the sample, the other half on the ways to its neighbours.
-  for (std::size_t i = 0; i < samples.size(); ++i)
-    add(samples[i].position, samples[i].pressure, samples[i].area * (count[i] > 0.0 ? 0.5 : 1.0),
-        samples[i].weight);
-  for (const Pair& pair : pairs) {
-    const auto &a = samples[pair.a], &b = samples[pair.b];
-    add(0.5f * (a.position + b.position), 0.5 * (a.pressure + b.pressure), 0.5 * a.area / count[pair.a],
-        0.5 * (a.weight + b.weight));
-  }
-  return skin;
-}
-
-/// Relative RMS error that is left when the scale is the best: the sine of the angle between the fields.
-double shapeError(const Skin& skin, const std::vector<float>& rendered, bool weighted) {
-  double both = 0.0, wanted = 0.0, had = 0.0;
-  for (std::size_t i = 0; i < rendered.size(); ++i) {
-    const double w = skin.area[i] * (weighted ? skin.weight[i] : 1.0);
-    both += w * skin.pressure[i] * rendered[i];
-    wanted += w * skin.pressure[i] * skin.pressure[i];
-    had += w * rendered[i] * rendered[i];
-  }
-  if (!(wanted > 0.0 && had > 0.0)) return 1.0;
-  return std::sqrt(std::max(0.0, 1.0 - both * both / (wanted * had)));
-}
 
 /// A way to render, with what it keeps from frame to frame and what came of it.
 struct Way {
@@ -182,8 +123,8 @@ void frame(const Array& array, const Samples& pressed, const Samples& all, const
   }
   way.points.push_back(static_cast<double>(points.size()));
   way.coverage.push_back(covered / force);
-  way.error.push_back(shapeError(*skin, had, false));
-  way.weighted.push_back(shapeError(*skin, had, true));
+  way.error.push_back(tools::shapeError(*skin, had, false));
+  way.weighted.push_back(tools::shapeError(*skin, had, true));
   way.pressure.push_back(felt / force);
   way.most.push_back(felt / force / std::pow(static_cast<double>(amplitude), 2));
 }
@@ -205,27 +146,6 @@ Eigen::Isometry3d arrayPose(const rosbag::Bag& bag, const std::string& file) {
     }
   }
   throw std::runtime_error(file + ": no transform of frame 'array' on /tf_static, expected a recorded run");
-}
-
-/// The pressed samples, and those around them that are not.
-Samples facingSkin(const Samples& pressed, const nodes::PressureSkin& in_world,
-                   const Eigen::Isometry3f& to_array) {
-  nodes::PressureSkin skin = in_world;
-  const auto move = [&](std::vector<Eigen::Vector3f>& position, std::vector<Eigen::Vector3f>& normal) {
-    for (auto& x : position) x = to_array * x;
-    for (auto& n : normal) n = to_array.linear() * n;
-  };
-  move(skin.position, skin.normal);
-  if (skin.felt) move(skin.felt->position, skin.felt->normal);
-  Samples all = pressed;
-  constexpr float same = 1e-4f;  // m; poses are rounded
-  for (const auto& sample : contact::skinAround(skin.view(), pressed, Eigen::Vector3f::Zero(), around)) {
-    const bool is_pressed = std::any_of(pressed.begin(), pressed.end(), [&](const auto& other) {
-      return (other.position - sample.position).norm() < same;
-    });
-    if (!is_pressed) all.push_back(sample);
-  }
-  return all;
 }
 
 double mean(const std::vector<double>& values) {
@@ -252,10 +172,10 @@ void compare(const std::string& file, std::size_t step, const Array& array, std:
     for (const auto& sample : nodes::pressureSamples(*pair->second))
       if (sample.pressure > 0.0f) pressed.push_back(sample);
     Samples all;
-    if (!pressed.empty()) all = facingSkin(pressed, nodes::pressureSkin(*pair->first), to_array);
+    if (!pressed.empty()) all = tools::facingSkin(pressed, nodes::pressureSkin(*pair->first), to_array);
     std::optional<Skin> skin;
     if (!pressed.empty() && touched++ % step == 0) {
-      skin = refined(all);
+      skin = tools::refined(all);
       samples += all.size();
     }
     for (Way& way : ways) frame(array, pressed, all, skin ? &*skin : nullptr, way);
@@ -266,7 +186,7 @@ void compare(const std::string& file, std::size_t step, const Array& array, std:
   const std::size_t counted = (touched + step - 1) / step;
   std::printf(
       "%s, %zu touched frames, in the mean %zu samples of skin that faces the array within %.0f mm\n\n",
-      file.c_str(), touched, samples / std::max<std::size_t>(counted, 1), 1e3 * around);
+      file.c_str(), touched, samples / std::max<std::size_t>(counted, 1), 1e3 * tools::skin_around_contacts);
   std::printf(
       "| modulation | points | error %% | weighted error %% | pressure, Pa | at full drive, Pa | coverage %% "
       "| "

@@ -13,6 +13,7 @@
 #include "hand/kinematic_hand.h"
 #include "hand/leap_recording.h"
 #include "scene/yaml_reader.h"
+#include "values/pose.h"
 
 namespace tactile_clay::tools {
 
@@ -50,10 +51,7 @@ std::vector<HandSample> played(const hand::Score& score, double duration, double
 /// Of the tracker in the world.
 Eigen::Isometry3d trackerPose(const std::string& share) {
   scene::YamlMap rig = scene::loadYaml(share + "/config/rig.yaml");
-  const auto p = rig.pose("tracker_pose");
-  return Eigen::Translation3d(p[0], p[1], p[2]) * Eigen::AngleAxisd(p[5], Eigen::Vector3d::UnitZ()) *
-         Eigen::AngleAxisd(p[4], Eigen::Vector3d::UnitY()) *
-         Eigen::AngleAxisd(p[3], Eigen::Vector3d::UnitX());
+  return values::poseOf(rig.pose("tracker_pose"));
 }
 
 /// The sane hands, in the world.

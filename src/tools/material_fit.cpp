@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <limits>
 #include <map>
 #include <stdexcept>
@@ -95,6 +96,52 @@ std::string number(double value) {
   return yaml;
 }
 
+/// \throws std::runtime_error with one line where these parameters of the material cannot be fitted
+void requireFittable(const Material& start, const std::vector<std::string>& names) {
+  for (const std::string& name : names)
+    if (accesses.count(name) == 0)
+      throw std::runtime_error(
+          "parameter '" + name +
+          "', expected some of stiffness, yield_stress, viscosity, relaxation_time, friction");
+  if (names.empty()) throw std::runtime_error("no parameter to fit, expected at least one");
+  if (!(start.stiffness > 0.0))
+    throw std::runtime_error("material '" + start.name + "' has no stiffness, expected one to start from");
+}
+
+bool isFitted(const std::vector<std::string>& names, const char* name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// Standard errors of the parameters' logarithms (Gauss & Newton): of residuals r with the slopes J, their
+/// covariance is |r|^2 / (m - n) (J^T J)^-1.
+/// \param run forces at a point \param best where the fit ended \param left residuals there, N
+/// \param scale root mean square of the forces, N
+std::vector<double> standardErrors(const std::function<std::vector<double>(const Point&)>& run,
+                                   const Point& best, const std::vector<double>& left, double scale) {
+  const auto m = static_cast<Eigen::Index>(left.size()), n = static_cast<Eigen::Index>(best.size());
+  Eigen::MatrixXd slopes(m, n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    Point up = best, down = best;
+    up[static_cast<std::size_t>(k)] += shift;
+    down[static_cast<std::size_t>(k)] -= shift;
+    const std::vector<double> d = difference(run(up), run(down));
+    for (Eigen::Index i = 0; i < m; ++i) slopes(i, k) = d[static_cast<std::size_t>(i)] / (2.0 * shift);
+  }
+  double squares = 0.0;
+  for (const double r : left) squares += r * r;
+  const Eigen::VectorXd lengths = slopes.colwise().norm().cwiseMax(1e-12 * scale);
+  const Eigen::MatrixXd unit = slopes * lengths.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd inverse =
+      (unit.transpose() * unit + 1e-12 * Eigen::MatrixXd::Identity(n, n)).inverse();
+  std::vector<double> errors;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double variance = squares / static_cast<double>(std::max<Eigen::Index>(m - n, 1)) * inverse(k, k) /
+                            std::pow(lengths[k], 2.0);
+    errors.push_back(std::sqrt(variance));
+  }
+  return errors;
+}
+
 }  // namespace
 
 bool FitParameter::determined() const {
@@ -104,14 +151,7 @@ bool FitParameter::determined() const {
 MaterialFit fitMaterial(const ForceModel& forces, const std::vector<double>& measured,
                         const clay::Material& start, double yield_stress,
                         const std::vector<std::string>& names, int most) {
-  for (const std::string& name : names)
-    if (accesses.count(name) == 0)
-      throw std::runtime_error(
-          "parameter '" + name +
-          "', expected some of stiffness, yield_stress, viscosity, relaxation_time, friction");
-  if (names.empty()) throw std::runtime_error("no parameter to fit, expected at least one");
-  if (!(start.stiffness > 0.0))
-    throw std::runtime_error("material '" + start.name + "' has no stiffness, expected one to start from");
+  requireFittable(start, names);
   const double scale = rootMeanSquare(measured);
   MaterialFit fit;
   fit.measured = measured;
@@ -128,12 +168,9 @@ MaterialFit fitMaterial(const ForceModel& forces, const std::vector<double>& mea
     sum /= static_cast<double>(measured.size());
     return (std::isfinite(sum) ? sum : wrong) + beyondBounds(names, at);
   };
-  const auto isFitted = [&](const char* name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  };
   fit.material = start;
-  if (isFitted("yield_stress")) accesses.at("yield_stress").set(fit.material, yield_stress);
-  if (!std::isfinite(fit.material.relaxation_time) && isFitted("relaxation_time"))
+  if (isFitted(names, "yield_stress")) accesses.at("yield_stress").set(fit.material, yield_stress);
+  if (!std::isfinite(fit.material.relaxation_time) && isFitted(names, "relaxation_time"))
     fit.material.relaxation_time = 1.0;
   const auto logarithmsOf = [&](const Material& m) {
     Point at;
@@ -145,13 +182,15 @@ MaterialFit fitMaterial(const ForceModel& forces, const std::vector<double>& mea
   };
   Point best = logarithmsOf(fit.material);
   double least = std::numeric_limits<double>::infinity();
-  if (isFitted("stiffness")) {
+  if (isFitted(names, "stiffness")) {
     for (const double ratio : {10.0, 50.0, 250.0}) {  // shear modulus over yield stress
       Material tried = fit.material;
       accesses.at("stiffness").set(tried, ratio * yield_stress);
       const Point at = logarithmsOf(tried);
       const double value = loss(at);
-      if (value < least) least = value, best = at;
+      if (value >= least) continue;
+      least = value;
+      best = at;
     }
   }
   // A simplex may shrink too early where the clay is rough; a new one goes on from where it ended.
@@ -160,30 +199,11 @@ MaterialFit fitMaterial(const ForceModel& forces, const std::vector<double>& mea
   const std::vector<double> left = difference(fit.model, measured);
   fit.error = rootMeanSquare(left) / scale;
 
-  // Gauss & Newton: of residuals r with the slopes J, the parameters' covariance is |r|^2 / (m - n) (J^T
-  // J)^-1.
-  const auto m = static_cast<Eigen::Index>(measured.size()), n = static_cast<Eigen::Index>(names.size());
-  Eigen::MatrixXd slopes(m, n);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    Point up = best, down = best;
-    up[static_cast<std::size_t>(k)] += shift, down[static_cast<std::size_t>(k)] -= shift;
-    const std::vector<double> d = difference(run(up), run(down));
-    for (Eigen::Index i = 0; i < m; ++i) slopes(i, k) = d[static_cast<std::size_t>(i)] / (2.0 * shift);
-  }
-  double squares = 0.0;
-  for (const double r : left) squares += r * r;
-  const Eigen::VectorXd lengths = slopes.colwise().norm().cwiseMax(1e-12 * scale);
-  const Eigen::MatrixXd unit = slopes * lengths.cwiseInverse().asDiagonal();
-  const Eigen::MatrixXd inverse =
-      (unit.transpose() * unit + 1e-12 * Eigen::MatrixXd::Identity(n, n)).inverse();
+  const std::vector<double> errors = standardErrors(run, best, left, scale);
   const Material before = fit.material;
   fit.material = withValues(before, names, best);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const double variance = squares / static_cast<double>(std::max<Eigen::Index>(m - n, 1)) * inverse(k, k) /
-                            std::pow(lengths[k], 2.0);
-    const std::string& name = names[static_cast<std::size_t>(k)];
-    fit.parameters.push_back({name, accesses.at(name).get(fit.material), std::sqrt(variance)});
-  }
+  for (std::size_t k = 0; k < names.size(); ++k)
+    fit.parameters.push_back({names[k], accesses.at(names[k]).get(fit.material), errors[k]});
   return fit;
 }
 

@@ -117,6 +117,41 @@ void tell(const char* what, const std::vector<double>& times) {
               tools::quantile(times, 1.0));
 }
 
+/// What came of the stops, ms each.
+struct Stops {
+  std::vector<double> silence, answer;
+  int failures = 0;  // after which the boards sounded
+};
+
+Stops stopAgainAndAgain(ros::NodeHandle& nh, const SonicSurfaceTerminal& boards, int rounds, bool by_topic) {
+  Stops stops;
+  auto stop_topic = nh.advertise<std_msgs::Empty>(nodes::topic::array_stop, 1);
+  for (const char* service : {nodes::topic::array_stop, nodes::topic::array_reset})
+    ros::service::waitForService(nh.resolveName(service), ros::Duration(20.0));
+  auto stop = nh.serviceClient<std_srvs::Trigger>(nodes::topic::array_stop, true);
+  auto reset = nh.serviceClient<std_srvs::Trigger>(nodes::topic::array_reset, true);
+  if (by_topic) waitFor("array", [&] { return stop_topic.getNumSubscribers() > 0; });
+  std::mt19937 random(1);
+  std::uniform_int_distribution<int> jitter(0, 50);
+  std_srvs::Trigger call;
+  for (int round = 0; round < rounds; ++round) {
+    waitFor("sound", [&] { return !boards.state().patterns.empty(); });
+    std::this_thread::sleep_for(settled + std::chrono::milliseconds(jitter(random)));
+    const auto start = Clock::now();
+    if (by_topic)
+      stop_topic.publish(std_msgs::Empty());
+    else if (!stop.call(call))
+      throw std::runtime_error("no answer to a stop");
+    stops.answer.push_back(milliseconds(Clock::now() - start));
+    std::this_thread::sleep_for(settled);
+    const auto state = boards.state();
+    if (state.sounds) ++stops.failures;
+    stops.silence.push_back(std::max(0.0, milliseconds(state.sounded_until - start)));
+    if (!reset.call(call)) throw std::runtime_error("no answer to a reset");
+  }
+  return stops;
+}
+
 int measure(const tools::Arguments& arguments, const std::string& port) {
   const auto rounds = static_cast<int>(arguments.number("rounds", 1, 1e6));
   const bool by_topic = arguments["by"] == "topic";
@@ -138,33 +173,9 @@ int measure(const tools::Arguments& arguments, const std::string& port) {
   });
   std::atomic<bool> ends{false};
   std::thread streaming([&] { stream(nh, arguments.number("modulation_frequency", 0.0, 1000.0), ends); });
-  int failures = 0;
-  std::vector<double> silence, answer;
+  Stops stops;
   try {
-    auto stop_topic = nh.advertise<std_msgs::Empty>(nodes::topic::array_stop, 1);
-    for (const char* service : {nodes::topic::array_stop, nodes::topic::array_reset})
-      ros::service::waitForService(nh.resolveName(service), ros::Duration(20.0));
-    auto stop = nh.serviceClient<std_srvs::Trigger>(nodes::topic::array_stop, true);
-    auto reset = nh.serviceClient<std_srvs::Trigger>(nodes::topic::array_reset, true);
-    if (by_topic) waitFor("array", [&] { return stop_topic.getNumSubscribers() > 0; });
-    std::mt19937 random(1);
-    std::uniform_int_distribution<int> jitter(0, 50);
-    std_srvs::Trigger call;
-    for (int round = 0; round < rounds; ++round) {
-      waitFor("sound", [&] { return !boards.state().patterns.empty(); });
-      std::this_thread::sleep_for(settled + std::chrono::milliseconds(jitter(random)));
-      const auto start = Clock::now();
-      if (by_topic)
-        stop_topic.publish(std_msgs::Empty());
-      else if (!stop.call(call))
-        throw std::runtime_error("no answer to a stop");
-      answer.push_back(milliseconds(Clock::now() - start));
-      std::this_thread::sleep_for(settled);
-      const auto state = boards.state();
-      if (state.sounds) ++failures;
-      silence.push_back(std::max(0.0, milliseconds(state.sounded_until - start)));
-      if (!reset.call(call)) throw std::runtime_error("no answer to a reset");
-    }
+    stops = stopAgainAndAgain(nh, boards, rounds, by_topic);
   } catch (...) {
     ends = true;
     streaming.join();
@@ -174,12 +185,13 @@ int measure(const tools::Arguments& arguments, const std::string& port) {
   streaming.join();
   std::printf("%d stops by %s beside %s busy loops, %u processors\n", rounds, arguments["by"].c_str(),
               arguments["busy"].c_str(), std::thread::hardware_concurrency());
-  if (!by_topic) tell("answer", answer);
-  tell("silence", silence);
-  if (failures > 0) std::printf("FAILED: the boards sounded after %d stops\n", failures);
+  if (!by_topic) tell("answer", stops.answer);
+  tell("silence", stops.silence);
+  if (stops.failures > 0) std::printf("FAILED: the boards sounded after %d stops\n", stops.failures);
   const double limit = milliseconds(silence_times::stop);
-  if (tools::quantile(silence, 0.99) > limit) std::printf("LATE: expected 99 %% within %.0f ms\n", limit);
-  return failures > 0 ? 1 : 0;
+  if (tools::quantile(stops.silence, 0.99) > limit)
+    std::printf("LATE: expected 99 %% within %.0f ms\n", limit);
+  return stops.failures > 0 ? 1 : 0;
 }
 
 }  // namespace

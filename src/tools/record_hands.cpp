@@ -21,6 +21,7 @@
 #include "hand/device_clock.h"
 #include "hand/hand_check.h"
 #include "hand/hand_cleaner.h"
+#include "hand/hand_sides.h"
 #include "hand/hand_source.h"
 #include "hand/repeated_hands.h"
 #include "nodes/conversions.h"
@@ -32,6 +33,7 @@
 #include "scene/yaml_reader.h"
 #include "tools/tool_arguments.h"
 #include "tools/user_paths.h"
+#include "values/pose.h"
 
 namespace {
 
@@ -73,10 +75,7 @@ Pose trackerPose(const std::string& given) {
   if (!finite || pose.numbers.size() != 6)
     throw std::runtime_error("tracker_pose of " + (given.empty() ? rig : "'" + given + "'") +
                              ": expected x y z roll pitch yaw, 6 numbers");
-  const auto& n = pose.numbers;
-  pose.transform =
-      Eigen::Translation3d(n[0], n[1], n[2]) * Eigen::AngleAxisd(n[5], Eigen::Vector3d::UnitZ()) *
-      Eigen::AngleAxisd(n[4], Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(n[3], Eigen::Vector3d::UnitX());
+  pose.transform = tactile_clay::values::poseOf(pose.numbers);
   return pose;
 }
 

@@ -29,7 +29,7 @@ def parameters_in_source():
                r'\b(?:text|whole|number|truth)\(\s*"(\w+)",',  # that may change while the node runs
                r'\{"(\w+)", &SafetyGateConfig::')  # limits of the gate
     for path in glob.glob(os.path.join(rig_run.PACKAGE, 'src', 'nodes', '*.cpp')) + [
-            os.path.join(rig_run.PACKAGE, 'src', 'device', 'safety_gate.h')]:
+            os.path.join(rig_run.PACKAGE, 'src', 'device', 'safety_limits.h')]:
         with open(path) as source:
             text = source.read()
             for pattern in reading:

@@ -103,7 +103,7 @@ TEST_F(ScoreFile, SaysWhatIsWrongAndWhere) {
   expectFault("moves:\n  - {move: knead, strokes: 0}\n", "2", "expected positive scale, 1 to 1000 strokes");
   expectFault("moves:\n  - {move: pinch, width: 0.5}\n", "2", "cannot grip");
   expectFault("rate: 60\n", "1", "no moves");
-  expectFault("rate: -1\nmoves: [{move: roll}]\n", "1", "rate -1, expected 1 to 1000");
+  expectFault("rate: -1\nmoves: [{move: roll}]\n", "1", "rate: expected a number from 1 to 1000, got -1");
   expectFault("dropout_interval: .nan\nmoves: [{move: roll}]\n", "1", "'dropout_interval' is not finite");
   expectFault("scale: 9\nmoves: [{move: roll}]\n", "1", "'scale' is out of its range");
   expectFault("rait: 60\nmoves: [{move: roll}]\n", "1", "unknown key 'rait'");

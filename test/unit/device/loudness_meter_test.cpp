@@ -7,6 +7,7 @@
 #include <memory>
 #include <random>
 
+#include "device/safety_gate.h"
 #include "device/sonic_surface_protocol.h"
 #include "ultrasound/phase_solver.h"
 

@@ -13,6 +13,7 @@
 #include "hand/hand_check.h"
 #include "hand/hand_cleaner.h"
 #include "hand/hand_pose.h"
+#include "hand/hand_sides.h"
 #include "hand/one_euro.h"
 #include "support/hand_recording.h"
 

@@ -1,4 +1,5 @@
 #include "hand/hand_check.h"
+#include "hand/jump_check.h"
 
 #include <gtest/gtest.h>
 

@@ -11,6 +11,7 @@
 
 #include "hand/hand_check.h"
 #include "hand/hand_pose.h"
+#include "hand/hand_sides.h"
 #include "support/hand_recording.h"
 
 namespace tactile_clay::hand {

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "hand/anatomy.h"
-#include "hand/hand_check.h"
 #include "hand/hand_pose.h"
+#include "hand/hand_sides.h"
 
 namespace tactile_clay::hand {
 namespace {

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <array>
+#include <sstream>
+#include <string>
+
+#include "hand/anatomy.h"
+
+namespace tactile_clay::hand {
+
+/// For lines about them.
+inline constexpr std::array<const char*, finger_count> finger_names = {
+    "thumb", "index finger", "middle finger", "ring finger", "little finger"};
+
+/// The line about a joint that is wrong: what of it, its value, what was expected.
+template <typename Value>
+std::string jointFault(int joint, const char* what, const Value& value, const std::string& expected) {
+  std::ostringstream line;
+  line.precision(3);
+  line << "joint " << joint_anatomy[joint].name << ": " << what << " " << value << ", expected " << expected;
+  return line.str();
+}
+
+}  // namespace tactile_clay::hand

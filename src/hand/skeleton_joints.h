@@ -1,0 +1,41 @@
+#pragma once
+
+#include <string>
+
+#include "hand/anatomy.h"
+#include "hand/tracked_hand.h"
+
+namespace tactile_clay::hand {
+
+/// How the joints of a skeleton are numbered: finger by finger from the root, of each bone first abduction,
+/// where it has that, then flexion.
+
+constexpr int bone_count = 3;  // moving bones of a finger
+
+/// Where a finger begins in the list of joints, and how many it has there.
+constexpr int firstAngle(int finger) {
+  return finger == 0 ? 0 : 4 * finger + 1;
+}
+constexpr int angleCount(int finger) {
+  return finger == 0 ? 5 : 4;
+}
+constexpr bool hasAbduction(int finger, int bone) {
+  return bone == 0 || (finger == 0 && bone == 1);
+}
+
+struct JointPlace {
+  int finger, bone;
+  bool abduction;
+};
+JointPlace placeOf(int joint);
+
+/// The moving joints of a finger: of bone i from movingJoint(finger, i) to movingJoint(finger, i + 1).
+Joint movingJoint(int finger, int i);
+
+/// With which all names of links and joints of a side begin.
+std::string skeletonPrefix(Side side);
+
+/// Name of a finger, such as `index`.
+const char* skeletonFinger(int finger);
+
+}  // namespace tactile_clay::hand

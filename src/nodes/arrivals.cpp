@@ -1,0 +1,61 @@
+#include "nodes/arrivals.h"
+
+#include <ros/console.h>
+
+#include "nodes/stamps.h"
+
+namespace tactile_clay::nodes {
+namespace {
+
+/// Whether this is the name that rosbag play takes.
+bool isPlayer(const std::string& node) {
+  return node.compare(node.rfind('/') + 1, 5, "play_") == 0;
+}
+
+}  // namespace
+
+void Arrivals::seeHands(const TrackedHands& hands) {
+  hands_came_ = ros::SteadyTime::now();
+  hands_stamp_ = hands.header.stamp;
+  hands_tracked_ = !hands.hands.empty();
+}
+
+void Arrivals::seePublisher(const std::string& node) {
+  if (node == hands_publisher_) return;
+  hands_publisher_ = node;
+  stamps_.restart();
+}
+
+device::StampCheck::Age Arrivals::ageOf(const ros::Time& stamp) {
+  const double behind = secondsBetween(stamp, ros::Time::now());
+  const bool before = stamps_.ofRecording();
+  const device::StampCheck::Age age = stamps_(behind, isPlayer(hands_publisher_));
+  if (stamps_.ofRecording() && !before)
+    ROS_WARN_THROTTLE(1.0,
+                      "array '%s': stamps of focal points are %.1f s behind this computer's clock; they are "
+                      "taken for those of a recording that is played, and not asked for their age. If they "
+                      "are live, compare the hosts' clocks",
+                      device_.c_str(), behind);
+  return age;
+}
+
+device::Occasion Arrivals::occasion(const ros::Time& stamp) {
+  device::Occasion occasion;
+  const ros::SteadyTime now = ros::SteadyTime::now();
+  if (lockstep_) {
+    // Repeats itself: the clock is that of the stamps, and the hands count once they are no older than the
+    // points.
+    occasion.since_last = secondsBetween(last_stamp_, stamp);
+    occasion.hands_tracked = hands_tracked_ || !hands_came_ || hands_stamp_ < stamp;
+  } else {
+    occasion.since_last = (now - last_came_).toSec();
+    // An array that never heard of hands is somebody's without a tracker.
+    occasion.hands_tracked = hands_tracked_ || !hands_came_;
+    occasion.hands_age = hands_came_ ? (now - *hands_came_).toSec() : 0.0;
+  }
+  last_came_ = now;
+  last_stamp_ = stamp;
+  return occasion;
+}
+
+}  // namespace tactile_clay::nodes

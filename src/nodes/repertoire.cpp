@@ -1,0 +1,48 @@
+#include "nodes/repertoire.h"
+
+#include <cmath>
+#include <sstream>
+
+#include "nodes/message_check.h"
+
+namespace tactile_clay::nodes {
+namespace {
+
+constexpr std::size_t most_places = 256;                 // of a frame; no renderer makes more
+constexpr std::size_t most_samples = most_focal_points;  // of skin, of a field: some 7 ms
+
+}  // namespace
+
+std::string Repertoire::objection(unsigned modulation) const {
+  std::string list;
+  for (const ultrasound::Modulation known : modulations) {
+    if (modulation == static_cast<unsigned>(known)) return "";
+    list += (list.empty() ? "" : ", ") + std::string(ultrasound::nameOf(known));
+  }
+  const unsigned last = static_cast<unsigned>(ultrasound::Modulation::field);
+  const std::string name = modulation > last
+                               ? std::to_string(modulation)
+                               : ultrasound::nameOf(static_cast<ultrasound::Modulation>(modulation));
+  std::ostringstream line;
+  line << "modulation is '" << name << "', array '" << device << "' can do " << list;
+  if (max_rate > 0.0) line << " only, for it takes " << std::lround(max_rate) << " updates a second";
+  return line.str();
+}
+
+std::string Repertoire::objection(const device::Emission& emission) const {
+  const auto more = [&](std::size_t most, const char* what) {
+    return std::to_string(emission.points.size()) + what + ", array '" + device + "' takes at most " +
+           std::to_string(most);
+  };
+  const std::size_t count = emission.points.size();
+  using ultrasound::Modulation;
+  // One after the other, or samples that share the field.
+  const bool any_number =
+      emission.modulation == Modulation::spatiotemporal || emission.modulation == Modulation::field;
+  if (!any_number && max_points > 0 && count > max_points) return more(max_points, " focal points at a time");
+  if (emission.modulation == Modulation::field)
+    return count > most_samples ? more(most_samples, " samples of skin in a frame") : "";
+  return count > most_places ? more(most_places, " focal points in a frame") : "";
+}
+
+}  // namespace tactile_clay::nodes

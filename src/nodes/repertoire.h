@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "device/array_device.h"
+#include "ultrasound/modulation.h"
+
+namespace tactile_clay::nodes {
+
+/// What an array can play.
+struct Repertoire {
+  std::string device;  // its name
+  std::vector<ultrasound::Modulation> modulations;
+  double max_rate = 0.0;       // updates a second that it takes, 0: any number
+  std::size_t max_points = 0;  // focal points at a time, 0: any number
+
+  /// Empty, or why it cannot play this modulation, numbered as in FocalPointArray.
+  std::string objection(unsigned modulation) const;
+
+  /// Empty, or why there are too many points: phases and loudness of hundreds would take seconds, in which no
+  /// emergency stop is heard.
+  std::string objection(const device::Emission& emission) const;
+};
+
+}  // namespace tactile_clay::nodes

@@ -1,0 +1,87 @@
+#include "tools/facing_skin.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace tactile_clay::tools {
+namespace {
+
+constexpr float neighbours = 0.008f;  // m; samples farther apart have no skin between them that counts
+constexpr std::size_t most_neighbours = 3;
+
+}  // namespace
+
+Samples facingSkin(const Samples& pressed, const nodes::PressureSkin& in_world,
+                   const Eigen::Isometry3f& to_array) {
+  nodes::PressureSkin skin = in_world;
+  const auto move = [&](std::vector<Eigen::Vector3f>& position, std::vector<Eigen::Vector3f>& normal) {
+    for (auto& x : position) x = to_array * x;
+    for (auto& n : normal) n = to_array.linear() * n;
+  };
+  move(skin.position, skin.normal);
+  if (skin.felt) move(skin.felt->position, skin.felt->normal);
+  Samples all = pressed;
+  constexpr float same = 1e-4f;  // m; poses are rounded
+  for (const auto& sample :
+       contact::skinAround(skin.view(), pressed, Eigen::Vector3f::Zero(), skin_around_contacts)) {
+    const bool is_pressed = std::any_of(pressed.begin(), pressed.end(), [&](const auto& other) {
+      return (other.position - sample.position).norm() < same;
+    });
+    if (!is_pressed) all.push_back(sample);
+  }
+  return all;
+}
+
+Skin refined(const Samples& samples) {
+  struct Pair {
+    std::size_t a, b;
+  };
+  std::vector<Pair> pairs;
+  std::vector<double> count(samples.size(), 0.0);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    std::vector<std::pair<float, std::size_t>> near;
+    for (std::size_t j = 0; j < samples.size(); ++j) {
+      const float d = (samples[i].position - samples[j].position).norm();
+      if (j != i && d < neighbours && samples[i].normal.dot(samples[j].normal) > 0.5f)
+        near.emplace_back(d, j);
+    }
+    std::sort(near.begin(), near.end());
+    near.resize(std::min(near.size(), most_neighbours));
+    for (const auto& entry : near) {
+      pairs.push_back({i, entry.second});
+      count[i] += 1.0;
+    }
+  }
+  Skin skin;
+  const auto add = [&skin](const Eigen::Vector3f& at, double pressure, double area, double weight) {
+    skin.position.push_back(at);
+    skin.pressure.push_back(pressure);
+    skin.area.push_back(area);
+    skin.weight.push_back(weight);
+  };
+  // Half of the area of a sample is counted at the sample, the other half on the ways to its neighbours.
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    add(samples[i].position, samples[i].pressure, samples[i].area * (count[i] > 0.0 ? 0.5 : 1.0),
+        samples[i].weight);
+  for (const Pair& pair : pairs) {
+    const auto &a = samples[pair.a], &b = samples[pair.b];
+    add(0.5f * (a.position + b.position), 0.5 * (a.pressure + b.pressure), 0.5 * a.area / count[pair.a],
+        0.5 * (a.weight + b.weight));
+  }
+  return skin;
+}
+
+double shapeError(const Skin& skin, const std::vector<float>& rendered, bool weighted) {
+  double both = 0.0, wanted = 0.0, had = 0.0;
+  for (std::size_t i = 0; i < rendered.size(); ++i) {
+    const double w = skin.area[i] * (weighted ? skin.weight[i] : 1.0);
+    both += w * skin.pressure[i] * rendered[i];
+    wanted += w * skin.pressure[i] * skin.pressure[i];
+    had += w * rendered[i] * rendered[i];
+  }
+  if (!(wanted > 0.0 && had > 0.0)) return 1.0;
+  return std::sqrt(std::max(0.0, 1.0 - both * both / (wanted * had)));
+}
+
+}  // namespace tactile_clay::tools

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "contact/pressure_field.h"
+#include "nodes/conversions.h"
+
+namespace tactile_clay::tools {
+
+using Samples = std::vector<contact::PressureSample>;
+
+constexpr float skin_around_contacts = 0.06f;  // m from a contact, of the skin that counts
+
+/// The pressed samples, and those around them that are not, in the frame of the array.
+/// \param pressed in that frame already
+Samples facingSkin(const Samples& pressed, const nodes::PressureSkin& in_world,
+                   const Eigen::Isometry3f& to_array);
+
+/// The skin that faces the array around a contact, at its samples and halfway between neighbours.
+struct Skin {
+  std::vector<Eigen::Vector3f> position;  // m
+  std::vector<double> pressure, area, weight;
+};
+Skin refined(const Samples& samples);
+
+/// Relative RMS error that is left when the scale is the best: the sine of the angle between the fields.
+/// \param rendered radiation pressure at each place of the skin \param weighted by the weights of the samples
+double shapeError(const Skin& skin, const std::vector<float>& rendered, bool weighted);
+
+}  // namespace tactile_clay::tools

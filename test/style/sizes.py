@@ -1,0 +1,153 @@
+#!/usr/bin/env python3
+"""No file over 300 lines, no function over 60, no function with more than 7 parameters: sizes.py [--all] [FOLDER].
+
+Looks at all C++ below FOLDER/src. FOLDER: of the checkout, without it that of this file. What is larger and meant to be
+is listed with its reason in exceptions.txt beside this file. An exception that nothing needs any more is an error, too.
+--all prints the ten largest of each kind as well.
+"""
+import argparse
+import os
+import re
+import sys
+
+LIMITS = {'lines of a file': 300, 'lines of a function': 60, 'parameters of a function': 7}
+HERE = os.path.dirname(os.path.abspath(__file__))
+WORDS_OF_NO_FUNCTION = ('if', 'for', 'while', 'switch', 'catch', 'return', 'namespace', 'struct', 'class', 'enum', 'union')
+
+
+def blanked(text):
+    """The text with comments, strings and directives replaced by spaces; line breaks stay."""
+    token = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'|^[ ]*#(?:\\\n|[^\n])*',
+                       re.DOTALL | re.MULTILINE)
+
+    def blank(found):
+        before = text[found.start() - 1:found.start()]
+        if found.group().startswith("'") and before.isalnum():  # a digit separator, such as 1'000
+            return found.group()
+        return re.sub(r'[^\n]', ' ', found.group())
+    return token.sub(blank, text)
+
+
+def closing(text, start):
+    """Index of the bracket that closes the one at `start`, whatever its kind."""
+    depth = 0
+    for at in range(start, len(text)):
+        if text[at] in '([{':
+            depth += 1
+        elif text[at] in ')]}':
+            depth -= 1
+            if depth == 0:
+                return at
+    return len(text) - 1
+
+
+def parameters(inside):
+    """How many parameters stand between these parentheses. Commas within brackets or templates separate none."""
+    depth = count = 0
+    for character in inside.replace('->', '').replace('<=', '').replace('>=', ''):
+        depth += (character in '([{<') - (character in ')]}>')
+        count += character == ',' and depth == 0
+    return count + 1 if inside.strip() else 0
+
+
+def body_of(text, after):
+    """Index of the brace that opens a function's body, given the end of its parameters; None for a declaration."""
+    initialisers = False
+    while after < len(text):
+        character = text[after]
+        if character == '{':
+            # In a list of initialisers, `name_{value}` is no body: what stands before the brace is a name.
+            if initialisers and re.search(r'[\w>]\s*$', text[:after]):
+                after = closing(text, after)
+            else:
+                return after
+        elif character == '(':
+            after = closing(text, after)
+        elif character == ':' and text[after:after + 2] != '::' and text[after - 1] != ':':
+            initialisers = True
+        elif character in ';}' or (character in '=,)' and not initialisers):
+            return None
+        after += 1
+    return None
+
+
+def functions(text):
+    """(name, first line, lines, parameters) of each function with a body. Functions within functions count there."""
+    text = blanked(text)
+    found = []
+    head = re.compile(r'([\w:~]+|operator\s*\S{1,3})\s*\(')
+    at = 0
+    while True:
+        match = head.search(text, at)
+        if not match:
+            return found
+        at = match.end()
+        name = match.group(1)
+        end = closing(text, match.end() - 1)
+        body = None if name.split('::')[-1] in WORDS_OF_NO_FUNCTION else body_of(text, end + 1)
+        if body is None:
+            continue
+        last = closing(text, body)
+        begin = text.rfind('\n', 0, match.start()) + 1
+        lines = text.count('\n', begin, last) + 1
+        found.append((name, text.count('\n', 0, begin) + 1, lines, parameters(text[match.end():end])))
+        at = last
+
+
+def measured(root):
+    """(kind, name of what it is of, size, where) of everything in src."""
+    for folder, _, names in sorted(os.walk(os.path.join(root, 'src'))):
+        for name in sorted(names):
+            if not name.endswith(('.cpp', '.h')):
+                continue
+            path = os.path.relpath(os.path.join(folder, name), root)
+            with open(os.path.join(root, path), encoding='utf-8') as file:
+                text = file.read()
+            yield 'lines of a file', path, text.count('\n'), path
+            for function, line, lines, count in functions(text):
+                key, where = '%s %s' % (path, function), '%s:%d: %s' % (path, line, function)
+                yield 'lines of a function', key, lines, where
+                yield 'parameters of a function', key, count, where
+
+
+def exceptions():
+    """Reason by key: `PATH`, `PATH FUNCTION` or `FOLDER/`."""
+    reasons = {}
+    with open(os.path.join(HERE, 'exceptions.txt'), encoding='utf-8') as lines:
+        for line in lines:
+            if line.strip() and not line.startswith('#'):
+                key, reason = line.split(': ', 1)
+                reasons[key.strip()] = reason.strip()
+    return reasons
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--all', action='store_true')
+    parser.add_argument('folder', nargs='?', default=os.path.join(HERE, '..', '..'))
+    options = parser.parse_args()
+    reasons = exceptions()
+    sizes = list(measured(options.folder))
+    if options.all:
+        for kind in LIMITS:
+            print('largest ' + kind)
+            for _, _, size, where in sorted((s for s in sizes if s[0] == kind), key=lambda s: -s[2])[:10]:
+                print('  %4d  %s' % (size, where))
+    needed, wrong = set(), 0
+    for kind, key, size, where in sizes:
+        if size <= LIMITS[kind]:
+            continue
+        excuse = next((e for e in reasons if e == key or (e.endswith('/') and key.startswith(e))), None)
+        if excuse:
+            needed.add(excuse)
+        else:
+            print('%s: %d %s, expected at most %d' % (where, size, kind, LIMITS[kind]))
+            wrong += 1
+    for excuse in sorted(set(reasons) - needed):
+        print('exceptions.txt: %s: nothing there is too large, expected no such exception' % excuse)
+        wrong += 1
+    return 1 if wrong else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

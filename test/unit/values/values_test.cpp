@@ -1,0 +1,49 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "values/pose.h"
+#include "values/range.h"
+#include "values/text.h"
+
+namespace tactile_clay::values {
+namespace {
+
+// Roll is the first turn, yaw the last: x goes to y by a yaw of 90 degrees, whatever the roll was; then z of
+// the body, which a roll of 90 degrees has laid along -y, is along x.
+TEST(Pose, TurnsByRollFirstAndByYawLast) {
+  const Eigen::Isometry3d pose = poseOf(std::vector<double>{1.0, 2.0, 3.0, M_PI_2, 0.0, M_PI_2});
+  EXPECT_TRUE(pose.translation().isApprox(Eigen::Vector3d(1.0, 2.0, 3.0)));
+  EXPECT_TRUE((pose.linear() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY()));
+  EXPECT_TRUE((pose.linear() * Eigen::Vector3d::UnitZ()).isApprox(Eigen::Vector3d::UnitX()));
+}
+
+TEST(Pose, OfZerosIsExactlyNone) {
+  EXPECT_EQ(poseOf(std::vector<double>(6, 0.0)).matrix(), Eigen::Isometry3d::Identity().matrix());
+}
+
+TEST(Range, HoldsItsEndsAndNoNan) {
+  EXPECT_NO_THROW(requireIn("x", 1, 1, 2));
+  EXPECT_NO_THROW(requireIn("x", 2, 1, 2));
+  EXPECT_THROW(requireIn("x", 3, 1, 2), std::invalid_argument);
+  EXPECT_THROW(requireIn("x", std::numeric_limits<double>::quiet_NaN(), 1.0, 2.0), std::invalid_argument);
+}
+
+TEST(Range, SaysWhatWasExpectedByTheErrorThatIsWanted) {
+  try {
+    requireIn<std::runtime_error>("parameter /clay/rate", 0.0, 1.0, 240.0);
+    FAIL() << "expected an error";
+  } catch (const std::runtime_error& error) {
+    EXPECT_STREQ(error.what(), "parameter /clay/rate: expected a number from 1 to 240, got 0");
+  }
+}
+
+TEST(Text, HasSixDigits) {
+  EXPECT_EQ(text(0.1), "0.1");
+  EXPECT_EQ(text(1234567.0), "1.23457e+06");
+}
+
+}  // namespace
+}  // namespace tactile_clay::values
