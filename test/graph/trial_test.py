@@ -24,7 +24,7 @@ from tactile_clay.msg import ArrayState, TrackedHands
 import rig_run
 
 sys.path.insert(0, os.path.join(rig_run.PACKAGE, 'scripts'))
-from rig_tools import Fault
+from rig_tools import Fault, run_rig
 from trial_plan import Plan, Staircase
 from trial_summary import Summary, trim
 
@@ -239,6 +239,17 @@ class Summaries(unittest.TestCase):
         for start, path, words in ((0.5, new, 'is there already'), (3.0, new + '2', 'is behind its end')):
             with self.assertRaisesRegex(Fault, words):
                 trim(self.bag, path, start, 4.0)
+
+
+class Rigs(unittest.TestCase):
+    def test_a_trial_whose_chain_lost_a_node_is_none(self):
+        with tempfile.TemporaryDirectory() as folder:
+            def run(node):
+                line = 'tactile_clay: %s was frozen, and is started again' % node
+                run_rig(['echo', line], dict(os.environ), folder, os.path.join(folder, 'log'))
+            with self.assertRaisesRegex(Fault, 'the run is not whole: .*clay_simulator was frozen'):
+                run('clay_simulator')
+            run('hand_surface')  # which is for the eye
 
 
 class Sessions(unittest.TestCase):
