@@ -17,8 +17,6 @@
 #include "files/input_file.h"
 #include "scene/text_file.h"
 
-extern char** environ;
-
 namespace tactile_clay::scene {
 namespace {
 
@@ -55,6 +53,7 @@ bool isThere(const std::string& program) {
 /// Runs a program without a shell. \return its exit code
 int run(const std::vector<std::string>& words, std::FILE* out, std::FILE* err) {
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
   posix_spawn_file_actions_t actions;

@@ -19,7 +19,7 @@ unsigned edgeBetween(unsigned a, unsigned b) {
 /// Corners of the faces, anticlockwise as seen from outside of the cell.
 std::array<std::array<unsigned, 4>, 6> faces() {
   std::array<std::array<unsigned, 4>, 6> all;
-  for (unsigned axis = 0; axis < 3; ++axis) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
     const unsigned n = 1u << axis, u = 1u << (axis + 1) % 3, v = 1u << (axis + 2) % 3;
     all[2 * axis] = {0, v, u | v, u};
     all[2 * axis + 1] = {n, n | u, n | u | v, n | v};

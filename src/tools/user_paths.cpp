@@ -97,7 +97,7 @@ std::string requireNewBag(const std::string& name) {
   const std::string ending = ".bag";
   const bool ended =
       name.size() >= ending.size() && name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
-  const std::string bag = ended ? name : name + ending;
+  std::string bag = ended ? name : name + ending;
   if (isThere(bag)) fail("'" + bag + "' is there already, expected the name of a new bag");
   if (isThere(bag + ".active"))
     fail("'" + bag +
