@@ -8,7 +8,6 @@
 #include "nodes/field_report.h"
 #include "nodes/frame_name.h"
 #include "nodes/gate_parameters.h"
-#include "nodes/kept.h"
 #include "nodes/params.h"
 #include "nodes/topics.h"
 #include "nodes/transforms.h"
@@ -50,7 +49,6 @@ GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std
                        bool watch_in_lockstep, Output output)
     : device_(device),
       node_(private_nh.getNamespace()),
-      stop_mark_(keptFile(node_, ".stopped")),
       output_(std::move(output)),
       first_limits_(
           gateConfig(private_nh, !watch_in_lockstep, rulesLeftOut(private_nh, device, output_.harmless))),
@@ -74,13 +72,6 @@ GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std
 
   const unsigned queue = lockstep_ ? 0 : 1;
   gate_->start();
-  if (isMarked(stop_mark_)) {
-    stopped_ = true;
-    ++stops_;
-    standing_.silent_reason = emergency_stop;
-    ROS_WARN("array '%s' was started again: the emergency stop of before holds until it is reset",
-             device_.c_str());
-  }
   if (coming == ultrasound::Modulation::field)
     rendering_ = nh.advertise<RenderingReport>(topic::rendering, queue);
   state_ = nh.advertise<ArrayState>(topic::array_state, lockstep_ ? 0 : 10, true);
@@ -256,13 +247,11 @@ std::string GatedArray::stop() {
   const std::string line = close(emergency_stop);
   if (!line.empty()) stop_line_ = line;
   publishState();
-  if (!mark(stop_mark_, true)) stop_line_ = "emergency stop: it is lost if this node has to be started again";
   return "the array is silent until array/reset";
 }
 
 std::string GatedArray::reset() {
   stopped_ = false;
-  mark(stop_mark_, false);
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!open_) standing_.silent_reason = "no focal points since the emergency stop was lifted";
   publishState();

@@ -85,7 +85,7 @@ class GatedArray {
   std::string close(const std::string& reason);
   void publishState();
 
-  std::string device_, node_, stop_mark_;
+  std::string device_, node_;
   bool watch_, lockstep_;
   Output output_;
   std::shared_ptr<StaticTransforms> static_transforms_ = StaticTransforms::shared();

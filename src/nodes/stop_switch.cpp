@@ -1,12 +1,33 @@
 #include "nodes/stop_switch.h"
 
+#include "nodes/kept.h"
 #include "nodes/topics.h"
 
 namespace tactile_clay::nodes {
+namespace {
+
+/// The action, after which the file is marked or not.
+std::function<std::string()> marking(const std::function<std::string()>& action, const std::string& file,
+                                     bool marked) {
+  return [=] {
+    const std::string answer = action();
+    if (!mark(file, marked)) ROS_WARN("emergency stop: a new start of this node would not know of it");
+    return answer;
+  };
+}
+
+}  // namespace
 
 StopSwitch::StopSwitch(ros::NodeHandle nh, ros::NodeHandle private_nh, std::function<std::string()> stop,
                        std::function<std::string()> reset)
     : spinner_(1, &queue_) {
+  const std::string file = keptFile(private_nh.getNamespace(), ".stopped");
+  if (isMarked(file)) {
+    stop();
+    ROS_WARN("the array was started again: the emergency stop of before holds until it is reset");
+  }
+  stop = marking(stop, file, true);
+  reset = marking(reset, file, false);
   nh.setCallbackQueue(&queue_);
   private_nh.setCallbackQueue(&queue_);
   for (const auto& [name, of_one, action] :

@@ -14,10 +14,11 @@ namespace tactile_clay::nodes {
 
 /// The emergency stop of an array, by the same names for every one: `array/stop` and `array/reset`, each a
 /// service (std_srvs/Trigger) and a topic (std_msgs/Empty), and the services `~stop` and `~reset`, for one of
-/// several arrays. It has a queue and a thread of its own, so that no busy callback delays it.
+/// several arrays. It has a queue and a thread of its own, so that no busy callback delays it. A stop
+/// outlives the program: where `keep_running` starts it again, it begins stopped.
 class StopSwitch {
  public:
-  /// Starts to listen.
+  /// Stops where the node was stopped before it was started again. Starts to listen.
   /// \param stop, reset are called by the switch's thread, one at a time. They return what to answer, and
   /// must not throw
   StopSwitch(ros::NodeHandle nh, ros::NodeHandle private_nh, std::function<std::string()> stop,
