@@ -299,7 +299,9 @@ class SonicSurface(unittest.TestCase):
             for _ in range(8):
                 words = ''
                 while not words.endswith('? '):
-                    words += tool.stdout.read(1)
+                    heard_now = tool.stdout.read(1)
+                    self.assertTrue(heard_now, 'calibrate_board ended after: ' + words)
+                    words += heard_now
                 heard.append({n: v for n, v in enumerate(emulator.boards[0].front) if v != OFF})
                 tool.stdin.write('%d\n' % len(heard))
                 tool.stdin.flush()
