@@ -40,13 +40,14 @@ class Install(unittest.TestCase):
         self.assertGreater(len(listed), 5)
         for script in listed:
             with self.subTest(script):
-                done = subprocess.run([sys.executable, os.path.join(SOURCE, script), '--help'], stdin=subprocess.DEVNULL,
-                                      capture_output=True, text=True, timeout=30, check=False)
+                program = os.path.join(PROGRAMS, os.path.basename(script))  # as rosrun starts it
+                done = subprocess.run([program, '--help'], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=30,
+                                      check=False)
                 self.assertEqual((done.returncode, done.stderr), (0, ''))
                 self.assertGreater(len(done.stdout), 40)
                 # Else rosrun finds it twice, here and in the development space, and asks which one is meant.
                 self.assertFalse(os.access(os.path.join(SOURCE, script), os.X_OK), 'is executable')
-                self.assertTrue(os.access(os.path.join(PROGRAMS, os.path.basename(script)), os.X_OK))
+                self.assertTrue(os.access(program, os.X_OK))
 
     def test_each_tool_tells_what_it_is(self):
         tools = []
