@@ -18,6 +18,7 @@
 #include "clay/keyframes.h"
 #include "files/output_file.h"
 #include "nodes/checkpoint.h"
+#include "nodes/clay_parameters.h"
 #include "nodes/health.h"
 #include "nodes/inbox.h"
 #include "nodes/joint_relay.h"
@@ -27,18 +28,6 @@
 #include "scene/solids.h"
 
 namespace tactile_clay::nodes {
-
-struct ClayChoice {
-  clay::ClayConfig config;
-  std::string quality;  // the preset, or as in "6 x 12" where substeps or iterations are others
-  std::vector<clay::Material> materials;
-};
-
-/// Reads and checks quality, substeps, iterations, tolerance, sleeping, and of each material what it is made
-/// of. \param config, materials of the scene's file
-/// \throws std::exception with one line where one is wrong
-ClayChoice readClay(Settings& settings, const clay::ClayConfig& config,
-                    const std::vector<clay::Material>& materials);
 
 /// Simulates the clay of one scene: `hands/skin` in, `clay/contacts`, `clay/particles` and `clay/status` out.
 ///

@@ -19,6 +19,7 @@
 #include "nodes/frame_name.h"
 #include "nodes/topics.h"
 #include "tools/facing_skin.h"
+#include "tools/shape_error.h"
 #include "tools/tool_arguments.h"
 #include "ultrasound/field_solver.h"
 #include "ultrasound/focal_points.h"

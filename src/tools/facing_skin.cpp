@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "tools/shape_error.h"
+
 namespace tactile_clay::tools {
 namespace {
 
@@ -73,15 +75,10 @@ Skin refined(const Samples& samples) {
 }
 
 double shapeError(const Skin& skin, const std::vector<float>& rendered, bool weighted) {
-  double both = 0.0, wanted = 0.0, had = 0.0;
-  for (std::size_t i = 0; i < rendered.size(); ++i) {
-    const double w = skin.area[i] * (weighted ? skin.weight[i] : 1.0);
-    both += w * skin.pressure[i] * rendered[i];
-    wanted += w * skin.pressure[i] * skin.pressure[i];
-    had += w * rendered[i] * rendered[i];
-  }
-  if (!(wanted > 0.0 && had > 0.0)) return 1.0;
-  return std::sqrt(std::max(0.0, 1.0 - both * both / (wanted * had)));
+  ShapeError error;
+  for (std::size_t i = 0; i < rendered.size(); ++i)
+    error.add(skin.area[i] * (weighted ? skin.weight[i] : 1.0), skin.pressure[i], rendered[i]);
+  return error.value();
 }
 
 }  // namespace tactile_clay::tools

@@ -10,8 +10,6 @@ namespace tactile_clay::tools {
 
 using Samples = std::vector<contact::PressureSample>;
 
-constexpr float skin_around_contacts = 0.06f;  // m from a contact, of the skin that counts
-
 /// The pressed samples, and those around them that are not, in the frame of the array.
 /// \param pressed in that frame already
 Samples facingSkin(const Samples& pressed, const nodes::PressureSkin& in_world,
@@ -24,7 +22,7 @@ struct Skin {
 };
 Skin refined(const Samples& samples);
 
-/// Relative RMS error that is left when the scale is the best: the sine of the angle between the fields.
+/// The ShapeError of what is rendered.
 /// \param rendered radiation pressure at each place of the skin \param weighted by the weights of the samples
 double shapeError(const Skin& skin, const std::vector<float>& rendered, bool weighted);
 

@@ -12,8 +12,7 @@
 #include "hand/hand_check.h"
 #include "hand/kinematic_hand.h"
 #include "hand/leap_recording.h"
-#include "scene/yaml_reader.h"
-#include "values/pose.h"
+#include "tools/rig_pose.h"
 
 namespace tactile_clay::tools {
 
@@ -46,12 +45,6 @@ std::vector<HandSample> played(const hand::Score& score, double duration, double
     samples.push_back(sampleOf(frame, score.sample(t).hands, nanoseconds(t), hands));
   }
   return samples;
-}
-
-/// Of the tracker in the world.
-Eigen::Isometry3d trackerPose(const std::string& share) {
-  scene::YamlMap rig = scene::loadYaml(share + "/config/rig.yaml");
-  return values::poseOf(rig.pose("tracker_pose"));
 }
 
 /// The sane hands, in the world.
@@ -100,7 +93,7 @@ std::vector<HandSample> handSamples(const std::string& hands, double duration, d
   if (!std::filesystem::is_regular_file(hands))
     throw std::runtime_error("--hands '" + hands +
                              "': expected none, knead, potter, press, or a readable Leap recording");
-  return recorded(hands, duration, spacing, trackerPose(share));
+  return recorded(hands, duration, spacing, rigPose(share, "tracker_pose"));
 }
 
 }  // namespace tactile_clay::tools

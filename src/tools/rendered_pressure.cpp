@@ -1,9 +1,9 @@
 #include "tools/rendered_pressure.h"
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
+#include <complex>
 
+#include "tools/shape_error.h"
 #include "ultrasound/acoustic_field.h"
 #include "ultrasound/field_solver.h"
 #include "ultrasound/phase_solver.h"
@@ -13,27 +13,12 @@ namespace {
 
 using ultrasound::Modulation;
 
-constexpr float around = 0.06f;  // m from a contact, of the skin that is to be left alone
-
 ultrasound::FocalPointConfig configOf(const Rendering& rendering) {
   ultrasound::FocalPointConfig config;
   config.perceptual_weights = false;  // each place counts by its area
   config.modulation = rendering.field ? Modulation::field : Modulation::amplitude;
   if (!rendering.field) config.max_points = static_cast<std::size_t>(rendering.count);
   return config;
-}
-
-/// Relative RMS error that is left at the best common scale: the sine of the angle between the two fields.
-double shapeError(const std::vector<contact::PressureSample>& wanted, const std::vector<double>& had) {
-  double both = 0.0, of_wanted = 0.0, of_had = 0.0;
-  for (std::size_t i = 0; i < wanted.size(); ++i) {
-    const double area = wanted[i].area, p = wanted[i].pressure;
-    both += area * p * had[i];
-    of_wanted += area * p * p;
-    of_had += area * had[i] * had[i];
-  }
-  if (!(of_wanted > 0.0 && of_had > 0.0)) return 1.0;
-  return std::sqrt(std::max(0.0, 1.0 - both * both / (of_wanted * of_had)));
 }
 
 }  // namespace
@@ -56,7 +41,7 @@ void PressureMeter::add(const contact::SkinView& skin, const std::vector<contact
   auto pressed = contact::pressureField(skin, contacts, centre_);
   if (pressed.empty()) return;
   auto all = pressed;
-  const auto bare = contact::skinAround(skin, pressed, centre_, around);
+  const auto bare = contact::skinAround(skin, pressed, centre_, skin_around_contacts);
   all.insert(all.end(), bare.begin(), bare.end());
   for (auto* samples : {&pressed, &all})
     for (contact::PressureSample& sample : *samples) {
@@ -83,7 +68,9 @@ void PressureMeter::add(const contact::SkinView& skin, const std::vector<contact
     const auto at = ultrasound::pressuresAt(layout_, air_, drive, places);
     for (std::size_t i = 0; i < had.size(); ++i) had[i] += static_cast<double>(std::norm(at[i]));
   }
-  sum_.error += shapeError(all, had);
+  ShapeError error;
+  for (std::size_t i = 0; i < had.size(); ++i) error.add(all[i].area, all[i].pressure, had[i]);
+  sum_.error += error.value();
   ++frames_;
 }
 

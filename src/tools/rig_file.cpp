@@ -8,7 +8,7 @@
 
 #include "files/input_file.h"
 #include "nodes/array_model.h"
-#include "nodes/clay_simulator.h"
+#include "nodes/clay_parameters.h"
 #include "nodes/clean_parameters.h"
 #include "nodes/focal_point_renderer.h"
 #include "nodes/gate_parameters.h"

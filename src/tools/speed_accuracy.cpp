@@ -22,11 +22,11 @@
 #include "scene/robot_model.h"
 #include "scene/scene.h"
 #include "scene/solids.h"
-#include "scene/yaml_reader.h"
 #include "tools/accuracy_report.h"
 #include "tools/hand_samples.h"
 #include "tools/outcome.h"
 #include "tools/outcome_file.h"
+#include "tools/rig_pose.h"
 #include "tools/share_folder.h"
 #include "tools/tool_arguments.h"
 #include "ultrasound/field_solver.h"
@@ -264,15 +264,6 @@ struct Sweep {
   std::vector<Play> settings, reference;  // reference: its step, half of it, and that aside along x, y, z
 };
 
-/// The array of the rig, in the world.
-Eigen::Isometry3d arrayPose(const std::string& share) {
-  scene::YamlMap rig = scene::loadYaml(share + "/config/rig.yaml");
-  const auto p = rig.pose("array_pose");
-  return Eigen::Translation3d(p[0], p[1], p[2]) * Eigen::AngleAxisd(p[5], Eigen::Vector3d::UnitZ()) *
-         Eigen::AngleAxisd(p[4], Eigen::Vector3d::UnitY()) *
-         Eigen::AngleAxisd(p[3], Eigen::Vector3d::UnitX());
-}
-
 /// What is played by a sweep, without its settings.
 Sweep sweepOf(double wanted_spacing, const std::string& material, const std::string& model,
               const Options& options) {
@@ -286,7 +277,7 @@ Sweep sweepOf(double wanted_spacing, const std::string& material, const std::str
     sweep.skins.push_back({distance, handSamples(options.hands, options.duration, distance, options.share)});
   sweep.how.threads = options.threads;
   sweep.how.renderings = options.renderings;
-  sweep.how.array = arrayPose(options.share);
+  sweep.how.array = rigPose(options.share, "array_pose");
   sweep.played = {options.scene, options.hands, scene.config.spacing, scene.particles.size()};
   sweep.played.material = material;
   sweep.played.model = model;
