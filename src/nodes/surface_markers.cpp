@@ -8,11 +8,7 @@
 namespace tactile_clay::nodes {
 namespace {
 
-// Directions towards the lights, in world, unit: the sun behind the left shoulder of the default view, a weak
-// light from the other side.
-const Eigen::Vector3f sun = Eigen::Vector3f(-0.55f, 0.25f, 0.85f).normalized();
-const Eigen::Vector3f fill = Eigen::Vector3f(-0.45f, -0.75f, 0.25f).normalized();
-constexpr float from_below = 0.34f, from_sky = 0.20f, from_sun = 0.46f, from_fill = 0.14f;
+const Daylight daylight;
 
 /// Colour in the bits of a float, as PCL and rviz read the field `rgb`.
 Eigen::Vector3f unpacked(float value) {
@@ -40,9 +36,10 @@ SurfaceParticles surfaceParticles(const sensor_msgs::PointCloud2& particles) {
 }
 
 Eigen::Vector3f lit(const Eigen::Vector3f& color, const Eigen::Vector3f& normal) {
-  const float light = from_below + from_sky * 0.5f * (1.0f + normal.z()) +
-                      from_sun * std::max(0.0f, normal.dot(sun)) +
-                      from_fill * std::max(0.0f, normal.dot(fill));
+  const Daylight& from = daylight;
+  const float light = from.from_below + from.from_sky * 0.5f * (1.0f + normal.z()) +
+                      from.from_sun * std::max(0.0f, normal.dot(from.sun)) +
+                      from.from_fill * std::max(0.0f, normal.dot(from.fill));
   return (light * color).cwiseMin(1.0f);
 }
 

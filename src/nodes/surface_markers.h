@@ -19,6 +19,14 @@ struct SurfaceParticles {
 /// \throws std::runtime_error naming a field that is missing
 SurfaceParticles surfaceParticles(const sensor_msgs::PointCloud2& particles);
 
+/// Directions towards two lights, in world, unit, and how much comes from them: the sun behind the left
+/// shoulder of the default view, a weak light from the other side.
+struct Daylight {
+  Eigen::Vector3f sun = Eigen::Vector3f(-0.55f, 0.25f, 0.85f).normalized();
+  Eigen::Vector3f fill = Eigen::Vector3f(-0.45f, -0.75f, 0.25f).normalized();
+  float from_below = 0.34f, from_sky = 0.20f, from_sun = 0.46f, from_fill = 0.14f;  // shares of a colour
+};
+
 /// Colour in daylight from above: rviz does not light triangles that have colours of their own.
 /// \param normal unit, in world
 Eigen::Vector3f lit(const Eigen::Vector3f& color, const Eigen::Vector3f& normal);

@@ -2,22 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-#include <string>
 
 #include "surface/marching_cubes.h"
 
 namespace tactile_clay::surface {
 namespace {
 
-constexpr double cell = 0.5;         // spacings
-constexpr float farthest = 1000.0f;  // m, from the origin
+constexpr double cell = 0.5;  // spacings
 constexpr float lowest_level = 0.3f, highest_level = 0.8f;
-double checked(double spacing) {
-  if (!(spacing >= 0.001 && spacing <= 0.02))
-    throw std::invalid_argument("spacing " + std::to_string(spacing) + " m: expected 0.001 to 0.02");
-  return spacing;
-}
 
 TACTILE_CLAY_MULTIVERSION
 void addKernel(const EllipsoidKernel& kernel, const FieldGrid::Window& window) {
@@ -36,34 +28,22 @@ void addKernel(const EllipsoidKernel& kernel, const FieldGrid::Window& window) {
 }  // namespace
 
 ClaySurface::ClaySurface(double spacing)
-    : spacing_(checked(spacing)), kernels_(spacing), grid_(static_cast<float>(cell * spacing)) {}
+    : spacing_(spacing), kernels_(spacing), grid_(static_cast<float>(cell * spacing)) {}
 
 const TriangleMesh& ClaySurface::update(const clay::VectorField& position,
                                         const std::vector<Eigen::Vector3f>& color) {
-  if (color.size() != position.size())
-    throw std::invalid_argument(std::to_string(color.size()) + " colours of " +
-                                std::to_string(position.size()) + " particles: expected one each");
-  position_.resize(position.size());
-  color_.resize(color.size());
-  std::size_t finite = 0;
-  for (std::size_t i = 0; i < position.size(); ++i) {
-    if (!(position.at(i).cwiseAbs().maxCoeff() <= farthest)) continue;
-    position_.set(finite, position.at(i));
-    color_[finite++] = color[i];
-  }
-  position_.resize(finite);
-  color_.resize(finite);
-
+  particles_.take(position, color);
   mesh_.position.clear(), mesh_.normal.clear(), mesh_.color.clear(), mesh_.triangles.clear();
   block_of_.clear();
-  if (finite == 0) return mesh_;
-  const std::vector<EllipsoidKernel>& kernels = kernels_.update(position_);
+  if (particles_.color.empty()) return mesh_;
+  const std::vector<EllipsoidKernel>& kernels = kernels_.update(particles_.position);
   boxes_.clear();
   for (const EllipsoidKernel& kernel : kernels)
     boxes_.push_back({kernel.centre - kernel.reach, kernel.centre + kernel.reach});
   grid_.update(boxes_,
                [&](std::uint32_t k, const FieldGrid::Window& window) { addKernel(kernels[k], window); });
-  level_ = grid_.levelOf(static_cast<double>(finite) * std::pow(spacing_, 3.0), lowest_level, highest_level);
+  level_ = grid_.levelOf(static_cast<double>(kernels.size()) * std::pow(spacing_, 3.0), lowest_level,
+                         highest_level);
   march(grid_, level_, mesh_, block_of_);
   setNormals(mesh_);
   paint(kernels);
@@ -77,8 +57,8 @@ void ClaySurface::paint(const std::vector<EllipsoidKernel>& kernels) {
   for (std::size_t b = 0; b < mixed.size(); ++b) {
     bool found = false;
     grid_.forEachKernel(b, [&](std::uint32_t k) {
-      if (!found) first[b] = color_[k], found = true;
-      mixed[b] |= color_[k] != first[b];
+      if (!found) first[b] = particles_.color[k], found = true;
+      mixed[b] |= particles_.color[k] != first[b];
     });
   }
   mesh_.color.resize(mesh_.position.size());
@@ -93,7 +73,7 @@ void ClaySurface::paint(const std::vector<EllipsoidKernel>& kernels) {
       if ((d.cwiseAbs() - kernels[k].reach).maxCoeff() > 0.0f) return;
       const float a = std::max(0.0f, 1.0f - d.dot(kernels[k].shape * d));
       const float w = kernels[k].weight * a * a * a;
-      weight += w, color += w * color_[k];
+      weight += w, color += w * particles_.color[k];
     });
     if (weight > 0.0f) mesh_.color[c] = color / weight;
   }

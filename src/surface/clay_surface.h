@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "clay/vector_field.h"
+#include "surface/coloured_particles.h"
 #include "surface/field_grid.h"
 #include "surface/kernels.h"
 #include "surface/triangle_mesh.h"
@@ -37,8 +38,7 @@ class ClaySurface {
   Kernels kernels_;
   FieldGrid grid_;
   std::vector<FieldGrid::Box> boxes_;    // of the kernels
-  clay::VectorField position_;           // of those that are not left out
-  std::vector<Eigen::Vector3f> color_;   // theirs
+  ColouredParticles particles_;          // those that are not left out
   std::vector<std::uint32_t> block_of_;  // of each corner of the mesh
   TriangleMesh mesh_;
 };

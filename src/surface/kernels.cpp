@@ -3,6 +3,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 namespace tactile_clay::surface {
 namespace {
@@ -13,6 +15,12 @@ constexpr float floor_full = 0.2f;  // b of a particle with all its neighbours
 // q = (3 / (4 pi))^(2/3) / (b R^2).
 constexpr float floor_alone = 0.3853f;
 constexpr float smoothing = 0.5f;  // share of its way to the mean of its neighbours that a centre goes
+
+double checked(double spacing) {
+  if (!(spacing >= 0.001 && spacing <= 0.02))
+    throw std::invalid_argument("spacing " + std::to_string(spacing) + " m: expected 0.001 to 0.02");
+  return spacing;
+}
 
 /// Sums over the neighbours of a particle, with their kernel weights.
 struct Moments {
@@ -57,7 +65,10 @@ float kernelSum(const float* x, const float* y, const float* z, std::uint32_t be
 }  // namespace
 
 Kernels::Kernels(double spacing)
-    : radius_(radius * static_cast<float>(spacing)), lattice_sum_(0.0f), lattice_var_(0.0f), near_(radius_) {
+    : radius_(radius * static_cast<float>(checked(spacing))),
+      lattice_sum_(0.0f),
+      lattice_var_(0.0f),
+      near_(radius_) {
   const int reach = static_cast<int>(std::ceil(radius));
   const float h = static_cast<float>(spacing);
   for (int a = -reach; a <= reach; ++a) {

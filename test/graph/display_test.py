@@ -98,8 +98,9 @@ class Window:
                 display['Enabled'] = display['Value'] = display['Name'] in only
                 display.update(changes if display['Name'] in only else {})
             current = view['Visualization Manager']['Views']['Current']
-            current.update(Yaw=camera['yaw'], Pitch=camera['pitch'], Distance=camera['distance'])
-            current['Focal Point'] = dict(zip('XYZ', camera['focus']))
+            if camera is not None:
+                current.update(Yaw=camera['yaw'], Pitch=camera['pitch'], Distance=camera['distance'])
+                current['Focal Point'] = dict(zip('XYZ', camera['focus']))
             with open(config, 'w') as file:
                 yaml.safe_dump(view, file)
         self.config = config
@@ -132,20 +133,57 @@ class Window:
         return seen[0]
 
 
+def kneading():
+    """A lockstep run of two hands that knead, and the last message of each topic."""
+    for program in ('Xvfb', 'import'):
+        if not shutil.which(program):
+            raise AssertionError('%s is missing, expected the packages of scripts/setup' % program)
+    run = rig_run.Run(dict(rig_run.LOCKSTEP, hands='bag', file=rig_run.bag('knead'), duration=MOMENT),
+                      rig_run.CHAIN + ['/tf_static', '/clay/particles', '/array/drive', '/array/geometry'])
+    last = {topic: found[-1] for topic, found in run.messages.by_topic.items() if topic != '/tf_static'}
+    frames = run.messages['/tf_static'][-1]
+    for message in run.messages['/tf_static'][:-1]:
+        frames.transforms += message.transforms
+    last['/tf_static'] = frames
+    return run, last
+
+
+def publish(graph, last, topics):
+    """Publishes these messages of `last` in a graph, latched. Returns the process that does."""
+    bag = os.path.join(graph.folder, 'moment%d.bag' % len(topics))
+    with rosbag.Bag(bag, 'w') as opened:
+        for topic in topics:
+            opened.write(topic, last[topic])
+    return graph.start([roslib.packages.find_node('tactile_clay', 'show_moment')[0], '_bag:=' + bag])
+
+
+def silhouette(particles, camera):
+    """Pixels of the balls of one spacing^3 about the particles."""
+    expected = set()
+    for particle in particles:
+        x, y, scale = camera.project(particle)
+        radius = 0.62 * SPACING * scale
+        for j in range(math.ceil(y - radius), math.floor(y + radius) + 1):
+            half = math.sqrt(radius * radius - (j - y) ** 2)
+            expected.update((i, j) for i in range(math.ceil(x - half), math.floor(x + half) + 1))
+    return expected
+
+
+def places(cloud):
+    """(x, y, z) of each point of a cloud, m."""
+    return [struct.unpack_from('<3f', cloud.data, k * cloud.point_step) for k in range(cloud.width)]
+
+
+def has_strong_colours(test, picture):
+    """Asserts that red, blue and green bodies are seen: channels by strength."""
+    for first, *others in [(0, 1, 2), (2, 1, 0), (1, 0, 2)]:
+        test.assertGreater(len(picture.pixels(lambda c: all(c[first] > 1.3 * c[k] for k in others))), 300)
+
+
 class Display(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        for program in ('Xvfb', 'import'):
-            if not shutil.which(program):
-                raise AssertionError('%s is missing, expected the packages of scripts/setup' % program)
-        cls.run_of_bag = rig_run.Run(dict(rig_run.LOCKSTEP, hands='bag', file=rig_run.bag('knead'), duration=MOMENT),
-                                     rig_run.CHAIN + ['/tf_static', '/clay/particles', '/array/drive', '/array/geometry'])
-        messages = cls.run_of_bag.messages
-        cls.last = {topic: found[-1] for topic, found in messages.by_topic.items() if topic != '/tf_static'}
-        frames = messages['/tf_static'][-1]
-        for message in messages['/tf_static'][:-1]:
-            frames.transforms += message.transforms
-        cls.last['/tf_static'] = frames
+        cls.run_of_bag, cls.last = kneading()
         cls.camera = Camera(CONFIG)
         cls.clay, cls.hands, cls.sound = cls.show(['/clay/particles'], HANDS, ['/array/focal_points'])
 
@@ -157,14 +195,9 @@ class Display(unittest.TestCase):
             window = Window(graph)
             for node in ('clay_surface', 'hand_surface'):
                 graph.start([roslib.packages.find_node('tactile_clay', node)[0]])
-            program = roslib.packages.find_node('tactile_clay', 'show_moment')[0]
             for k, step in enumerate(steps):
                 topics += step
-                bag = os.path.join(graph.folder, 'step%d.bag' % k)
-                with rosbag.Bag(bag, 'w') as opened:
-                    for topic in topics:
-                        opened.write(topic, cls.last[topic])
-                publisher = graph.start([program, '_bag:=' + bag])
+                publisher = publish(graph, cls.last, topics)
                 before = pictures[-1] if pictures else None
                 pictures.append(window.settled(
                     lambda picture: drawn(picture) > 5000 and
@@ -178,11 +211,7 @@ class Display(unittest.TestCase):
 
     def moment(self, graph, topics):
         """Publishes the topics' messages of the moment in a graph, latched."""
-        bag = os.path.join(graph.folder, 'moment.bag')
-        with rosbag.Bag(bag, 'w') as opened:
-            for topic in ['/tf_static'] + topics:
-                opened.write(topic, self.last[topic])
-        graph.start([roslib.packages.find_node('tactile_clay', 'show_moment')[0], '_bag:=' + bag])
+        publish(graph, self.last, ['/tf_static'] + topics)
 
     def sources(self):
         """Place and phase of each transducer for acoustic_field, and the amplitude that they have in common."""
@@ -278,18 +307,8 @@ class Display(unittest.TestCase):
             best = min(best, (distance, k / 200))
         return best[1] if best[0] < 0.01 else None
 
-    def particles(self):
-        cloud = self.last['/clay/particles']
-        return [struct.unpack_from('<3f', cloud.data, k * cloud.point_step) for k in range(cloud.width)]
-
     def test_silhouette_of_the_clay(self):
-        expected = set()
-        for particle in self.particles():
-            x, y, scale = self.camera.project(particle)
-            radius = 0.62 * SPACING * scale  # of a ball of one spacing^3
-            for j in range(math.ceil(y - radius), math.floor(y + radius) + 1):
-                half = math.sqrt(radius * radius - (j - y) ** 2)
-                expected.update((i, j) for i in range(math.ceil(x - half), math.floor(x + half) + 1))
+        expected = silhouette(places(self.last['/clay/particles']), self.camera)
         shown = {at for at in self.clay.pixels(lambda color: differs(color, BACKGROUND))
                  if at[0] > OVERLAY[0] or at[1] < OVERLAY[1]}
         self.assertGreater(len(expected & shown) / len(expected | shown), 0.9)
@@ -303,10 +322,7 @@ class Display(unittest.TestCase):
         self.assertGreater(len([at for at in panel if at[0] < OVERLAY[0] and at[1] > OVERLAY[1]]), 1500)
 
     def test_each_body_has_its_colour(self):
-        strong = [(0, 1, 2), (2, 1, 0), (1, 0, 2)]  # red, blue and green: channels by strength
-        for first, *others in strong:
-            count = len(self.clay.pixels(lambda c: all(c[first] > 1.3 * c[k] for k in others)))
-            self.assertGreater(count, 300)
+        has_strong_colours(self, self.clay)
 
     def test_colour_bar(self):
         ends = {0.05: (255, 237, 115), 0.33: (255, 160, 30), 0.65: (222, 40, 42), 0.97: (105, 5, 57)}

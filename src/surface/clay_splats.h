@@ -1,0 +1,42 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "clay/vector_field.h"
+#include "surface/coloured_particles.h"
+#include "surface/kernels.h"
+
+namespace tactile_clay::surface {
+
+/// One particle of the clay, as a graphics card draws it.
+struct Splat {
+  EllipsoidKernel kernel;
+  Eigen::Vector3f color;  // RGB, 0-1
+};
+
+/// The kernels of those particles that the surface of the clay can depend on, for a picture by ellipsoid
+/// splatting. Their sum at the surface is that of all kernels (class ClaySurface) within some hundredths; a
+/// particle that has all its neighbours is left out.
+class ClaySplats {
+ public:
+  /// \param spacing m, of the particles \throws std::invalid_argument where it is not from 1 to 20 mm
+  explicit ClaySplats(double spacing);
+
+  /// \param position m, n particles; those that are not within a kilometre of the origin are left out
+  /// \param color RGB, 0-1, of each particle
+  /// \throws std::invalid_argument where there is not one colour a particle
+  const std::vector<Splat>& update(const clay::VectorField& position,
+                                   const std::vector<Eigen::Vector3f>& color);
+
+  std::size_t particles() const { return particles_.color.size(); }  // of which the splats were chosen
+  double spacing() const { return spacing_; }
+
+ private:
+  double spacing_;
+  Kernels kernels_;
+  ColouredParticles particles_;
+  std::vector<Splat> splats_;
+};
+
+}  // namespace tactile_clay::surface
