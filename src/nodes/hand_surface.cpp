@@ -1,6 +1,7 @@
 #include "nodes/hand_surface.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <stdexcept>
 #include <vector>
@@ -17,6 +18,7 @@
 #include "nodes/surface_markers.h"
 #include "nodes/throttle.h"
 #include "nodes/topics.h"
+#include "surface/cut_mesh.h"
 #include "surface/samples_on_mesh.h"
 
 namespace tactile_clay::nodes {
@@ -24,7 +26,6 @@ namespace {
 
 using Eigen::Vector3f;
 using visualization_msgs::Marker;
-using Triangles = std::vector<std::array<std::uint32_t, 3>>;
 
 constexpr double cell = 0.0040;  // m, of the hands' meshes
 // Of samples that are 4 to 5 mm apart a corner has some ten within this reach, with weights of 3 together.
@@ -61,25 +62,22 @@ Samples samplesOf(const sensor_msgs::PointCloud2& skin, hand::Side side) {
   return samples;
 }
 
-/// Skin of one hand: opaque where it touches and far from there, a window between.
-void addSkin(visualization_msgs::MarkerArray& markers, const surface::TriangleMesh& mesh,
+/// Skin of one hand: opaque where it touches and far from there, a window between, with a smooth border.
+void addSkin(visualization_msgs::MarkerArray& markers, surface::TriangleMesh mesh,
              const std::vector<float>& pressure, const std::vector<Vector3f>& touching,
              const std_msgs::Header& header, int side) {
-  std::vector<Vector3f> color(mesh.position.size());
-  std::vector<char> touched(mesh.position.size(), 0), near(mesh.position.size(), 0);
+  std::vector<float> opaque(mesh.position.size());  // below 0: window
+  mesh.color.resize(mesh.position.size());
   for (std::size_t c = 0; c < mesh.position.size(); ++c) {
-    touched[c] = pressure[c] > touch_share;
-    color[c] = painted(pressure[c], lit(skinColor(), mesh.normal[c]));
-    near[c] = isNear(mesh.position[c], touching, window_radius);
+    mesh.color[c] = painted(pressure[c], lit(skinColor(), mesh.normal[c]));
+    const float far = std::sqrt(closestSquare(mesh.position[c], touching)) / window_radius - 1.0f;
+    opaque[c] = std::max(std::min(far, 1.0f), std::min(pressure[c] / touch_share - 1.0f, 1.0f));
   }
-  Triangles opaque, window;
-  for (const auto& t : mesh.triangles) {
-    const bool touches = touched[t[0]] || touched[t[1]] || touched[t[2]];
-    (!touches && near[t[0]] && near[t[1]] && near[t[2]] ? window : opaque).push_back(t);
-  }
-  markers.markers.push_back(surfaceMarker(mesh, color, opaque, 1.0f, header, "skin", side));
+  const surface::CutMesh parts = surface::cut(mesh, opaque);
+  const auto& [all, window, skin] = parts;
+  markers.markers.push_back(surfaceMarker(all, all.color, skin, 1.0f, header, "skin", side));
   markers.markers.push_back(
-      surfaceMarker(mesh, color, window, window_alpha, header, "skin over a contact", side));
+      surfaceMarker(all, all.color, window, window_alpha, header, "skin over a contact", side));
 }
 
 }  // namespace
