@@ -3,14 +3,23 @@
 namespace tactile_clay::surface {
 namespace {
 
-// A kernel whose centre is the particle's own place and which is as wide as one of a full lattice in every
-// direction has no surface within its reach: thin sheets and single particles are narrow somewhere.
-constexpr float moved_inside = 0.06f;  // spacings
-constexpr float width_inside = 0.95f;  // of the radius of a full lattice
+// A particle of the outermost layer lacks neighbours: the centre of its kernel is moved inwards, or the
+// kernel is narrow somewhere (thin sheets and single particles). The field at the surface depends on two
+// layers; what is within the reach of the outermost one is three.
+constexpr float moved_outside = 0.09f;  // spacings
+constexpr float width_outside = 0.9f;   // of the radius of a full lattice
 
 }  // namespace
 
 ClaySplats::ClaySplats(double spacing) : spacing_(spacing), kernels_(spacing) {}
+
+void ClaySplats::findOuter(const std::vector<EllipsoidKernel>& kernels) {
+  const float moved = moved_outside * static_cast<float>(spacing_);
+  outer_.resize(kernels.size());
+  for (std::size_t i = 0; i < kernels.size(); ++i)
+    outer_[i] = (kernels[i].centre - particles_.position.at(i)).squaredNorm() > moved * moved ||
+                kernels[i].reach.minCoeff() < width_outside * kernels_.reach();
+}
 
 const std::vector<Splat>& ClaySplats::update(const clay::VectorField& position,
                                              const std::vector<Eigen::Vector3f>& color) {
@@ -18,11 +27,13 @@ const std::vector<Splat>& ClaySplats::update(const clay::VectorField& position,
   splats_.clear();
   if (particles_.color.empty()) return splats_;
   const std::vector<EllipsoidKernel>& kernels = kernels_.update(particles_.position);
-  const float moved = moved_inside * static_cast<float>(spacing_);
+  findOuter(kernels);
+  const clay::Neighbourhood& near = kernels_.neighbourhood();
   for (std::size_t i = 0; i < kernels.size(); ++i) {
-    const bool inside = (kernels[i].centre - particles_.position.at(i)).squaredNorm() < moved * moved &&
-                        kernels[i].reach.minCoeff() > width_inside * kernels_.reach();
-    if (!inside) splats_.push_back({kernels[i], particles_.color[i]});
+    bool kept = outer_[i];
+    for (std::uint32_t pair = near.begin(i); !kept && pair < near.end(i); ++pair)
+      kept = outer_[near.other(pair)];
+    if (kept) splats_.push_back({kernels[i], particles_.color[i]});
   }
   return splats_;
 }

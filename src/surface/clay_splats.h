@@ -17,7 +17,7 @@ struct Splat {
 
 /// The kernels of those particles that the surface of the clay can depend on, for a picture by ellipsoid
 /// splatting. Their sum at the surface is that of all kernels (class ClaySurface) within some hundredths; a
-/// particle that has all its neighbours is left out.
+/// particle is left out where neither it nor any of its neighbours lacks neighbours of its own.
 class ClaySplats {
  public:
   /// \param spacing m, of the particles \throws std::invalid_argument where it is not from 1 to 20 mm
@@ -33,9 +33,12 @@ class ClaySplats {
   double spacing() const { return spacing_; }
 
  private:
+  void findOuter(const std::vector<EllipsoidKernel>& kernels);
+
   double spacing_;
   Kernels kernels_;
   ColouredParticles particles_;
+  std::vector<char> outer_;  // of each particle: whether it lacks neighbours
   std::vector<Splat> splats_;
 };
 

@@ -32,6 +32,8 @@ class Kernels {
   const std::vector<EllipsoidKernel>& update(const clay::VectorField& position);
 
   float reach() const { return radius_; }  // m, to where the kernel of a particle in a full lattice goes
+  /// Pairs within that reach, of the particles of the last update.
+  const clay::Neighbourhood& neighbourhood() const { return near_; }
 
  private:
   float radius_;                     // m, R
