@@ -27,6 +27,7 @@ namespace tactile_clay::nodes {
 namespace {
 
 constexpr double skin_lifetime = 0.15;     // s; a hand without news is out of the clay by then
+constexpr double longer_steps = 1.05;      // mean step factor that is worth a warning
 constexpr double longest_gap = 1.0;        // s; lockstep simulates at most this between two skins
 constexpr std::size_t lockstep_queue = 0;  // unlimited
 constexpr double usual_target =
@@ -290,11 +291,11 @@ clay::Ghosts ClaySimulator::read(const Cloud& skin) {
   }
 }
 
-double ClaySimulator::step(const clay::Ghosts& ghosts, double duration) {
+double ClaySimulator::step(const clay::Ghosts& ghosts, double duration, double step_factor) {
   const std::lock_guard<std::mutex> lock(clay_mutex_);
   const ros::WallTime start = ros::WallTime::now();
   if (keyframes_.pass(0.0)) keyframes_.keep(clay_->sculpture(), changes_);  // the start
-  clay_->advance(ghosts, solids_->solids(), solids_->motion(), duration);
+  clay_->advance(ghosts, solids_->solids(), solids_->motion(), duration, step_factor);
   if (keyframes_.pass(duration)) keyframes_.keep(clay_->sculpture(), changes_);
   since_checkpoint_ += duration;
   if (checkpoint_ && since_checkpoint_ >= checkpoint_period_) {
@@ -318,6 +319,7 @@ double ClaySimulator::step(const clay::Ghosts& ghosts, double duration) {
   const double computing = (now - start).toSec();
   busy_ += computing;
   simulated_ += duration;
+  stepped_ += duration / step_factor;
   factor_time_ += duration;
   const double wall = (now - factor_since_).toSec();
   if (wall >= 1.0) {
@@ -348,7 +350,7 @@ void ClaySimulator::runLockstep() {
     before = stamp;
     live_->begin(stamp);
     const clay::Ghosts ghosts = read(*skin);
-    step(ghosts, duration);
+    step(ghosts, duration, 1.0);
     publishState(stamp);
     publishContacts(*skin, ghosts);  // last: the answer from the array means that all was published
   }
@@ -382,7 +384,7 @@ void ClaySimulator::runLive() {
     if (scene_.config.timeStep() != step_length)
       pace = clay::LivePace(period_, step_length = scene_.config.timeStep());
     const double elapsed = std::chrono::duration<double>(now - before).count();
-    const double duration = pace.next(elapsed);
+    const clay::LiveFrame frame = pace.next(elapsed);
     before = now;
     {
       const std::lock_guard<std::mutex> lock(clay_mutex_);
@@ -395,9 +397,10 @@ void ClaySimulator::runLive() {
       if (std::chrono::duration<double>(now - skin_at).count() > skin_lifetime) held = {};
       std::fill(held.velocity.begin(), held.velocity.end(), Eigen::Vector3f::Zero());
     }
-    const double computing = step(held, duration);
-    pace.took(duration, computing);
-    if (target_ms_ > 0.0 && late.late(elapsed, duration, computing)) giveUpAccuracy();
+    const double computing = step(held, frame.duration, frame.step_factor);
+    pace.took(computing);
+    if (target_ms_ > 0.0 && late.late(elapsed, frame.duration / frame.step_factor, computing))
+      giveUpAccuracy();
     if (skin) publishContacts(*skin, held);
     publishState(skin ? skin->header.stamp : ros::Time::now());
   }
@@ -447,6 +450,7 @@ void ClaySimulator::publishState(ros::Time stamp) {
   status->density_error_mean = static_cast<float>(statistics.density_error_mean);
   status->density_error_max = static_cast<float>(statistics.density_error_max);
   status->real_time_factor = static_cast<float>(real_time_factor_);
+  status->step_factor = static_cast<float>(statistics.step_factor);
   status->quality = quality_;
   status->lowered = lowered_;
   for (const clay::Stage& stage : statistics.stages) {
@@ -470,6 +474,13 @@ void ClaySimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
     status.summary(dropped_ > simulated_ ? Level::ERROR : Level::WARN, "late: time is dropped");
   } else if (bad_skins_ > 0) {
     status.summary(Level::WARN, "skins left out");
+  } else if (simulated_ > longer_steps * stepped_) {
+    ROS_WARN_THROTTLE(
+        10.0,
+        "clay_simulator: frames take too long; to be on time, steps are %.2f times as long, which "
+        "costs accuracy. A lower quality would keep up",
+        simulated_ / stepped_);
+    status.summary(Level::WARN, "on time by longer steps, which costs accuracy");
   } else if (lowered_ > 0) {
     status.summary(Level::OK, "simulating, at the lower quality '" + quality_ + "' to be on time");
   } else {
@@ -484,13 +495,14 @@ void ClaySimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
   status.add("quality lowered, times", lowered_);
   status.add("simulated s", simulated_);
   status.add("dropped s", dropped_);
+  status.add("step factor", stepped_ > 0.0 ? simulated_ / stepped_ : 1.0);
   status.add("ms of computing", 1e3 * busy_);
   status.add("skins left out", bad_skins_);
   status.add("undo, states", keyframes_.size());
   status.add("undo, MB", 1e-6 * static_cast<double>(keyframes_.bytes()));
   status.add("skins overtaken by newer ones", dropped_skins);
   inbox_.report(status);
-  simulated_ = dropped_ = busy_ = 0.0;
+  simulated_ = stepped_ = dropped_ = busy_ = 0.0;
 }
 
 }  // namespace tactile_clay::nodes

@@ -66,7 +66,7 @@ class ClaySimulator {
   void run();
   void runLive();
   void runLockstep();
-  double step(const clay::Ghosts& ghosts, double duration);  // s, that computing took
+  double step(const clay::Ghosts& ghosts, double duration, double step_factor);  // s, that computing took
   clay::Ghosts read(const Cloud& skin);
   void publishContacts(const Cloud& skin, const clay::Ghosts& ghosts);
   void publishState(ros::Time stamp);
@@ -96,6 +96,7 @@ class ClaySimulator {
   std::string quality_;                                      // that it was made with
   unsigned lowered_ = 0;                                     // times that accuracy was given up
   double simulated_ = 0.0, dropped_ = 0.0, busy_ = 0.0;      // s, since the last diagnostics
+  double stepped_ = 0.0;  // s, that the steps would have simulated in their usual length
   unsigned bad_skins_ = 0, dropped_skins_ = 0;
   std::uint64_t told_rejected_ = 0;  // displacements
   std::size_t told_strays_ = 0;

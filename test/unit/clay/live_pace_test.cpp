@@ -13,8 +13,8 @@ constexpr double period = 1.0 / 60.0, step = period / 4.0;
 TEST(LivePace, FramesOfAnUnevenClockAreEven) {
   LivePace pace(period, step);
   for (int k = 0; k < 600; ++k) {
-    const double duration = pace.next(period * (k % 3 == 0 ? 1.3 : 0.85));
-    pace.took(duration, 0.6 * duration);
+    const double duration = pace.next(period * (k % 3 == 0 ? 1.3 : 0.85)).duration;
+    pace.took(0.6 * duration);
     EXPECT_NEAR(duration, period, 1e-12) << k;
   }
 }
@@ -23,9 +23,10 @@ TEST(LivePace, StepsAreWhole) {
   for (const double interval : {0.3, 0.7, 1.0, 1.4}) {
     LivePace pace(period, step);
     for (int k = 0; k < 100; ++k) {
-      const double steps = pace.next(interval * period) / step;
+      const LiveFrame frame = pace.next(interval * period);
+      const double steps = frame.duration / frame.step_factor / step;
       EXPECT_NEAR(steps, std::round(steps), 1e-9);
-      pace.took(steps * step, 0.5 * steps * step);
+      pace.took(0.5 * steps * step);
     }
   }
 }
@@ -35,10 +36,10 @@ TEST(LivePace, FollowsAClockFasterThanItsSteps) {
   LivePace pace(interval, step);
   double simulated = 0.0;
   for (int k = 0; k < 4000; ++k) {
-    const double duration = pace.next(interval);
-    simulated += duration;
-    pace.took(duration, 0.6 * duration);
-    EXPECT_LE(duration, step);
+    const LiveFrame frame = pace.next(interval);
+    simulated += frame.duration;
+    pace.took(0.6 * frame.duration);
+    EXPECT_LE(frame.duration, step * frame.step_factor * 1.0000001);
   }
   EXPECT_NEAR(simulated, 4000 * interval, 2.0 * step);
   EXPECT_EQ(pace.takeDropped(), 0.0);
@@ -47,14 +48,13 @@ TEST(LivePace, FollowsAClockFasterThanItsSteps) {
 TEST(LivePace, CatchesUpWithStepsOfAnySize) {
   for (const double length : {period, step, period / 16.0}) {
     LivePace pace(period, length);
-    pace.next(5.0 * period);  // a hiccup
-    double simulated = 0.0;
+    double simulated = pace.next(5.0 * period).duration;  // a hiccup
     for (int k = 0; k < 24; ++k) {
-      const double duration = pace.next(period);
-      pace.took(duration, 0.7 * duration);
+      const double duration = pace.next(period).duration;
+      pace.took(0.7 * duration);
       simulated += duration;
     }
-    EXPECT_NEAR(simulated, 28.0 * period, 1.5 * std::max(length, step)) << length;
+    EXPECT_NEAR(simulated, 29.0 * period, 1.5 * std::max(length, step)) << length;
   }
 }
 
@@ -64,10 +64,11 @@ TEST(LivePace, CatchesUpWithLittleRoom) {
   LivePace pace(period, step);
   double elapsed = 5.0 * period, simulated = 0.0, interval = elapsed;
   for (int k = 0; k < 60; ++k) {
-    const double duration = pace.next(interval);
-    pace.took(duration, cost * duration);
-    simulated += duration;
-    interval = std::max(period, cost * duration);
+    const LiveFrame frame = pace.next(interval);
+    const double computing = cost * frame.duration / frame.step_factor;
+    pace.took(computing);
+    simulated += frame.duration;
+    interval = std::max(period, computing);
     elapsed += interval;
   }
   EXPECT_NEAR(simulated, elapsed - interval, 1.5 * step);
@@ -80,9 +81,9 @@ TEST(LivePace, FollowsAnUnevenClock) {
   for (int k = 0; k < 600; ++k) {
     const double interval = period * (k % 3 == 0 ? 1.3 : 0.85);
     elapsed += interval;
-    const double duration = pace.next(interval);
+    const double duration = pace.next(interval).duration;
     simulated += duration;
-    pace.took(duration, 0.6 * duration);
+    pace.took(0.6 * duration);
     EXPECT_LE(duration, 1.5 * period);
   }
   EXPECT_NEAR(simulated, elapsed, 1.5 * step);
@@ -98,8 +99,8 @@ TEST(LivePace, FollowsATrackerThatIsSlowerOrFasterThanItsRate) {
       double left = 1.0 / rate;
       while (left > 1e-9) {
         const double interval = std::min(left, 1.5 * period);
-        const double duration = pace.next(interval);
-        pace.took(duration, 0.6 * duration);
+        const double duration = pace.next(interval).duration;
+        pace.took(0.6 * duration);
         simulated += duration;
         left -= interval;
       }
@@ -109,23 +110,45 @@ TEST(LivePace, FollowsATrackerThatIsSlowerOrFasterThanItsRate) {
   }
 }
 
-TEST(LivePace, FramesStayShortWhereComputingIsSlowAndNoTimeIsLostToASlowSecond) {
+TEST(LivePace, FramesAreNoMoreWorkWhereComputingIsSlowAndNoTimeIsLostToASlowSecond) {
   LivePace pace(period, step);
   double elapsed = 0.0, simulated = 0.0;
   for (int k = 0; k < 120; ++k) {
     const bool slow = k >= 30 && k < 90;
-    const double cost = slow ? 1.05 : 0.6;  // of what is simulated
     const double interval = slow ? 1.05 * period : period;
     elapsed += interval;
-    const double duration = pace.next(interval);
-    simulated += duration;
-    pace.took(duration, cost * duration);
+    const LiveFrame frame = pace.next(interval);
+    const double usual = frame.duration / frame.step_factor;
+    simulated += frame.duration;
+    pace.took((slow ? 1.05 : 0.6) * usual);
     if (slow && k > 30) {
-      EXPECT_LE(duration, period * 1.0000001) << k;
+      EXPECT_LE(usual, period * 1.0000001) << k;
     }
   }
   EXPECT_NEAR(simulated, elapsed, 1.5 * step);  // as near as whole steps are held
   EXPECT_EQ(pace.takeDropped(), 0.0);
+}
+
+/// A computer that is too slow gives up accuracy, not time: as many steps as usual, evenly longer.
+TEST(LivePace, StepsGetLongerWhereFramesTakeTooLong) {
+  for (const double cost : {1.02, 1.3, 1.8}) {  // of what a frame usually stands for
+    LivePace pace(period, step);
+    double elapsed = 0.0, simulated = 0.0, interval = period;
+    for (int k = 0; k < 600; ++k) {
+      elapsed += interval;
+      const LiveFrame frame = pace.next(interval);
+      simulated += frame.duration;
+      const double noise = k % 3 == 0 ? 1.2 : 0.9;  // of one frame and another
+      interval = noise * cost * frame.duration / frame.step_factor;
+      pace.took(interval);
+      EXPECT_NEAR(frame.duration / frame.step_factor, period, 1e-12);
+      if (k > 100) {
+        EXPECT_NEAR(frame.step_factor, cost, 0.1) << k;
+      }
+    }
+    EXPECT_NEAR(simulated, elapsed, 0.5 * period) << cost;
+    EXPECT_EQ(pace.takeDropped(), 0.0) << cost;
+  }
 }
 
 TEST(LivePace, WhatCannotBeSimulatedIsDroppedAndTold) {
@@ -133,13 +156,15 @@ TEST(LivePace, WhatCannotBeSimulatedIsDroppedAndTold) {
   double elapsed = 0.0, simulated = 0.0, interval = period;
   for (int k = 0; k < 100; ++k) {
     elapsed += interval;
-    const double duration = pace.next(interval);
-    simulated += duration;
-    interval = 3.0 * duration;
-    pace.took(duration, interval);
-    EXPECT_LE(duration, period * 1.0000001);
+    const LiveFrame frame = pace.next(interval);
+    simulated += frame.duration;
+    interval = 3.0 * frame.duration / frame.step_factor;
+    pace.took(interval);
+    EXPECT_LE(frame.step_factor, largest_step_factor);
+    EXPECT_LE(frame.duration, largest_step_factor * period * 1.0000001);
   }
   EXPECT_NEAR(pace.takeDropped(), elapsed - simulated, 0.1 + 1e-9);
+  EXPECT_GT(elapsed - simulated, 0.3 * elapsed);
   EXPECT_EQ(pace.takeDropped(), 0.0);
 }
 
