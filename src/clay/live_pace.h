@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "clay/clay.h"
 
@@ -10,8 +9,9 @@ namespace tactile_clay::clay {
 
 /// What a frame of a live simulation is to do.
 struct LiveFrame {
-  double duration;     // s, of simulated time
-  double step_factor;  // 1 to `largest_step_factor`: how many times longer than usual its steps are
+  double duration = 0.0;     // s, of simulated time
+  double step_factor = 1.0;  // 1 to `largest_step_factor`: how many times longer than usual its steps are
+  double dropped = 0.0;      // s before it that will never be simulated
 };
 
 /// How much time each frame of a live simulation gets, so that simulated time follows the wall clock, and
@@ -46,19 +46,15 @@ class LivePace {
     }
     const double duration = factor * steps_ * step_;
     owed_ -= duration;
-    const double beyond = std::max(owed_ - most_owed, 0.0);
-    owed_ -= beyond;
-    dropped_ += beyond;
-    return {duration, factor};
+    const double dropped = std::max(owed_ - most_owed, 0.0);
+    owed_ -= dropped;
+    return {duration, factor, dropped};
   }
 
   /// To be called after a frame. \param computing s, that it took
   void took(double computing) {
     if (steps_ > 0.0 && computing > 0.0) pace_ = steps_ * step_ / computing;
   }
-
-  /// s, that will never be simulated, since the last call.
-  double takeDropped() { return std::exchange(dropped_, 0.0); }
 
  private:
   static constexpr double adaption = 0.1;  // of the usual time between frames to each
@@ -72,7 +68,7 @@ class LivePace {
   double usual_;        // s, between two frames
   double steps_ = 0.0;  // of the last frame
   double pace_ = room;  // time that its steps usually stand for, over its computing time
-  double owed_ = 0.0, dropped_ = 0.0;
+  double owed_ = 0.0;   // s, not simulated yet
 };
 
 }  // namespace tactile_clay::clay

@@ -110,7 +110,10 @@ sensor_msgs::PointCloud2Ptr skinCloud(const hand::Skin& skin, const std_msgs::He
   return cloud.finish();
 }
 
-clay::Ghosts ghosts(const sensor_msgs::PointCloud2& skin) {
+clay::Ghosts ghosts(const sensor_msgs::PointCloud2& skin, std::size_t most) {
+  if (const std::size_t count = pointCount(skin); count > most)
+    throw std::runtime_error(std::to_string(count) + " samples, expected at most " + std::to_string(most) +
+                             " of this clay");
   const Vectors position = positions(skin), normal = normals(skin), velocity(skin, "vx", "vy", "vz");
   clay::Ghosts ghosts;
   for (std::size_t i = 0, n = pointCount(skin); i < n; ++i) {
@@ -162,6 +165,16 @@ sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::S
     cloud.vector(particles.velocity.at(i)) << density << std::uint32_t{particles.body[i]};
   }
   return cloud.finish();
+}
+
+sensor_msgs::JointState jointState(const std::map<std::string, double>& joints, ros::Time stamp) {
+  sensor_msgs::JointState message;
+  message.header.stamp = stamp;
+  for (const auto& [name, position] : joints) {
+    message.name.push_back(name);
+    message.position.push_back(position);
+  }
+  return message;
 }
 
 sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& forces,

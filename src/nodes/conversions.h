@@ -1,11 +1,15 @@
 #pragma once
 
+#include <sensor_msgs/JointState.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <tactile_clay/FocalPointArray.h>
 #include <tactile_clay/RenderingReport.h>
 #include <tactile_clay/TrackedHands.h>
 
+#include <limits>
+#include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "clay/clay.h"
@@ -29,7 +33,9 @@ hand::TrackedFrame toCore(const TrackedHands& message);
 /// hands/skin, with the perceptual weight of each sample. With `tracked_x` to `tracked_area` only where the
 /// skin is not the tracked hand's own.
 sensor_msgs::PointCloud2Ptr skinCloud(const hand::Skin& skin, const std_msgs::Header& header);
-clay::Ghosts ghosts(const sensor_msgs::PointCloud2& skin);
+/// The same as the clay needs it. \param most samples that the clay takes (clay::mostGhosts)
+clay::Ghosts ghosts(const sensor_msgs::PointCloud2& skin,
+                    std::size_t most = std::numeric_limits<std::size_t>::max());
 
 /// hands/skin as the pressure needs it. Skin without `tracked_x` is felt where it is.
 struct PressureSkin {
@@ -44,6 +50,8 @@ PressureSkin pressureSkin(const sensor_msgs::PointCloud2& skin);
 /// clay/particles, in the colours of the scene's bodies.
 sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::Scene& scene,
                                           const std_msgs::Header& header);
+
+sensor_msgs::JointState jointState(const std::map<std::string, double>& joints, ros::Time stamp);
 
 /// clay/contacts: the force on each touched skin sample, how it moves, and, where the skin tells them, its
 /// hand, region and area. \param skin the message that the ghosts came from

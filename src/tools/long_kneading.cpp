@@ -7,6 +7,7 @@
 #include <fstream>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include "clay/live_pace.h"
 #include "clay/neighbourhood.h"
@@ -117,13 +118,14 @@ void kneadLong(const scene::Scene& scene, const scene::Solids& solids, const std
   clay::LivePace pace(scene.config.frame, scene.config.timeStep());
   Yardstick yardstick(scene, solids, samples);
   Sums sums;
-  double due = 0.0, next_stretch = how.stretch;  // s; when the next sample comes, since the start
+  double dropped = 0.0, due = 0.0,
+         next_stretch = how.stretch;  // s; when the next sample comes, since the start
   Clock::time_point before = Clock::now();
   Clock::time_point start = before;
   for (std::size_t k = 0; clay.time() < how.duration; ++k) {
     const HandSample* sample = &samples[k % samples.size()];
     due += sample->duration;
-    clay::LiveFrame frame{sample->duration, 1.0};
+    clay::LiveFrame frame{sample->duration};
     if (how.live) {
       // A late frame takes the newest sample, as a subscriber with a queue of one does.
       while (Seconds(Clock::now() - start).count() > due + samples[(k + 1) % samples.size()].duration) {
@@ -132,6 +134,7 @@ void kneadLong(const scene::Scene& scene, const scene::Solids& solids, const std
       }
       std::this_thread::sleep_until(start + std::chrono::duration_cast<Clock::duration>(Seconds(due)));
       frame = pace.next(Seconds(Clock::now() - before).count());
+      dropped += frame.dropped;
       before = Clock::now();
     }
     const Clock::time_point begun = Clock::now();
@@ -144,7 +147,7 @@ void kneadLong(const scene::Scene& scene, const scene::Solids& solids, const std
     if (clay.time() < next_stretch) continue;
     next_stretch += how.stretch;
     const Clock::time_point ended = Clock::now();
-    Stretch stretch = sums.of(clay, pace.takeDropped());
+    Stretch stretch = sums.of(clay, std::exchange(dropped, 0.0));
     stretch.yardstick_ms = yardstick.measure();
     tell(stretch);
     sums = Sums();
