@@ -107,6 +107,8 @@ std::string SafetyGate::objection(const Emission& emission, const Occasion& occa
       emission.modulation != ultrasound::Modulation::amplitude)
     return std::string("modulation: frequency is 0 Hz, expected more for ") +
            ultrasound::nameOf(emission.modulation);
+  if (applies(Rule::modulation) && !(emission.slip >= 0.0 && emission.slip <= 1.0))
+    return "modulation: slip is " + text(emission.slip) + ", expected 0 to 1";
   for (const ultrasound::Part& part : ultrasound::parts(period(emission))) {
     for (const ultrasound::FocalPoint& point : part.points) {
       std::string reason = objection(point, emission.modulation == ultrasound::Modulation::field);

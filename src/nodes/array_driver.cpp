@@ -68,7 +68,8 @@ ArrayDriver::ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh)
   output.solve_field = [this](const auto& targets, double amplitude, const auto& before) {
     return solveField(targets, amplitude, before);
   };
-  output.repertoire = {name_, capabilities.modulations, capabilities.max_rate, capabilities.max_points};
+  output.repertoire = {name_, capabilities.modulations, capabilities.max_rate, capabilities.max_points,
+                       capabilities.slip};
   output.emit = [this](const device::Sound& sound, const std_msgs::Header& header) {
     device_->submit(sound);
     publishDrive(sound, header);

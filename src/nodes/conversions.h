@@ -45,8 +45,8 @@ PressureSkin pressureSkin(const sensor_msgs::PointCloud2& skin);
 sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::Scene& scene,
                                           const std_msgs::Header& header);
 
-/// clay/contacts: the force on each touched skin sample, how it moves, and, where the skin tells them, its
-/// hand, region and area. \param skin the message that the ghosts came from
+/// clay/contacts: the force on each touched skin sample, how it moves, how the clay slides there, and, where
+/// the skin tells them, its hand, region and area. \param skin the message that the ghosts came from
 sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& forces,
                                          const clay::Ghosts& ghosts, const sensor_msgs::PointCloud2& skin);
 std::vector<contact::ContactForce> contactForces(const sensor_msgs::PointCloud2& contacts);

@@ -10,6 +10,7 @@
 #include "nodes/conversions.h"
 #include "nodes/params.h"
 #include "nodes/topics.h"
+#include "ultrasound/slip.h"
 
 namespace tactile_clay::nodes {
 
@@ -54,10 +55,16 @@ double modulationFrequency(Settings& settings) {
                          "Hz, at which points are modulated; 0: that of the modulation");
 }
 
+double slipGain(Settings& settings) {
+  return settings.number(
+      "slip_gain", 0.0, 0.0, 1000.0,
+      "s/m, share of the pressure that vibrates for each m/s at which clay slides; 0: none");
+}
+
 LiveParameters::Apply FocalPointRenderer::read(Settings& settings) {
   using ultrasound::Modulation;
   const ultrasound::FocalPointConfig config = focalPointConfig(settings);
-  const double frequency = modulationFrequency(settings);
+  const double frequency = modulationFrequency(settings), slip_gain = slipGain(settings);
   const Modulation now = renderer_.config().modulation;
   if (settings.running() && now != config.modulation &&
       (now == Modulation::field || config.modulation == Modulation::field))
@@ -65,8 +72,9 @@ LiveParameters::Apply FocalPointRenderer::read(Settings& settings) {
         settings.nameOf("modulation") +
         ": points cannot become a field, or a field points, while the rig runs: start it "
         "with another modulation");
-  return [this, config, frequency] {
+  return [this, config, frequency, slip_gain] {
     renderer_.configure(config);
+    slip_gain_ = slip_gain;
     modulation_frequency_ = static_cast<float>(frequency);
   };
 }
@@ -107,7 +115,9 @@ void FocalPointRenderer::receive(const sensor_msgs::PointCloud2::ConstPtr& press
   auto report = boost::make_shared<RenderingReport>();
   ++frames_;
   try {
-    const auto points = renderer_.render(pressureSamples(*pressure));
+    const auto samples = pressureSamples(*pressure);
+    const auto points = renderer_.render(samples);
+    message->slip = static_cast<float>(ultrasound::slipShare(samples, slip_gain_));
     message->points = toMessage(points);
     message->modulation_frequency = static_cast<float>(frequency(points));
     message->area.assign(renderer_.report().area.begin(), renderer_.report().area.end());

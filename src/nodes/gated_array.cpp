@@ -129,6 +129,7 @@ device::Verdict GatedArray::judge(const FocalPointArray& message, const device::
     emission.points = toCore(message.points);
     emission.modulation_frequency = message.modulation_frequency;
     emission.modulation = static_cast<ultrasound::Modulation>(message.modulation);
+    emission.slip = message.slip;
     verdict.reason = output_.repertoire.objection(emission);
     if (verdict.passes()) verdict = gate_->check(emission, occasion);
   }

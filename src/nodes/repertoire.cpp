@@ -34,6 +34,9 @@ std::string Repertoire::objection(const device::Emission& emission) const {
     return std::to_string(emission.points.size()) + what + ", array '" + device + "' takes at most " +
            std::to_string(most);
   };
+  if (emission.slip > 0.0 && !slip)
+    return "slip is more than 0, array '" + device +
+           "' cannot vibrate at 30 and 150 Hz: expected slip_gain 0";
   const std::size_t count = emission.points.size();
   using ultrasound::Modulation;
   // One after the other, or samples that share the field.

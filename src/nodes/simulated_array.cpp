@@ -44,7 +44,8 @@ void SimulatedArray::startGate(ros::NodeHandle nh, ros::NodeHandle private_nh) {
       simulated,
       {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal, Modulation::field},
       0.0,
-      0};
+      0,
+      true};
   output.emit = [this](const device::Sound& sound, const std_msgs::Header& header) {
     field_->publishDrive(sound, header);
   };

@@ -107,6 +107,7 @@ void SoundField::publishMeasured(const Sound& sound, const std_msgs::Header& hea
   message->header = header;
   message->modulation = static_cast<std::uint8_t>(sound.emission.modulation);
   message->modulation_frequency = static_cast<float>(sound.emission.modulation_frequency);
+  message->slip = static_cast<float>(sound.emission.slip);
   message->points = toMessage(sound.emission.points);
   for (std::size_t k = 0; k < message->points.size(); ++k)
     message->points[k].pressure = static_cast<float>(pressures[k]);

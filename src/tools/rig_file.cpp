@@ -51,6 +51,7 @@ void readAll(nodes::Settings& settings, device::SafetyGateConfig gate) {
   nodes::cleanConfig(settings);
   nodes::focalPointConfig(settings);
   nodes::modulationFrequency(settings);
+  nodes::slipGain(settings);
   nodes::readLimits(settings, gate);
   nodes::ArrayModel().read(settings);
 }
@@ -116,6 +117,7 @@ void requireParameters(const std::map<std::string, std::string>& parameters, con
        [](nodes::Settings& settings) {
          nodes::focalPointConfig(settings);
          nodes::modulationFrequency(settings);
+         nodes::slipGain(settings);
        }},
       {"hand_tracking", [](nodes::Settings& settings) { nodes::cleanConfig(settings); }},
       {"simulated_array", array},

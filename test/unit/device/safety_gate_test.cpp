@@ -256,6 +256,24 @@ TEST_F(StartedGate, SilencesAnImpossibleModulation) {
   }
 }
 
+// Slip takes from the amplitude at times, and never adds: the drives are judged at their full amplitude.
+TEST_F(StartedGate, SlipIsAShareAndMakesNothingLouder) {
+  Emission e = emission(point(0, 0, 0.2, 1.0));
+  for (const double bad : {-0.1, 1.1, nan, inf}) {
+    e.slip = bad;
+    EXPECT_TRUE(begins(gate.check(e, now(), quiet).reason, "modulation: slip")) << bad;
+  }
+  for (const double good : {0.0, 0.4, 1.0}) {
+    e.slip = good;
+    const Verdict verdict = gate.check(e, now(), loudness);
+    ASSERT_TRUE(verdict.passes()) << verdict.reason;
+    EXPECT_EQ(verdict.sound.emission.slip, good);
+    EXPECT_LE(3000.0 * verdict.sound.emission.points[0].intensity, 2000.0);
+    ASSERT_EQ(verdict.sound.parts.size(), 1u);
+    EXPECT_NEAR(verdict.sound.parts[0].what.power, 0.5, 1e-12) << "(1 - cos) / 2 and slip leave half alike";
+  }
+}
+
 TEST_F(StartedGate, LetsIntensityRiseNoFasterThanTheSlew) {
   const auto passed = [&](double intensity, double since_last, std::uint32_t id = 7) {
     const Verdict verdict = gate.check(emission(point(0, 0, 0.2, intensity, id)), now(since_last), quiet);
