@@ -63,7 +63,7 @@ Capabilities DebugDevice::capabilities() const {
   using ultrasound::Modulation;
   Capabilities capabilities;
   capabilities.modulations = {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal,
-                              Modulation::field};
+                              Modulation::field,     Modulation::circle,  Modulation::field_circle};
   capabilities.slip = true;
   return capabilities;
 }

@@ -111,7 +111,7 @@ std::string SafetyGate::objection(const Emission& emission, const Occasion& occa
     return "modulation: slip is " + text(emission.slip) + ", expected 0 to 1";
   for (const ultrasound::Part& part : ultrasound::parts(period(emission))) {
     for (const ultrasound::FocalPoint& point : part.points) {
-      std::string reason = objection(point, emission.modulation == ultrasound::Modulation::field);
+      std::string reason = objection(point, ultrasound::isField(emission.modulation));
       if (!reason.empty()) return reason;
     }
   }
@@ -234,7 +234,7 @@ Verdict SafetyGate::check(const Emission& emission, const Occasion& occasion) {
     verdict.sound.emission = emission;
     if (!emission.points.empty()) {
       verdict.reason = objection(emission, occasion);
-      if (verdict.passes() && emission.modulation == ultrasound::Modulation::field) {
+      if (verdict.passes() && ultrasound::isField(emission.modulation)) {
         limitField(verdict, occasion.since_last);
       } else {
         // Loudness first: a rise counts from what was emitted, and so does what it may rise to.

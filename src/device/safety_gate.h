@@ -70,10 +70,11 @@ class SafetyGate {
   ///   faster than the slew, from 0 for a new point (STM: each place of the path is a point). Silent where
   ///   they are not known, or where that does not come about
   ///
-  /// Of a field the points are samples of skin. Those of intensity 0 may lie outside the workspace. Loudness
-  /// is that of each of its patterns, on samples and beside them; the slew holds for what the field does at
-  /// each sample, touched or not: the share of what the whole array could have there rises no faster than the
-  /// slew from the highest that was given within 10 mm of it in the emission before.
+  /// Of a field the points are samples of skin (of `field_circle` at each place of the circle). Those of
+  /// intensity 0 may lie outside the workspace. Loudness is that of each of its patterns, on samples and
+  /// beside them; the slew holds for what the field does at each sample, touched or not: the share of what
+  /// the whole array could have there rises no faster than the slew from the highest that was given within 10
+  /// mm of it in the emission before.
   Verdict check(const Emission& emission, const Occasion& occasion);
 
   /// May what the array was last told go on? For a timer of the driver: silent by emergency stop, before the

@@ -57,7 +57,8 @@ Capabilities Ultraleap::capabilities() const {
   Capabilities capabilities;
   capabilities.max_points = max_points_;
   using ultrasound::Modulation;
-  capabilities.modulations = {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal};
+  capabilities.modulations = {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal,
+                              Modulation::circle};
   capabilities.slip = true;
   return capabilities;
 }

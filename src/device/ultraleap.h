@@ -14,9 +14,9 @@ namespace tactile_clay::device {
 /// points. Compiled only where CMake finds the SDK.
 ///
 /// Amplitude modulation is the raised cosine (1 - cos(2 pi f t)) / 2 in the SDK's own sample times, and so is
-/// the vibration of slip; lateral modulation and STM move the control points from instant to instant of their
-/// period. The SDK asks for samples in a thread of its own; they are silent when no emission was submitted
-/// for `hold`.
+/// the vibration of slip; lateral modulation, circles and STM move the control points from instant to instant
+/// of their period. The SDK asks for samples in a thread of its own; they are silent when no emission was
+/// submitted for `hold`.
 ///
 /// Options: `max_points` to ask the array for (default 8; it may grant fewer), `hold` in s (default 0.2),
 /// `callback_rate` in Hz, how often the SDK asks for samples (default 500: an emission is 2 ms late at most).

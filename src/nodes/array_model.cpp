@@ -1,5 +1,7 @@
 #include "nodes/array_model.h"
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "device/loudness_meter.h"
@@ -55,10 +57,16 @@ ultrasound::PhaseSolution ArrayModel::solve(const std::vector<ultrasound::FocalP
 
 ultrasound::FieldSolution ArrayModel::solveField(const std::vector<ultrasound::FocalPoint>& targets,
                                                  double amplitude,
-                                                 const std::vector<ultrasound::Drive>& before) const {
-  ultrasound::FieldSolverOptions most = field_options;
-  most.amplitude = amplitude;
-  return ultrasound::solveField(layout, acoustics, targets, most, before);
+                                                 const std::vector<ultrasound::Drive>& before,
+                                                 double effort) const {
+  return ultrasound::solveField(layout, acoustics, targets, fieldOptions(amplitude, effort), before);
+}
+
+ultrasound::FieldSolverOptions ArrayModel::fieldOptions(double amplitude, double effort) const {
+  ultrasound::FieldSolverOptions own = field_options;
+  own.amplitude = amplitude;
+  own.evaluations = std::max(1, static_cast<int>(std::lround(effort * own.evaluations)));
+  return own;
 }
 
 std::function<device::Loudness(const ultrasound::Drive&, const std::vector<ultrasound::FocalPoint>&)>

@@ -37,9 +37,13 @@ struct ArrayModel {
   ultrasound::PhaseSolution solve(const std::vector<ultrasound::FocalPoint>& points,
                                   const ultrasound::Drive* before) const;
 
-  /// The patterns of a field. \param amplitude, before as of solveField
+  /// The patterns of a field. \param amplitude, before as of solveField \param effort share of the
+  /// evaluations
   ultrasound::FieldSolution solveField(const std::vector<ultrasound::FocalPoint>& targets, double amplitude,
-                                       const std::vector<ultrasound::Drive>& before) const;
+                                       const std::vector<ultrasound::Drive>& before, double effort) const;
+
+  /// `field_options` with this most amplitude, and this share of the evaluations.
+  ultrasound::FieldSolverOptions fieldOptions(double amplitude, double effort) const;
 
   ultrasound::ArrayLayout layout;
   ultrasound::Acoustics acoustics;

@@ -62,12 +62,11 @@ double slipGain(Settings& settings) {
 }
 
 LiveParameters::Apply FocalPointRenderer::read(Settings& settings) {
-  using ultrasound::Modulation;
+  using ultrasound::isField;
   const ultrasound::FocalPointConfig config = focalPointConfig(settings);
   const double frequency = modulationFrequency(settings), slip_gain = slipGain(settings);
-  const Modulation now = renderer_.config().modulation;
-  if (settings.running() && now != config.modulation &&
-      (now == Modulation::field || config.modulation == Modulation::field))
+  const ultrasound::Modulation now = renderer_.config().modulation;
+  if (settings.running() && isField(now) != isField(config.modulation))
     throw std::runtime_error(
         settings.nameOf("modulation") +
         ": points cannot become a field, or a field points, while the rig runs: start it "
@@ -90,7 +89,7 @@ FocalPointRenderer::FocalPointRenderer(ros::NodeHandle nh, ros::NodeHandle priva
       nh, topic::hands_pressure, queue, [this](const auto& pressure) { receive(pressure); });
   publisher_ = nh.advertise<FocalPointArray>(topic::focal_points, queue);
   // Of a field the array tells it, which solves it.
-  if (renderer_.config().modulation != ultrasound::Modulation::field)
+  if (!ultrasound::isField(renderer_.config().modulation))
     report_publisher_ = nh.advertise<RenderingReport>(topic::rendering, queue);
 }
 
@@ -99,6 +98,9 @@ double FocalPointRenderer::frequency(const std::vector<ultrasound::FocalPoint>& 
   switch (renderer_.config().modulation) {
     case ultrasound::Modulation::lateral:
       return 10.0;
+    case ultrasound::Modulation::circle:
+    case ultrasound::Modulation::field_circle:
+      return 5.0;
     case ultrasound::Modulation::spatiotemporal:
       return ultrasound::spatiotemporalFrequency(points);
     default:

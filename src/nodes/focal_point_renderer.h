@@ -22,9 +22,9 @@ double slipGain(Settings& settings);
 
 /// Renders `hands/pressure` as focal points (Eq. 8, 9): one `array/focal_points` for each, with no points
 /// where nothing is touched, and one `array/rendering` that tells how well they stand for it. `~modulation`
-/// is am, lateral, stm or field; the points of a field are samples of skin, pressed and bare, and it is the
-/// array that reports on them. Settings may change while it runs (LiveParameters), but not from points to a
-/// field or back, for which the nodes before and behind are set at their start.
+/// is am, lateral, stm, field, circle or field_circle; the points of a field are samples of skin, pressed and
+/// bare, and it is the array that reports on them. Settings may change while it runs (LiveParameters), but
+/// not from points to a field or back, for which the nodes before and behind are set at their start.
 class FocalPointRenderer {
  public:
   /// \throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong

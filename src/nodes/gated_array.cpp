@@ -72,8 +72,7 @@ GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std
 
   const unsigned queue = lockstep_ ? 0 : 1;
   gate_->start();
-  if (coming == ultrasound::Modulation::field)
-    rendering_ = nh.advertise<RenderingReport>(topic::rendering, queue);
+  if (ultrasound::isField(coming)) rendering_ = nh.advertise<RenderingReport>(topic::rendering, queue);
   state_ = nh.advertise<ArrayState>(topic::array_state, lockstep_ ? 0 : 10, true);
   // In lockstep each state answers a frame.
   if (!lockstep_) publishState();

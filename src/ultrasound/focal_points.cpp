@@ -108,7 +108,7 @@ void FocalPointRenderer::reset() {
 
 std::vector<FocalPoint> FocalPointRenderer::render(const std::vector<PressureSample>& samples) {
   report_ = {};
-  if (config_.modulation == Modulation::field) return this->field(samples);
+  if (isField(config_.modulation)) return this->field(samples);
   const ContactField field = contactField(samples, config_, report_.ignored_samples);
   if (config_.modulation == Modulation::spatiotemporal) {
     std::vector<FocalPoint> points = path(field.position, field.weight, field.pressure);
@@ -202,7 +202,7 @@ void FocalPointRenderer::setArray(const ArrayReach& array) {
 }
 
 void FocalPointRenderer::setIntensities(std::vector<FocalPoint>& points) {
-  const bool field = config_.modulation == Modulation::field;
+  const bool field = isField(config_.modulation);
   const double count = field ? 1.0 : static_cast<double>(points.size());
   if (array_) report_.gain = radiationPressure(array_->acoustics(), reference_) / config_.full_scale_pressure;
   std::vector<double> limit;  // Pa on the skin
