@@ -87,6 +87,9 @@ std::string SafetyGate::objection(const ultrasound::FocalPoint& point, bool fiel
   const std::string intensity = "intensity of " + name(point) + " is " + text(point.intensity);
   if (applies(Rule::non_finite) && !std::isfinite(point.intensity))
     return "non-finite: " + intensity + ", expected a finite number";
+  if (applies(Rule::non_finite) && field && !(point.weight >= 0.0 && std::isfinite(point.weight)))
+    return "non-finite: weight of " + name(point) + " is " + text(point.weight) +
+           ", expected 0 or a positive number";
   if (applies(Rule::intensity) && (point.intensity < 0.0 || point.intensity > config_.intensity_cap))
     return "intensity out of range: " + intensity + ", expected 0 to " + text(config_.intensity_cap);
   return "";

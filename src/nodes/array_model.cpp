@@ -43,6 +43,8 @@ void ArrayModel::read(Settings& s) {
                                    "of a field, that take turns");
   field_options.evaluations =
       s.whole("field_evaluations", field_options.evaluations, 1, 10000, "of a field's solver, at most");
+  field_options.blur =
+      s.number("field_blur", field_options.blur, 0.0, 0.1, "m, by which skin blurs a field; 0: none");
   field_options.phase_levels = options.phase_levels;
   field_options.amplitude_levels = options.amplitude_levels;
   field_options.max_phase_change = options.max_phase_change;

@@ -42,6 +42,8 @@ ultrasound::FocalPointConfig focalPointConfig(Settings& s) {
       s.truth("perceptual_weights", config.perceptual_weights, "whether sensitive skin is favoured");
   count("path_points", config.path_points, 256, "of stm, most places of its path");
   number("path_spacing", config.path_spacing, any, "m, of stm, between two places of its path, at least");
+  config.field_weights = s.truth("field_weights", config.field_weights,
+                                 "of field, whether the error counts more where skin is sensitive");
   count("field_samples", config.field_samples, 2000, "of field, most samples of skin");
   const std::string fit = s.text("intensity_fit", "least_squares",
                                  "how a point's pressure follows from samples", {"least_squares", "paper"});
@@ -122,6 +124,8 @@ void FocalPointRenderer::receive(const sensor_msgs::PointCloud2::ConstPtr& press
     message->slip = static_cast<float>(ultrasound::slipShare(samples, slip_gain_));
     message->points = toMessage(points);
     message->modulation_frequency = static_cast<float>(frequency(points));
+    if (renderer_.config().field_weights)
+      for (const auto& point : points) message->weight.push_back(static_cast<float>(point.weight));
     message->area.assign(renderer_.report().area.begin(), renderer_.report().area.end());
     *report = toMessage(renderer_.report(), renderer_.config().compression_knee);
     tellForce(*message, *report);

@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-#include "nodes/conversions.h"
+#include "nodes/emission_message.h"
 #include "nodes/field_report.h"
 #include "nodes/frame_name.h"
 #include "nodes/gate_parameters.h"
@@ -124,11 +124,7 @@ device::Verdict GatedArray::judge(const FocalPointArray& message, const device::
   } else if (!unsupervised_.empty() && !gate_->stopped()) {
     verdict.reason = unsupervised_;
   } else {
-    device::Emission emission;
-    emission.points = toCore(message.points);
-    emission.modulation_frequency = message.modulation_frequency;
-    emission.modulation = static_cast<ultrasound::Modulation>(message.modulation);
-    emission.slip = message.slip;
+    const device::Emission emission = emissionOf(message);
     verdict.reason = output_.repertoire.objection(emission);
     if (verdict.passes()) verdict = gate_->check(emission, occasion);
   }

@@ -162,6 +162,7 @@ std::vector<FocalPoint> FocalPointRenderer::field(const std::vector<PressureSamp
     point.id = static_cast<std::uint32_t>(points.size());
     point.position = sample.position;
     point.pressure = sample.pressure;
+    if (config_.field_weights) point.weight = sample.weight;
     points.push_back(point);
     report_.area.push_back(sample.area);
   }

@@ -34,6 +34,7 @@ struct FocalPointConfig {
   double minimum_force = 0.001;   // N; contacts that press less in sum get no point
   Modulation modulation = Modulation::amplitude;  // stm: a path over the contact instead of clusters;
                                                   // field: the skin itself
+  bool field_weights = false;                     // alpha counts in the error of a field (FocalPoint::weight)
   std::size_t field_samples = 1600;  // of skin, at most, that stand for all of it in a field; at least 1
   std::size_t path_points = 32;      // most points of that path, at least 1
   double path_spacing = 0.006;       // m, least distance of two of them

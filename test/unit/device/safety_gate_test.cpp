@@ -814,6 +814,11 @@ TEST_F(FieldGate, BareSkinMayBeOutsideTheWorkspace) {
   EXPECT_TRUE(
       begins(gate.check(field({inside, point(0, 0, 0.5, 0.1)}), now()).reason, "outside the workspace"));
   EXPECT_TRUE(begins(gate.check(field({inside, point(nan, 0, 0.2, 0.0)}), now()).reason, "non-finite"));
+  for (const double bad : {nan, inf, -1.0}) {
+    auto weighed = inside;
+    weighed.weight = bad;
+    EXPECT_TRUE(begins(gate.check(field({weighed}), now()).reason, "non-finite: weight")) << bad;
+  }
   EXPECT_TRUE(
       begins(gate.check(field({inside, point(0, 0, 0.2, 1.1)}), now()).reason, "intensity out of range"));
 }
