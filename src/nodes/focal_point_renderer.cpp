@@ -48,8 +48,17 @@ ultrasound::FocalPointConfig focalPointConfig(Settings& s) {
   const std::string fit = s.text("intensity_fit", "least_squares",
                                  "how a point's pressure follows from samples", {"least_squares", "paper"});
   config.fit = fit == "paper" ? ultrasound::IntensityFit::paper : ultrasound::IntensityFit::least_squares;
+  readPerson(s, config);
   config.validate();
   return config;
+}
+
+void readPerson(Settings& s, ultrasound::FocalPointConfig& config) {
+  constexpr double milli = 1e-3;
+  config.felt_gain = s.number("felt_gain", config.felt_gain, 0.1, 10.0, "of a person, over that of others");
+  config.felt_threshold =
+      milli * s.number("felt_threshold", config.felt_threshold / milli, 0.0, 50.0,
+                       "mN, least force of a focal point that a person feels; 0: not known");
 }
 
 double modulationFrequency(Settings& settings) {

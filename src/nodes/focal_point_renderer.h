@@ -14,6 +14,9 @@ namespace tactile_clay::nodes {
 /// wrong
 ultrasound::FocalPointConfig focalPointConfig(Settings& settings);
 
+/// Of them, those of a person (`staircase` writes them). \throws as above
+void readPerson(Settings& settings, ultrasound::FocalPointConfig& config);
+
 /// Hz, at which points are modulated; 0: that of the modulation. \throws as above
 double modulationFrequency(Settings& settings);
 

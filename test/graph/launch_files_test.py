@@ -84,6 +84,15 @@ class LaunchFiles(unittest.TestCase):
                                    ('focal_point_renderer/max_points', 8)):
                 self.assertEqual(params['/' + name].value, expected, name)
 
+    def test_a_person_is_known_to_the_renderer(self):
+        with tempfile.TemporaryDirectory() as folder, mock.patch.dict(os.environ, PWD=folder):
+            with open(os.path.join(folder, 'anna.yaml'), 'w') as person:
+                person.write('felt_threshold: 0.6  # mN\nfelt_gain: 1.5\n')
+            params = load('person:=anna.yaml').params
+            self.assertEqual(params['/focal_point_renderer/felt_threshold'].value, 0.6)
+            self.assertEqual(params['/focal_point_renderer/felt_gain'].value, 1.5)
+            self.assertNotIn('/simulated_array/felt_gain', params)
+
     def test_a_target_has_the_quality_chosen(self):
         for arguments, expected in (([], 'balanced'), (['target_ms:=5'], 'auto'), (['target_ms:=5', 'quality:=fast'], 'fast')):
             self.assertEqual(load(*arguments).params['/clay_simulator/quality'].value, expected, arguments)
