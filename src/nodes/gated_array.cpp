@@ -62,6 +62,8 @@ GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std
   const std::string objection = output_.repertoire.objection(static_cast<unsigned>(coming));
   if (!objection.empty())
     throw std::runtime_error("parameter " + private_nh.resolveName("modulation") + ": " + objection);
+  ROS_INFO("%s: array '%s' plays modulation '%s'", node_.c_str(), device_.c_str(),
+           ultrasound::nameOf(coming));
   lockstep_ = param(private_nh, "lockstep", false);
   // In lockstep the clock is that of the stamps.
   const auto stamp_mode = lockstep_ ? device::StampCheck::Mode::off : stampMode(private_nh);

@@ -224,7 +224,8 @@ std::string checkAll(const Arguments& arguments) {
   if (arguments.at("device") != "simulated")
     clay::nodes::Plugin<clay::device::ArrayDevice>("tactile_clay::device::ArrayDevice", "device",
                                                    arguments.at("device"), "simulated");
-  clay::ultrasound::modulation(valueOf(arguments, "modulation", "am"));
+  if (const std::string modulation = valueOf(arguments, "modulation", "am"); modulation != "auto")
+    clay::ultrasound::modulation(modulation);
   clay::ultrasound::arrayLayouts(valueOf(arguments, "layout", "usx"));
   clay::ultrasound::phaseMethod(valueOf(arguments, "phase_method", "newton"));
   for (const char* key : {"loop", "skeleton", "perceptual_weights", "nodelets", "sleeping", "rviz",

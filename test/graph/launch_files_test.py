@@ -84,6 +84,14 @@ class LaunchFiles(unittest.TestCase):
                                    ('focal_point_renderer/max_points', 8)):
                 self.assertEqual(params['/' + name].value, expected, name)
 
+    def test_auto_is_a_field_where_the_array_takes_phases(self):
+        for device, array, expected in (('simulated', 'simulated_array', 'field'), ('sonic_surface', 'array_driver', 'field'),
+                                        ('debug', 'array_driver', 'am')):
+            params = load('modulation:=auto', 'device:=' + device).params
+            self.assertEqual(params['/focal_point_renderer/modulation'].value, expected, device)
+            self.assertEqual(params['/%s/modulation' % array].value, expected, device)
+            self.assertEqual(params['/contact_pressure/around'].value, 0.06 if expected == 'field' else 0.0)
+
     def test_a_person_is_known_to_the_renderer(self):
         with tempfile.TemporaryDirectory() as folder, mock.patch.dict(os.environ, PWD=folder):
             with open(os.path.join(folder, 'anna.yaml'), 'w') as person:
