@@ -91,6 +91,8 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const
   }
 
   s.ghost_sum.assign(ghosts.size(), Eigen::Vector3d::Zero());
+  s.ghost_pressed.assign(ghosts.size(), 0.0);
+  s.ghost_slip.assign(ghosts.size(), 0.0);
   s.ghost_touched.assign(ghosts.size(), false);
   s.solid_forces.assign(solids.size(), Eigen::Vector3d::Zero());
   s.takeGhosts(ghosts);
@@ -106,7 +108,7 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const
       const Surroundings around = s.surroundings(solids);
       if (s.sleeps() && s.sleep.wake(s.everyone, s.particles, around)) s.regroup();
       s.step(around);
-      s.collectForces(steps);
+      s.collectForces(steps, static_cast<float>(dt));
     }
     s.particles.density_ratio =
         s.config.budget.method == Method::paper ? s.projection.densityRatio() : s.minimiser.densityRatio();
@@ -132,7 +134,9 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const
   s.ghost_forces.clear();
   for (std::size_t g = 0; g < ghosts.size(); ++g) {
     if (s.ghost_touched[g]) {
-      s.ghost_forces.push_back({static_cast<std::uint32_t>(g), s.ghost_sum[g].cast<float>()});
+      const double slip = s.ghost_pressed[g] > 0.0 ? s.ghost_slip[g] / s.ghost_pressed[g] : 0.0;
+      s.ghost_forces.push_back(
+          {static_cast<std::uint32_t>(g), s.ghost_sum[g].cast<float>(), static_cast<float>(slip)});
     }
   }
   if (s.sleeps() && s.sleep.settle(s.particles, s.near, s.surroundings(solids), steps * dt)) s.regroup();

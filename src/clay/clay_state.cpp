@@ -345,7 +345,8 @@ void Clay::State::countStrays() {
     statistics.strays += everyone.position.at(i).cwiseAbs().maxCoeff() > wall;
 }
 
-void Clay::State::collectForces(int steps) {
+/// Of the last step: an anchor that holds does not slide, one that is dragged along moves with its particle.
+void Clay::State::collectForces(int steps, float dt) {
   for (const Contact& c : sleeping_contacts)
     if (c.solid < solid_forces.size()) solid_forces[c.solid] -= c.force.cast<double>() / steps;
   for (const Contact& c : contact_constraint.contacts()) {
@@ -355,9 +356,15 @@ void Clay::State::collectForces(int steps) {
       continue;
     }
     if (c.force.isZero(0.0f)) continue;
+    const Eigen::Vector3f way = u.at(c.particle) - c.drift;
+    const double size = force.norm();
+    double slip = c.state == Contact::State::slide ? (way - way.dot(c.normal) * c.normal).norm() / dt : 0.0;
+    if (!std::isfinite(slip)) slip = 0.0;  // of a particle that is lost in this step
     for (std::uint32_t s = c.first_ghost; s < c.first_ghost + c.ghost_count; ++s) {
       const GhostShare& share = contact_constraint.shares()[s];
       ghost_sum[share.ghost] += share.share * force;
+      ghost_pressed[share.ghost] += share.share * size;
+      ghost_slip[share.ghost] += share.share * size * slip;
       ghost_touched[share.ghost] = true;
     }
   }

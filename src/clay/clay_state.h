@@ -38,7 +38,7 @@ struct Clay::State {
   void restore(const Sculpture& sculpture);
   void regroup();
   void endStep(float dt);
-  void collectForces(int steps);
+  void collectForces(int steps, float dt);
   void countLumps();
   void countStrays();
 
@@ -77,6 +77,7 @@ struct Clay::State {
   std::vector<Eigen::Isometry3d> walled_start, walled_end;
   std::vector<Eigen::Isometry3d> start_poses, end_poses;  // of the solids, in the step
   std::vector<Eigen::Vector3d> ghost_sum;                 // N
+  std::vector<double> ghost_pressed, ghost_slip;          // N, sum of magnitudes; N m/s, the same times slip
   std::vector<bool> ghost_touched;
   std::vector<GhostForce> ghost_forces;
   std::vector<Eigen::Vector3d> solid_forces;

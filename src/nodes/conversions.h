@@ -53,8 +53,8 @@ sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::S
 
 sensor_msgs::JointState jointState(const std::map<std::string, double>& joints, ros::Time stamp);
 
-/// clay/contacts: the force on each touched skin sample, how it moves, and, where the skin tells them, its
-/// hand, region and area. \param skin the message that the ghosts came from
+/// clay/contacts: the force on each touched skin sample, how it moves, how the clay slides there, and, where
+/// the skin tells them, its hand, region and area. \param skin the message that the ghosts came from
 sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& forces,
                                          const clay::Ghosts& ghosts, const sensor_msgs::PointCloud2& skin);
 std::vector<contact::ContactForce> contactForces(const sensor_msgs::PointCloud2& contacts);

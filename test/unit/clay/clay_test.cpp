@@ -324,6 +324,32 @@ TEST(Clay, AnImpactOnTheSkinIsTheRateOfMomentum) {
   EXPECT_LT((impulse + momentum(clay.particles())).norm(), 1e-3 * momentum(clay.particles()).norm());
 }
 
+/// Without friction a block keeps its place over skin that is drawn away below it: the slip is the speed of
+/// the skin. With much of it the block is carried along, and nothing slides.
+TEST(Clay, SlipIsTheSpeedAtWhichClaySlidesAlongTheSkin) {
+  const double speed = 0.05;  // m/s
+  for (const double friction : {0.0, 5.0}) {
+    Material material;
+    material.skin_friction = friction;
+    Clay clay(configOf(), {material}, block(5, 5, 5, spacing));
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    run(clay, 40, ghostPlane(centre, Eigen::Vector3d::UnitZ(), 0.04, 0.004));
+    for (const GhostForce& f : clay.ghostForces()) EXPECT_LT(f.slip, 1e-3) << "at rest";
+    for (int k = 0; k < 15; ++k) {
+      centre.x() += speed * clay.config().frame;
+      clay.advance(ghostPlane(centre, Eigen::Vector3d::UnitZ(), 0.04, 0.004, {speed, 0.0, 0.0}), {},
+                   clay.config().frame);
+    }
+    ASSERT_FALSE(clay.ghostForces().empty());
+    double force = 0.0, slip = 0.0;
+    for (const GhostForce& f : clay.ghostForces()) {
+      force += f.force.norm();
+      slip += f.force.norm() * f.slip;
+    }
+    EXPECT_NEAR(slip / force, friction == 0.0 ? speed : 0.0, 0.02 * speed) << "friction " << friction;
+  }
+}
+
 TEST(Clay, GivesTheSameBitsForAnyNumberOfThreads) {
   std::vector<VectorField> positions;
   for (const int threads : {1, 2, 3, 1}) {
