@@ -173,16 +173,6 @@ sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::S
   return cloud.finish();
 }
 
-sensor_msgs::JointState jointState(const std::map<std::string, double>& joints, ros::Time stamp) {
-  sensor_msgs::JointState message;
-  message.header.stamp = stamp;
-  for (const auto& [name, position] : joints) {
-    message.name.push_back(name);
-    message.position.push_back(position);
-  }
-  return message;
-}
-
 sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& forces,
                                          const clay::Ghosts& ghosts, const sensor_msgs::PointCloud2& skin) {
   // Skin of others may leave them out.

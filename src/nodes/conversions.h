@@ -1,13 +1,11 @@
 #pragma once
 
-#include <sensor_msgs/JointState.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <tactile_clay/FocalPointArray.h>
 #include <tactile_clay/RenderingReport.h>
 #include <tactile_clay/TrackedHands.h>
 
 #include <limits>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -50,8 +48,6 @@ PressureSkin pressureSkin(const sensor_msgs::PointCloud2& skin);
 /// clay/particles, in the colours of the scene's bodies.
 sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::Scene& scene,
                                           const std_msgs::Header& header);
-
-sensor_msgs::JointState jointState(const std::map<std::string, double>& joints, ros::Time stamp);
 
 /// clay/contacts: the force on each touched skin sample, how it moves, how the clay slides there, and, where
 /// the skin tells them, its hand, region and area. \param skin the message that the ghosts came from
