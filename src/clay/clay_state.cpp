@@ -358,7 +358,8 @@ void Clay::State::collectForces(int steps, float dt) {
     if (c.force.isZero(0.0f)) continue;
     const Eigen::Vector3f way = u.at(c.particle) - c.drift;
     const double size = force.norm();
-    double slip = c.state == Contact::State::slide ? (way - way.dot(c.normal) * c.normal).norm() / dt : 0.0;
+    const bool slides = c.state == Contact::State::slide || !(c.stiffness > 0.0f);  // or nothing holds it
+    double slip = slides ? (way - way.dot(c.normal) * c.normal).norm() / dt : 0.0;
     if (!std::isfinite(slip)) slip = 0.0;  // of a particle that is lost in this step
     for (std::uint32_t s = c.first_ghost; s < c.first_ghost + c.ghost_count; ++s) {
       const GhostShare& share = contact_constraint.shares()[s];

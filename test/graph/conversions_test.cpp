@@ -190,7 +190,7 @@ TEST(Conversions, ASkinThatIsNotFiniteIsRefused) {
 
 TEST(Conversions, EmptyCloudsKeepTheirFields) {
   const auto cloud = pressureCloud({}, header("array"));
-  EXPECT_EQ(cloud->fields.size(), 10u);
+  EXPECT_EQ(cloud->fields.size(), 11u);
   EXPECT_TRUE(pressureSamples(*cloud).empty());
 }
 
