@@ -250,7 +250,7 @@ def earlier_types():
     """The message types of earlier releases, oldest first, as the rules of the package know them."""
     rules = {'MessageUpdateRule': type('MessageUpdateRule', (), {})}
     exec(config('migration.bmr'), rules)  # as rosbag does
-    found = [rule for name, rule in rules.items() if getattr(rule, 'valid', False) and name != 'rule']
+    found = [rule for rule in rules.values() if getattr(rule, 'valid', False)]
     return [genpy.dynamic.generate_dynamic(rule.old_type, rule.old_full_text)[rule.old_type] for rule in found]
 
 
