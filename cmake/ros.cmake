@@ -79,10 +79,10 @@ endfunction()
 # Where the development space lies in the checkout, rosrun finds a script there and in scripts/, and asks which one is
 # meant. So those in scripts/ are not executable; catkin makes executable what it installs.
 catkin_install_python(PROGRAMS scripts/calibrate_board scripts/describe_rig scripts/fuzz_topics scripts/record_run scripts/replay
-  scripts/plot_accuracy scripts/rig_view scripts/show_moment scripts/start_when_set scripts/trial
+  scripts/plot_accuracy scripts/rig_view scripts/show_moment scripts/staircase scripts/start_when_set scripts/trial
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 # Modules of theirs, which stand beside them and are no programs.
-install(FILES scripts/rig_tools.py scripts/trial_plan.py scripts/trial_summary.py
+install(FILES scripts/quest.py scripts/rig_tools.py scripts/trial_plan.py scripts/trial_summary.py
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 install(FILES plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 # rviz asks for a package media_export. Where there is none, whoever sources setup.bash has an empty one.

@@ -66,19 +66,22 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, doubl
 }
 
 void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const SolidMotion& motion,
-                   double duration) {
+                   double duration, double step_factor) {
   State& s = *state_;
+  require(step_factor >= 1.0 && step_factor <= largest_step_factor, "step factor", step_factor,
+          "1 to " + std::to_string(largest_step_factor));
   require(ghosts.size() <= mostGhosts(s.config.spacing), "number of ghosts",
           static_cast<double>(ghosts.size()),
           "at most " + std::to_string(mostGhosts(s.config.spacing)) + " at this spacing");
   for (Stage& stage : s.statistics.stages) stage.ms = 0.0;
   s.iterations_done = s.rounds_done = 0;
   s.statistics.ghosts_looked_at = 0;
-  const double dt = s.config.timeStep();
+  const double dt = s.time_step = step_factor * s.config.timeStep();
   s.carry += duration;
   const int steps = std::max(static_cast<int>(std::lround(s.carry / dt)), 0);
   s.carry -= steps * dt;
   ++s.statistics.step;
+  s.statistics.step_factor = step_factor;
   if (steps == 0) {
     auto& forces = s.ghost_forces;
     forces.erase(std::remove_if(forces.begin(), forces.end(),
@@ -88,6 +91,8 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const
   }
 
   s.ghost_sum.assign(ghosts.size(), Eigen::Vector3d::Zero());
+  s.ghost_pressed.assign(ghosts.size(), 0.0);
+  s.ghost_slip.assign(ghosts.size(), 0.0);
   s.ghost_touched.assign(ghosts.size(), false);
   s.solid_forces.assign(solids.size(), Eigen::Vector3d::Zero());
   s.takeGhosts(ghosts);
@@ -103,7 +108,7 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const
       const Surroundings around = s.surroundings(solids);
       if (s.sleeps() && s.sleep.wake(s.everyone, s.particles, around)) s.regroup();
       s.step(around);
-      s.collectForces(steps);
+      s.collectForces(steps, static_cast<float>(dt));
     }
     s.particles.density_ratio =
         s.config.budget.method == Method::paper ? s.projection.densityRatio() : s.minimiser.densityRatio();
@@ -129,7 +134,9 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const
   s.ghost_forces.clear();
   for (std::size_t g = 0; g < ghosts.size(); ++g) {
     if (s.ghost_touched[g]) {
-      s.ghost_forces.push_back({static_cast<std::uint32_t>(g), s.ghost_sum[g].cast<float>()});
+      const double slip = s.ghost_pressed[g] > 0.0 ? s.ghost_slip[g] / s.ghost_pressed[g] : 0.0;
+      s.ghost_forces.push_back(
+          {static_cast<std::uint32_t>(g), s.ghost_sum[g].cast<float>(), static_cast<float>(slip)});
     }
   }
   if (s.sleeps() && s.sleep.settle(s.particles, s.near, s.surroundings(solids), steps * dt)) s.regroup();

@@ -130,7 +130,7 @@ void Clay::State::posesAt(const SolidMotion& motion, double t, std::size_t solid
 }
 
 Surroundings Clay::State::surroundings(const std::vector<Solid>& solids) const {
-  return {moved, solids, start_poses, end_poses, static_cast<float>(config.timeStep())};
+  return {moved, solids, start_poses, end_poses, static_cast<float>(time_step)};
 }
 
 void Clay::State::step(const Surroundings& around) {
@@ -158,7 +158,7 @@ void Clay::State::step(const Surroundings& around) {
   }
   if (bonded) {
     const Stopwatch watch(ms(bonds));
-    updateBonds();
+    updateBonds(dt);
   }
   const Bonds* const of_particles = bonded ? &bond_constraint : nullptr;
   if (config.budget.method == Method::paper) {
@@ -181,8 +181,8 @@ void Clay::State::step(const Surroundings& around) {
 /// Whether bonds form or break is decided by how far a pair has parted in a frame, not by the velocities of a
 /// step: these carry the noise of the solver, and a threshold that is looked at more often is crossed more
 /// often. A bond breaks as soon as its frame is sure to be too fast; what forms does so at the end of one.
-void Clay::State::updateBonds() {
-  const float per_frame = static_cast<float>(1.0 / config.frame);
+void Clay::State::updateBonds(float dt) {
+  const float per_frame = 1.0f / (static_cast<float>(config.budget.substeps) * dt);
   const bool ends = window_steps >= config.budget.substeps;
   VectorField& mean_velocity = u;  // which is free until the step is solved
   parallelRanges(particles.size(), range_size, [&](std::size_t first, std::size_t last) {
@@ -191,8 +191,7 @@ void Clay::State::updateBonds() {
       if (ends) window_start[i] = particles.position[i];
     }
   });
-  bond_constraint.update(near, particles, mean_velocity, ends, static_cast<float>(config.timeStep()),
-                         contact_constraint.contacts());
+  bond_constraint.update(near, particles, mean_velocity, ends, dt, contact_constraint.contacts());
   window_steps = ends ? 1 : window_steps + 1;
 }
 
@@ -346,7 +345,8 @@ void Clay::State::countStrays() {
     statistics.strays += everyone.position.at(i).cwiseAbs().maxCoeff() > wall;
 }
 
-void Clay::State::collectForces(int steps) {
+/// Of the last step: an anchor that holds does not slide, one that is dragged along moves with its particle.
+void Clay::State::collectForces(int steps, float dt) {
   for (const Contact& c : sleeping_contacts)
     if (c.solid < solid_forces.size()) solid_forces[c.solid] -= c.force.cast<double>() / steps;
   for (const Contact& c : contact_constraint.contacts()) {
@@ -356,9 +356,16 @@ void Clay::State::collectForces(int steps) {
       continue;
     }
     if (c.force.isZero(0.0f)) continue;
+    const Eigen::Vector3f way = u.at(c.particle) - c.drift;
+    const double size = force.norm();
+    const bool slides = c.state == Contact::State::slide || !(c.stiffness > 0.0f);  // or nothing holds it
+    double slip = slides ? (way - way.dot(c.normal) * c.normal).norm() / dt : 0.0;
+    if (!std::isfinite(slip)) slip = 0.0;  // of a particle that is lost in this step
     for (std::uint32_t s = c.first_ghost; s < c.first_ghost + c.ghost_count; ++s) {
       const GhostShare& share = contact_constraint.shares()[s];
       ghost_sum[share.ghost] += share.share * force;
+      ghost_pressed[share.ghost] += share.share * size;
+      ghost_slip[share.ghost] += share.share * size * slip;
       ghost_touched[share.ghost] = true;
     }
   }

@@ -32,13 +32,13 @@ struct Clay::State {
   void posesAt(const SolidMotion& motion, double t, std::size_t solids);
   Surroundings surroundings(const std::vector<Solid>& solids) const;
   void step(const Surroundings& around);
-  void updateBonds();
+  void updateBonds(float dt);
   void publishAwake();
   Sculpture sculpture() const;
   void restore(const Sculpture& sculpture);
   void regroup();
   void endStep(float dt);
-  void collectForces(int steps);
+  void collectForces(int steps, float dt);
   void countLumps();
   void countStrays();
 
@@ -69,6 +69,7 @@ struct Clay::State {
   int iterations_done = 0, rounds_done = 0;  // in this frame
   std::atomic<std::uint64_t> rejected{0};    // displacements, since the start
   double time = 0.0, carry = 0.0;            // s
+  double time_step = 0.0;                    // s, the time step of this `advance`
   Ghosts target;                             // ghosts at the end of the frame
   Ghosts moved;                              // and at the end of the current step
   std::vector<Solid> walls;                  // of the world
@@ -76,6 +77,7 @@ struct Clay::State {
   std::vector<Eigen::Isometry3d> walled_start, walled_end;
   std::vector<Eigen::Isometry3d> start_poses, end_poses;  // of the solids, in the step
   std::vector<Eigen::Vector3d> ghost_sum;                 // N
+  std::vector<double> ghost_pressed, ghost_slip;          // N, sum of magnitudes; N m/s, the same times slip
   std::vector<bool> ghost_touched;
   std::vector<GhostForce> ghost_forces;
   std::vector<Eigen::Vector3d> solid_forces;

@@ -22,6 +22,7 @@ struct Ghosts {
 struct GhostForce {
   std::uint32_t ghost = 0;
   Eigen::Vector3f force = Eigen::Vector3f::Zero();  // N
+  float slip = 0.0f;  // m/s, at which the clay slides along the skin there: mean over the frame by force
 };
 
 }  // namespace tactile_clay::clay

@@ -71,7 +71,8 @@ std::vector<PressureSample> pressureField(const SkinView& skin, const std::vecto
       throw std::out_of_range("pressure field: contact on skin sample " + std::to_string(contact.index) +
                               ", expected less than " + std::to_string(skin.position.size()));
     }
-    if (contact.force.allFinite() && usable(skin, contact.index)) {
+    const bool slides = std::isfinite(contact.slip) && contact.slip >= 0.0f;
+    if (contact.force.allFinite() && slides && usable(skin, contact.index)) {
       sorted.push_back(contact);
     } else {
       ++left_out;
@@ -86,7 +87,13 @@ std::vector<PressureSample> pressureField(const SkinView& skin, const std::vecto
     const std::uint32_t i = contact->index;
     // In double, because forces that are finite alone may overflow float together.
     Eigen::Vector3d force = Eigen::Vector3d::Zero();
-    for (; contact != sorted.end() && contact->index == i; ++contact) force += contact->force.cast<double>();
+    double size = 0.0, slip = 0.0;
+    for (; contact != sorted.end() && contact->index == i; ++contact) {
+      const Eigen::Vector3d here = contact->force.cast<double>();
+      force += here;
+      size += here.norm();
+      slip += here.norm() * contact->slip;
+    }
 
     const Place place = placeOf(skin, i);
     const double normal_force = std::max(-skin.normal[i].cast<double>().dot(force), 0.0);
@@ -100,7 +107,8 @@ std::vector<PressureSample> pressureField(const SkinView& skin, const std::vecto
       continue;
     }
     samples.push_back({place.position, place.normal, static_cast<float>(pressure),
-                       static_cast<float>(normal_force), place.area, skin.weight[i]});
+                       static_cast<float>(normal_force), place.area, skin.weight[i],
+                       size > 0.0 ? static_cast<float>(slip / size) : 0.0f});
   }
   return samples;
 }

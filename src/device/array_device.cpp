@@ -2,16 +2,29 @@
 
 #include <numeric>
 
+#include "ultrasound/slip.h"
+
 namespace tactile_clay::device {
 
-std::vector<ultrasound::Instant> period(const Emission& emission) {
-  if (emission.points.empty()) return {};
+namespace {
+
+std::vector<ultrasound::Instant> withoutSlip(const Emission& emission) {
   if (emission.modulation == ultrasound::Modulation::amplitude && emission.modulation_frequency == 0.0) {
     std::vector<std::size_t> all(emission.points.size());
     std::iota(all.begin(), all.end(), std::size_t{0});
     return {{emission.points, 1.0, all}};
   }
   return ultrasound::period(emission.points, emission.modulation);
+}
+
+}  // namespace
+
+std::vector<ultrasound::Instant> period(const Emission& emission) {
+  if (emission.points.empty()) return {};
+  std::vector<ultrasound::Instant> instants = withoutSlip(emission);
+  for (ultrasound::Instant& instant : instants)
+    instant.amplitude = ultrasound::withSlip(instant.amplitude, emission.slip, ultrasound::slip_mean);
+  return instants;
 }
 
 std::vector<const Sound::Part*> instants(const Sound& sound) {

@@ -21,9 +21,11 @@ struct Emission {
   std::vector<ultrasound::FocalPoint> points;
   double modulation_frequency = 200.0;  // Hz; 0: amplitude modulation without it, always on
   ultrasound::Modulation modulation = ultrasound::Modulation::amplitude;
+  double slip = 0.0;  // 0-1, share of the pressure that vibrates as sliding clay does (ultrasound::slipWave)
 };
 
-/// A period of its modulation: the points that have to be there at once, one instant after the other.
+/// A period of its modulation: the points that have to be there at once, one instant after the other. Where
+/// some of it vibrates of slip, amplitudes are root mean squares over that.
 std::vector<ultrasound::Instant> period(const Emission& emission);
 
 /// What may sound: what the safety gate makes of an emission, and what a device plays exactly.
@@ -56,6 +58,7 @@ struct Capabilities {
   double max_rate = 0.0;           // updates a second that reach the transducers; 0: any number
   std::vector<ultrasound::Modulation> modulations = {
       ultrasound::Modulation::amplitude};  // that submit() can play
+  bool slip = false;                       // it plays Emission::slip too
   std::vector<std::string>
       remarks;  // lines that the user should read, such as of an option that may be missing
 };
@@ -88,10 +91,10 @@ class ArrayDevice {
     return std::nullopt;
   }
 
-  /// The same for fields, for arrays that name Modulation::field: the patterns to play for samples of skin,
-  /// and what they reach there. \param options of the solver, `amplitude` being the most of each transducer
-  /// that may be spent \param before patterns of the frame before, or none. Nothing: the gate solves them for
-  /// the layout itself.
+  /// The same for fields, for arrays that name Modulation::field or field_circle: the patterns to play for
+  /// samples of skin, and what they reach there. \param options of the solver, `amplitude` being the most of
+  /// each transducer that may be spent \param before patterns of the frame before, or none. Nothing: the gate
+  /// solves them for the layout itself.
   virtual std::optional<ultrasound::FieldSolution> field(
       [[maybe_unused]] const std::vector<ultrasound::FocalPoint>& targets,
       [[maybe_unused]] const ultrasound::FieldSolverOptions& options,

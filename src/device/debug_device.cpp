@@ -27,6 +27,10 @@ std::string describe(const Emission& emission) {
   std::snprintf(buffer, sizeof buffer, "debug array: %zu points at %g Hz %s:", emission.points.size(),
                 emission.modulation_frequency, ultrasound::nameOf(emission.modulation));
   std::string line = buffer;
+  if (emission.slip > 0.0) {
+    std::snprintf(buffer, sizeof buffer, " slip %.2f,", emission.slip);
+    line += buffer;
+  }
   for (const auto& point : emission.points) {
     std::snprintf(buffer, sizeof buffer, " [%u] (%.4f %.4f %.4f) m %.0f Pa intensity %.3f", point.id,
                   point.position.x(), point.position.y(), point.position.z(), point.pressure,
@@ -59,7 +63,8 @@ Capabilities DebugDevice::capabilities() const {
   using ultrasound::Modulation;
   Capabilities capabilities;
   capabilities.modulations = {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal,
-                              Modulation::field};
+                              Modulation::field,     Modulation::circle,  Modulation::field_circle};
+  capabilities.slip = true;
   return capabilities;
 }
 

@@ -30,6 +30,52 @@ class Loudest {
   bool first_ = true;
 };
 
+constexpr double circle_effort = 0.25;  // for a place that is 2 mm beside one that is solved
+
+/// The patterns of each place of a circle, one place after the other; wanted and reached amplitudes are root
+/// mean squares over the places.
+ultrasound::FieldSolution solveCircle(const Instrument& instrument, double amplitude,
+                                      const std::vector<ultrasound::Drive>& before,
+                                      const std::vector<ultrasound::Instant>& places) {
+  ultrasound::FieldSolution all;
+  const std::size_t count = places.front().points.size();
+  std::vector<double> wanted(count, 0.0), reached(count, 0.0);
+  const auto over = static_cast<double>(places.size());
+  all.reach.assign(count, 0.0);
+  std::vector<ultrasound::Drive> last(
+      before.begin(), before.begin() + static_cast<std::ptrdiff_t>(before.size() / places.size()));
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const ultrasound::FieldSolution here =
+        instrument.solve_field(places[k].points, amplitude, last, k == 0 ? 1.0 : circle_effort);
+    for (std::size_t m = 0; m < count; ++m) {
+      all.reach[m] += here.reach.at(m) / over;
+      wanted[m] += here.wanted.at(m) * here.wanted[m] / over;
+      reached[m] += here.reached.at(m) * here.reached[m] / over;
+    }
+    all.drives.insert(all.drives.end(), here.drives.begin(), here.drives.end());
+    last = here.drives;
+  }
+  for (std::size_t m = 0; m < count; ++m) {
+    all.wanted.push_back(std::sqrt(wanted[m]));
+    all.reached.push_back(std::sqrt(reached[m]));
+  }
+  const ultrasound::FieldFit fit = ultrasound::fieldFit(all.wanted, all.reached);
+  all.error = fit.error;
+  all.scale = fit.scale;
+  return all;
+}
+
+/// The instants at which pattern k of so many plays.
+void share(const std::vector<ultrasound::Instant>& instants, std::size_t k, std::size_t patterns,
+           ultrasound::Part& part) {
+  for (std::size_t i = k; i < instants.size(); i += patterns) {
+    const double time = 1.0 / static_cast<double>(instants.size());
+    part.instants.push_back(i);
+    part.time += time;
+    part.power += time * instants[i].amplitude * instants[i].amplitude;
+  }
+}
+
 }  // namespace
 
 Loudness solveParts(const Instrument& instrument, const ultrasound::Drive& last, Sound& sound) {
@@ -62,17 +108,21 @@ Loudness solvePatterns(const Instrument& instrument, double amplitude,
   sound.parts.clear();
   field.reset();
   try {
-    field = instrument.solve_field(sound.emission.points, amplitude, before);
-    const std::size_t patterns = field->drives.size();
     const std::vector<ultrasound::Instant> instants = period(sound.emission);
+    const bool circles = sound.emission.modulation == ultrasound::Modulation::field_circle;
+    field = circles ? solveCircle(instrument, amplitude, before, instants)
+                    : instrument.solve_field(sound.emission.points, amplitude, before, 1.0);
+    const std::size_t patterns = field->drives.size();
     for (std::size_t k = 0; k < patterns; ++k) {
-      loudest.add(instrument.loudness(field->drives[k], sound.emission.points));
-      ultrasound::Part part{sound.emission.points, instants.front().which, {}, 0.0, 0.0};
-      for (std::size_t i = k; i < instants.size(); i += patterns) {
-        const double share = 1.0 / static_cast<double>(instants.size());
-        part.instants.push_back(i);
-        part.time += share;
-        part.power += share * instants[i].amplitude * instants[i].amplitude;
+      const auto& place = instants[circles ? k * instants.size() / patterns : 0];
+      loudest.add(instrument.loudness(field->drives[k], place.points));
+      ultrasound::Part part{place.points, place.which, {}, 0.0, 0.0};
+      if (circles) {
+        part.instants = {k};
+        part.time = 1.0 / static_cast<double>(patterns);
+        part.power = part.time * place.amplitude * place.amplitude;
+      } else {
+        share(instants, k, patterns, part);
       }
       sound.parts.push_back({std::move(part), field->drives[k], field->wanted});
     }

@@ -87,6 +87,9 @@ std::string SafetyGate::objection(const ultrasound::FocalPoint& point, bool fiel
   const std::string intensity = "intensity of " + name(point) + " is " + text(point.intensity);
   if (applies(Rule::non_finite) && !std::isfinite(point.intensity))
     return "non-finite: " + intensity + ", expected a finite number";
+  if (applies(Rule::non_finite) && field && !(point.weight >= 0.0 && std::isfinite(point.weight)))
+    return "non-finite: weight of " + name(point) + " is " + text(point.weight) +
+           ", expected 0 or a positive number";
   if (applies(Rule::intensity) && (point.intensity < 0.0 || point.intensity > config_.intensity_cap))
     return "intensity out of range: " + intensity + ", expected 0 to " + text(config_.intensity_cap);
   return "";
@@ -107,9 +110,11 @@ std::string SafetyGate::objection(const Emission& emission, const Occasion& occa
       emission.modulation != ultrasound::Modulation::amplitude)
     return std::string("modulation: frequency is 0 Hz, expected more for ") +
            ultrasound::nameOf(emission.modulation);
+  if (applies(Rule::modulation) && !(emission.slip >= 0.0 && emission.slip <= 1.0))
+    return "modulation: slip is " + text(emission.slip) + ", expected 0 to 1";
   for (const ultrasound::Part& part : ultrasound::parts(period(emission))) {
     for (const ultrasound::FocalPoint& point : part.points) {
-      std::string reason = objection(point, emission.modulation == ultrasound::Modulation::field);
+      std::string reason = objection(point, ultrasound::isField(emission.modulation));
       if (!reason.empty()) return reason;
     }
   }
@@ -232,7 +237,7 @@ Verdict SafetyGate::check(const Emission& emission, const Occasion& occasion) {
     verdict.sound.emission = emission;
     if (!emission.points.empty()) {
       verdict.reason = objection(emission, occasion);
-      if (verdict.passes() && emission.modulation == ultrasound::Modulation::field) {
+      if (verdict.passes() && ultrasound::isField(emission.modulation)) {
         limitField(verdict, occasion.since_last);
       } else {
         // Loudness first: a rise counts from what was emitted, and so does what it may rise to.

@@ -62,18 +62,19 @@ class SafetyGate {
   /// What of this emission may reach the array? Rules, first come first named:
   /// - silent: emergency stop, not yet started, stale (older than the timeout, or from further than that in
   ///   the future); and, where there are points: hand lost (no hand is tracked, or no word of the hands for
-  ///   longer than the timeout), modulation frequency outside 0 to 1000 Hz (0: amplitude modulation only), a
-  ///   position or intensity that is not finite, a position outside the workspace at any instant of the
-  ///   period, an intensity outside 0 to the cap
+  ///   longer than the timeout), modulation frequency outside 0 to 1000 Hz (0: amplitude modulation only),
+  ///   slip outside 0 to 1, a position or intensity that is not finite, a position outside the workspace at
+  ///   any instant of the period, an intensity outside 0 to the cap
   /// - weaker: all intensities are lowered together until the highest pressure in the workspace and the level
   ///   at the head keep to their caps at every instant of the period; then a point's intensity rises no
   ///   faster than the slew, from 0 for a new point (STM: each place of the path is a point). Silent where
   ///   they are not known, or where that does not come about
   ///
-  /// Of a field the points are samples of skin. Those of intensity 0 may lie outside the workspace. Loudness
-  /// is that of each of its patterns, on samples and beside them; the slew holds for what the field does at
-  /// each sample, touched or not: the share of what the whole array could have there rises no faster than the
-  /// slew from the highest that was given within 10 mm of it in the emission before.
+  /// Of a field the points are samples of skin (of `field_circle` at each place of the circle). Those of
+  /// intensity 0 may lie outside the workspace. Loudness is that of each of its patterns, on samples and
+  /// beside them; the slew holds for what the field does at each sample, touched or not: the share of what
+  /// the whole array could have there rises no faster than the slew from the highest that was given within 10
+  /// mm of it in the emission before.
   Verdict check(const Emission& emission, const Occasion& occasion);
 
   /// May what the array was last told go on? For a timer of the driver: silent by emergency stop, before the

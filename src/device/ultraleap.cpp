@@ -6,6 +6,7 @@
 
 #include "device/options.h"
 #include "safety/silence_times.h"
+#include "ultrasound/slip.h"
 
 namespace tactile_clay::device {
 namespace {
@@ -56,7 +57,9 @@ Capabilities Ultraleap::capabilities() const {
   Capabilities capabilities;
   capabilities.max_points = max_points_;
   using ultrasound::Modulation;
-  capabilities.modulations = {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal};
+  capabilities.modulations = {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal,
+                              Modulation::circle};
+  capabilities.slip = true;
   return capabilities;
 }
 
@@ -112,13 +115,18 @@ void Ultraleap::fill(sdk::OutputInterval& interval) {
     const sdk::LocalTimePoint& at = sample;
     const bool held = at - renewed_ > hold_;
     // Counted on, so that another frequency does not make the modulation jump.
-    phase_ += emission_.modulation_frequency * std::chrono::duration<double>(at - played_).count();
+    const double passed = std::chrono::duration<double>(at - played_).count();
+    phase_ += emission_.modulation_frequency * passed;
     phase_ -= std::floor(phase_);
+    slip_phase_ += ultrasound::slip_low * passed;
+    slip_phase_ -= std::floor(slip_phase_);
     played_ = at;
-    const double envelope =
+    const double modulated =
         emission_.modulation == ultrasound::Modulation::amplitude && emission_.modulation_frequency > 0.0
             ? 0.5 - 0.5 * std::cos(2.0 * M_PI * phase_)
             : 1.0;
+    const double wave = ultrasound::slipWave(slip_phase_ / ultrasound::slip_low);
+    const double envelope = (1.0 - emission_.slip) * modulated + emission_.slip * wave;
     const auto now = std::min(static_cast<std::size_t>(phase_ * static_cast<double>(period_.size())),
                               std::max<std::size_t>(period_.size(), 1) - 1);
     const std::size_t count = held || period_.empty() ? 0 : period_[now].size();

@@ -13,9 +13,10 @@ namespace tactile_clay::device {
 /// Arrays of Ultraleap through the vendor's Haptics SDK 3, which computes the phases: the device takes focal
 /// points. Compiled only where CMake finds the SDK.
 ///
-/// Amplitude modulation is the raised cosine (1 - cos(2 pi f t)) / 2 in the SDK's own sample times; lateral
-/// modulation and STM move the control points from instant to instant of their period. The SDK asks for
-/// samples in a thread of its own; they are silent when no emission was submitted for `hold`.
+/// Amplitude modulation is the raised cosine (1 - cos(2 pi f t)) / 2 in the SDK's own sample times, and so is
+/// the vibration of slip; lateral modulation, circles and STM move the control points from instant to instant
+/// of their period. The SDK asks for samples in a thread of its own; they are silent when no emission was
+/// submitted for `hold`.
 ///
 /// Options: `max_points` to ask the array for (default 8; it may grant fewer), `hold` in s (default 0.2),
 /// `callback_rate` in Hz, how often the SDK asks for samples (default 500: an emission is 2 ms late at most).
@@ -43,7 +44,8 @@ class Ultraleap : public ArrayDevice {
   mutable std::mutex mutex_;  // of what follows
   Emission emission_;
   std::vector<std::vector<ultrasound::FocalPoint>> period_;  // points of each instant; none: silence
-  double phase_ = 0.0;  // of the modulation, periods, at the sample of `played_`
+  double phase_ = 0.0;       // of the modulation, periods, at the sample of `played_`
+  double slip_phase_ = 0.0;  // the same of the vibration of slip
   ::Ultraleap::Haptics::LocalTimePoint played_, renewed_;
 
   std::unique_ptr<::Ultraleap::Haptics::StreamingEmitter> emitter_;  // goes first: it calls fill()

@@ -65,10 +65,11 @@ ArrayDriver::ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh)
   output.model = &model_;
   output.scalable = model_.options.amplitude_levels == 0 && !device_->drive({});
   output.solve = [this](const auto& points, const auto* before) { return solve(points, before); };
-  output.solve_field = [this](const auto& targets, double amplitude, const auto& before) {
-    return solveField(targets, amplitude, before);
+  output.solve_field = [this](const auto& targets, double amplitude, const auto& before, double effort) {
+    return solveField(targets, amplitude, before, effort);
   };
-  output.repertoire = {name_, capabilities.modulations, capabilities.max_rate, capabilities.max_points};
+  output.repertoire = {name_, capabilities.modulations, capabilities.max_rate, capabilities.max_points,
+                       capabilities.slip};
   output.emit = [this](const device::Sound& sound, const std_msgs::Header& header) {
     device_->submit(sound);
     publishDrive(sound, header);
@@ -98,11 +99,11 @@ ultrasound::PhaseSolution ArrayDriver::solve(const std::vector<ultrasound::Focal
 
 ultrasound::FieldSolution ArrayDriver::solveField(const std::vector<ultrasound::FocalPoint>& targets,
                                                   double amplitude,
-                                                  const std::vector<ultrasound::Drive>& before) const {
-  ultrasound::FieldSolverOptions options = model_.field_options;
-  options.amplitude = amplitude;
+                                                  const std::vector<ultrasound::Drive>& before,
+                                                  double effort) const {
+  const ultrasound::FieldSolverOptions options = model_.fieldOptions(amplitude, effort);
   if (auto own = device_->field(targets, options, before)) return *own;
-  return model_.solveField(targets, amplitude, before);
+  return model_.solveField(targets, amplitude, before, effort);
 }
 
 }  // namespace tactile_clay::nodes

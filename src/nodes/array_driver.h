@@ -25,7 +25,7 @@ class ArrayDriver {
   ultrasound::PhaseSolution solve(const std::vector<ultrasound::FocalPoint>& points,
                                   const ultrasound::Drive* before) const;
   ultrasound::FieldSolution solveField(const std::vector<ultrasound::FocalPoint>& targets, double amplitude,
-                                       const std::vector<ultrasound::Drive>& before) const;
+                                       const std::vector<ultrasound::Drive>& before, double effort) const;
   void publishDrive(const device::Sound& sound, const std_msgs::Header& header) const;
 
   std::string name_;

@@ -1,5 +1,7 @@
 #include "nodes/array_model.h"
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "device/loudness_meter.h"
@@ -41,6 +43,8 @@ void ArrayModel::read(Settings& s) {
                                    "of a field, that take turns");
   field_options.evaluations =
       s.whole("field_evaluations", field_options.evaluations, 1, 10000, "of a field's solver, at most");
+  field_options.blur =
+      s.number("field_blur", field_options.blur, 0.0, 0.1, "m, by which skin blurs a field; 0: none");
   field_options.phase_levels = options.phase_levels;
   field_options.amplitude_levels = options.amplitude_levels;
   field_options.max_phase_change = options.max_phase_change;
@@ -55,10 +59,16 @@ ultrasound::PhaseSolution ArrayModel::solve(const std::vector<ultrasound::FocalP
 
 ultrasound::FieldSolution ArrayModel::solveField(const std::vector<ultrasound::FocalPoint>& targets,
                                                  double amplitude,
-                                                 const std::vector<ultrasound::Drive>& before) const {
-  ultrasound::FieldSolverOptions most = field_options;
-  most.amplitude = amplitude;
-  return ultrasound::solveField(layout, acoustics, targets, most, before);
+                                                 const std::vector<ultrasound::Drive>& before,
+                                                 double effort) const {
+  return ultrasound::solveField(layout, acoustics, targets, fieldOptions(amplitude, effort), before);
+}
+
+ultrasound::FieldSolverOptions ArrayModel::fieldOptions(double amplitude, double effort) const {
+  ultrasound::FieldSolverOptions own = field_options;
+  own.amplitude = amplitude;
+  own.evaluations = std::max(1, static_cast<int>(std::lround(effort * own.evaluations)));
+  return own;
 }
 
 std::function<device::Loudness(const ultrasound::Drive&, const std::vector<ultrasound::FocalPoint>&)>

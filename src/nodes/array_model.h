@@ -25,7 +25,7 @@ struct ArrayModel {
   /// Reads `~layout`, `~temperature`, `~reference_pressure`, `~head_point` (in world), `~array_pose`, and of
   /// the phase solver `~phase_method`, `~solver_iterations`, `~peaks` (default true), `~phase_only`,
   /// `~phase_levels`, `~amplitude_levels`, `~max_phase_change`, and of the field solver `~field_strength`,
-  /// `~field_patterns`, `~field_evaluations`. \throws std::runtime_error,
+  /// `~field_patterns`, `~field_evaluations`, `~field_blur`. \throws std::runtime_error,
   /// std::invalid_argument with one line where a parameter is wrong
   explicit ArrayModel(const ros::NodeHandle& private_nh);
   ArrayModel() = default;
@@ -37,9 +37,13 @@ struct ArrayModel {
   ultrasound::PhaseSolution solve(const std::vector<ultrasound::FocalPoint>& points,
                                   const ultrasound::Drive* before) const;
 
-  /// The patterns of a field. \param amplitude, before as of solveField
+  /// The patterns of a field. \param amplitude, before as of solveField \param effort share of the
+  /// evaluations
   ultrasound::FieldSolution solveField(const std::vector<ultrasound::FocalPoint>& targets, double amplitude,
-                                       const std::vector<ultrasound::Drive>& before) const;
+                                       const std::vector<ultrasound::Drive>& before, double effort) const;
+
+  /// `field_options` with this most amplitude, and this share of the evaluations.
+  ultrasound::FieldSolverOptions fieldOptions(double amplitude, double effort) const;
 
   ultrasound::ArrayLayout layout;
   ultrasound::Acoustics acoustics;

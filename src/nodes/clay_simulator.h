@@ -6,8 +6,6 @@
 #include <tactile_clay/SculptureFile.h>
 #include <tactile_clay/Undo.h>
 
-#include <condition_variable>
-#include <deque>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -15,14 +13,17 @@
 #include <thread>
 
 #include "clay/clay.h"
-#include "clay/keyframes.h"
+#include "clay/live_pace.h"
 #include "files/output_file.h"
-#include "nodes/checkpoint.h"
 #include "nodes/clay_parameters.h"
+#include "nodes/clay_past.h"
+#include "nodes/clay_report.h"
 #include "nodes/health.h"
 #include "nodes/inbox.h"
 #include "nodes/joint_relay.h"
 #include "nodes/live_parameters.h"
+#include "nodes/quality_fit.h"
+#include "nodes/skin_queue.h"
 #include "scene/quality.h"
 #include "scene/scene.h"
 #include "scene/solids.h"
@@ -59,14 +60,11 @@ class ClaySimulator {
   using Cloud = sensor_msgs::PointCloud2;
 
   LiveParameters::Apply read(Settings& settings);
-  void fitQuality(ros::NodeHandle private_nh);
-  void goOnFromCheckpoint(const ros::NodeHandle& private_nh);
-  void giveUpAccuracy();
+  void take(const scene::Quality& coarser);
   void receive(const Cloud::ConstPtr& skin);
-  void run();
   void runLive();
   void runLockstep();
-  double step(const clay::Ghosts& ghosts, double duration);  // s, that computing took
+  double step(const clay::Ghosts& ghosts, const clay::LiveFrame& frame);  // s, that computing took
   clay::Ghosts read(const Cloud& skin);
   void publishContacts(const Cloud& skin, const clay::Ghosts& ghosts);
   void publishState(ros::Time stamp);
@@ -82,32 +80,19 @@ class ClaySimulator {
   bool lockstep_;
   double period_;  // s, longest wait for a skin
   scene::Scene scene_;
-  ClayChoice of_files_;                 // as scene and materials have them
-  double target_ms_ = 0.0;              // that a frame may take; 0: as long as it does
-  std::vector<scene::Quality> steady_;  // among which the quality is fitted
+  ClayChoice of_files_;  // as scene and materials have them
   std::unique_ptr<scene::Solids> solids_;
+  std::unique_ptr<QualityFit> fit_;
 
   std::mutex clay_mutex_;  // guards what services replace and diagnostics read
   std::unique_ptr<clay::Clay> clay_;
-  clay::Keyframes keyframes_;
-  std::unique_ptr<Checkpoint> checkpoint_;                   // null where nobody would start the node again
-  double checkpoint_period_ = 0.0, since_checkpoint_ = 0.0;  // s, simulated
-  int changes_ = 0;                                          // of parameters that the clay was made with
-  std::string quality_;                                      // that it was made with
-  unsigned lowered_ = 0;                                     // times that accuracy was given up
-  double simulated_ = 0.0, dropped_ = 0.0, busy_ = 0.0;      // s, since the last diagnostics
-  unsigned bad_skins_ = 0, dropped_skins_ = 0;
-  std::uint64_t told_rejected_ = 0;  // displacements
-  std::size_t told_strays_ = 0;
-  double real_time_factor_ = 1.0;
-  ros::WallTime factor_since_;
-  double factor_time_ = 0.0;  // s, simulated since then
+  ClayPast past_;
+  ClayReport report_;
+  std::string quality_;   // that the clay was made with
+  unsigned lowered_ = 0;  // times that accuracy was given up
+  unsigned bad_skins_ = 0;
 
-  std::mutex skins_mutex_;
-  std::condition_variable skin_came_;
-  std::deque<Cloud::ConstPtr> skins_;
-  bool stopping_ = false;
-
+  SkinQueue skins_;
   Inbox inbox_;
   std::optional<JointRelay> joint_relay_;
   ros::Subscriber skin_subscriber_;

@@ -30,6 +30,12 @@ Vectors normals(const sensor_msgs::PointCloud2& cloud) {
   return {cloud, "normal_x", "normal_y", "normal_z"};
 }
 
+/// How fast the clay slides, m/s. Clay of others may leave it out: then nothing slides.
+std::optional<Column<float>> slips(const sensor_msgs::PointCloud2& cloud) {
+  if (!hasField(cloud, "slip")) return std::nullopt;
+  return column<float>(cloud, "slip");
+}
+
 /// Of hands/skin where it is not the tracked hand's own.
 constexpr char tracked_fields[] =
     "tracked_x tracked_y tracked_z tracked_normal_x tracked_normal_y tracked_normal_z tracked_area";
@@ -110,7 +116,10 @@ sensor_msgs::PointCloud2Ptr skinCloud(const hand::Skin& skin, const std_msgs::He
   return cloud.finish();
 }
 
-clay::Ghosts ghosts(const sensor_msgs::PointCloud2& skin) {
+clay::Ghosts ghosts(const sensor_msgs::PointCloud2& skin, std::size_t most) {
+  if (const std::size_t count = pointCount(skin); count > most)
+    throw std::runtime_error(std::to_string(count) + " samples, expected at most " + std::to_string(most) +
+                             " of this clay");
   const Vectors position = positions(skin), normal = normals(skin), velocity(skin, "vx", "vy", "vz");
   clay::Ghosts ghosts;
   for (std::size_t i = 0, n = pointCount(skin); i < n; ++i) {
@@ -175,12 +184,13 @@ sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& fo
     hand = column<std::uint32_t>(skin, "hand"), region = column<std::uint32_t>(skin, "region");
     area = column<float>(skin, "area");
   }
-  CloudWriter cloud(skin.header,
-                    std::string("x y z fx fy fz index:u vx vy vz") + (told ? " hand:u region:u area" : ""),
-                    forces.size());
+  CloudWriter cloud(
+      skin.header,
+      std::string("x y z fx fy fz index:u vx vy vz slip") + (told ? " hand:u region:u area" : ""),
+      forces.size());
   for (const clay::GhostForce& force : forces) {
     cloud.vector(ghosts.position.at(force.ghost)).vector(force.force) << force.ghost;
-    cloud.vector(ghosts.velocity.at(force.ghost));
+    cloud.vector(ghosts.velocity.at(force.ghost)) << force.slip;
     if (told) cloud << (*hand)[force.ghost] << (*region)[force.ghost] << (*area)[force.ghost];
   }
   return cloud.finish();
@@ -189,8 +199,10 @@ sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& fo
 std::vector<contact::ContactForce> contactForces(const sensor_msgs::PointCloud2& contacts) {
   const Vectors force(contacts, "fx", "fy", "fz");
   const auto index = column<std::uint32_t>(contacts, "index");
+  const auto slip = slips(contacts);
   std::vector<contact::ContactForce> out;
-  for (std::size_t i = 0, n = pointCount(contacts); i < n; ++i) out.push_back({index[i], force[i]});
+  for (std::size_t i = 0, n = pointCount(contacts); i < n; ++i)
+    out.push_back({index[i], force[i], slip ? (*slip)[i] : 0.0f});
   return out;
 }
 
@@ -207,10 +219,11 @@ bool onSkin(const sensor_msgs::PointCloud2& contacts, const PressureSkin& skin) 
 
 sensor_msgs::PointCloud2Ptr pressureCloud(const std::vector<contact::PressureSample>& samples,
                                           const std_msgs::Header& header) {
-  CloudWriter cloud(header, "x y z normal_x normal_y normal_z pressure force area weight", samples.size());
+  CloudWriter cloud(header, "x y z normal_x normal_y normal_z pressure force area weight slip",
+                    samples.size());
   for (const contact::PressureSample& sample : samples)
     cloud.vector(sample.position).vector(sample.normal)
-        << sample.pressure << sample.force << sample.area << sample.weight;
+        << sample.pressure << sample.force << sample.area << sample.weight << sample.slip;
   return cloud.finish();
 }
 
@@ -218,9 +231,10 @@ std::vector<contact::PressureSample> pressureSamples(const sensor_msgs::PointClo
   const Vectors position = positions(pressure), normal = normals(pressure);
   const auto p = column<float>(pressure, "pressure"), force = column<float>(pressure, "force"),
              area = column<float>(pressure, "area"), weight = column<float>(pressure, "weight");
+  const auto slip = slips(pressure);
   std::vector<contact::PressureSample> out;
   for (std::size_t i = 0, n = pointCount(pressure); i < n; ++i)
-    out.push_back({position[i], normal[i], p[i], force[i], area[i], weight[i]});
+    out.push_back({position[i], normal[i], p[i], force[i], area[i], weight[i], slip ? (*slip)[i] : 0.0f});
   return out;
 }
 

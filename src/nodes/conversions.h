@@ -5,7 +5,9 @@
 #include <tactile_clay/RenderingReport.h>
 #include <tactile_clay/TrackedHands.h>
 
+#include <limits>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "clay/clay.h"
@@ -29,7 +31,9 @@ hand::TrackedFrame toCore(const TrackedHands& message);
 /// hands/skin, with the perceptual weight of each sample. With `tracked_x` to `tracked_area` only where the
 /// skin is not the tracked hand's own.
 sensor_msgs::PointCloud2Ptr skinCloud(const hand::Skin& skin, const std_msgs::Header& header);
-clay::Ghosts ghosts(const sensor_msgs::PointCloud2& skin);
+/// The same as the clay needs it. \param most samples that the clay takes (clay::mostGhosts)
+clay::Ghosts ghosts(const sensor_msgs::PointCloud2& skin,
+                    std::size_t most = std::numeric_limits<std::size_t>::max());
 
 /// hands/skin as the pressure needs it. Skin without `tracked_x` is felt where it is.
 struct PressureSkin {
@@ -45,8 +49,8 @@ PressureSkin pressureSkin(const sensor_msgs::PointCloud2& skin);
 sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::Scene& scene,
                                           const std_msgs::Header& header);
 
-/// clay/contacts: the force on each touched skin sample, how it moves, and, where the skin tells them, its
-/// hand, region and area. \param skin the message that the ghosts came from
+/// clay/contacts: the force on each touched skin sample, how it moves, how the clay slides there, and, where
+/// the skin tells them, its hand, region and area. \param skin the message that the ghosts came from
 sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& forces,
                                          const clay::Ghosts& ghosts, const sensor_msgs::PointCloud2& skin);
 std::vector<contact::ContactForce> contactForces(const sensor_msgs::PointCloud2& contacts);

@@ -5,6 +5,9 @@
 #include "device/sonic_surface.h"
 #include "hand/leap_recording.h"
 #include "hand/leap_websocket.h"
+#ifdef TACTILE_CLAY_AUTD3
+#include "device/autd3.h"
+#endif
 #ifdef TACTILE_CLAY_ULTRALEAP
 #include "device/ultraleap.h"
 #endif
@@ -15,4 +18,7 @@ PLUGINLIB_EXPORT_CLASS(tactile_clay::device::DebugDevice, tactile_clay::device::
 PLUGINLIB_EXPORT_CLASS(tactile_clay::device::SonicSurface, tactile_clay::device::ArrayDevice)
 #ifdef TACTILE_CLAY_ULTRALEAP
 PLUGINLIB_EXPORT_CLASS(tactile_clay::device::Ultraleap, tactile_clay::device::ArrayDevice)
+#endif
+#ifdef TACTILE_CLAY_AUTD3
+PLUGINLIB_EXPORT_CLASS(tactile_clay::device::Autd3, tactile_clay::device::ArrayDevice)
 #endif

@@ -21,7 +21,7 @@ const Sound::Part& partAt(const Sound& sound, double time) {
 std::vector<ultrasound::Drive> drives(const Sound& sound, std::size_t transducers, double time) {
   if (sound.parts.empty())
     return {{std::vector<float>(transducers, 0.0f), std::vector<float>(transducers, 0.0f)}};
-  if (sound.emission.modulation != ultrasound::Modulation::field) return {partAt(sound, time).drive};
+  if (!ultrasound::isField(sound.emission.modulation)) return {partAt(sound, time).drive};
   std::vector<ultrasound::Drive> patterns;
   for (const Sound::Part& part : sound.parts) patterns.push_back(part.drive);
   return patterns;

@@ -10,6 +10,7 @@
 #include "nodes/conversions.h"
 #include "nodes/params.h"
 #include "nodes/topics.h"
+#include "ultrasound/slip.h"
 
 namespace tactile_clay::nodes {
 
@@ -41,12 +42,23 @@ ultrasound::FocalPointConfig focalPointConfig(Settings& s) {
       s.truth("perceptual_weights", config.perceptual_weights, "whether sensitive skin is favoured");
   count("path_points", config.path_points, 256, "of stm, most places of its path");
   number("path_spacing", config.path_spacing, any, "m, of stm, between two places of its path, at least");
+  config.field_weights = s.truth("field_weights", config.field_weights,
+                                 "of field, whether the error counts more where skin is sensitive");
   count("field_samples", config.field_samples, 2000, "of field, most samples of skin");
   const std::string fit = s.text("intensity_fit", "least_squares",
                                  "how a point's pressure follows from samples", {"least_squares", "paper"});
   config.fit = fit == "paper" ? ultrasound::IntensityFit::paper : ultrasound::IntensityFit::least_squares;
+  readPerson(s, config);
   config.validate();
   return config;
+}
+
+void readPerson(Settings& s, ultrasound::FocalPointConfig& config) {
+  constexpr double milli = 1e-3;
+  config.felt_gain = s.number("felt_gain", config.felt_gain, 0.1, 10.0, "of a person, over that of others");
+  config.felt_threshold =
+      milli * s.number("felt_threshold", config.felt_threshold / milli, 0.0, 50.0,
+                       "mN, least force of a focal point that a person feels; 0: not known");
 }
 
 double modulationFrequency(Settings& settings) {
@@ -54,19 +66,25 @@ double modulationFrequency(Settings& settings) {
                          "Hz, at which points are modulated; 0: that of the modulation");
 }
 
+double slipGain(Settings& settings) {
+  return settings.number(
+      "slip_gain", 0.0, 0.0, 1000.0,
+      "s/m, share of the pressure that vibrates for each m/s at which clay slides; 0: none");
+}
+
 LiveParameters::Apply FocalPointRenderer::read(Settings& settings) {
-  using ultrasound::Modulation;
+  using ultrasound::isField;
   const ultrasound::FocalPointConfig config = focalPointConfig(settings);
-  const double frequency = modulationFrequency(settings);
-  const Modulation now = renderer_.config().modulation;
-  if (settings.running() && now != config.modulation &&
-      (now == Modulation::field || config.modulation == Modulation::field))
+  const double frequency = modulationFrequency(settings), slip_gain = slipGain(settings);
+  const ultrasound::Modulation now = renderer_.config().modulation;
+  if (settings.running() && isField(now) != isField(config.modulation))
     throw std::runtime_error(
         settings.nameOf("modulation") +
         ": points cannot become a field, or a field points, while the rig runs: start it "
         "with another modulation");
-  return [this, config, frequency] {
+  return [this, config, frequency, slip_gain] {
     renderer_.configure(config);
+    slip_gain_ = slip_gain;
     modulation_frequency_ = static_cast<float>(frequency);
   };
 }
@@ -82,7 +100,7 @@ FocalPointRenderer::FocalPointRenderer(ros::NodeHandle nh, ros::NodeHandle priva
       nh, topic::hands_pressure, queue, [this](const auto& pressure) { receive(pressure); });
   publisher_ = nh.advertise<FocalPointArray>(topic::focal_points, queue);
   // Of a field the array tells it, which solves it.
-  if (renderer_.config().modulation != ultrasound::Modulation::field)
+  if (!ultrasound::isField(renderer_.config().modulation))
     report_publisher_ = nh.advertise<RenderingReport>(topic::rendering, queue);
 }
 
@@ -91,6 +109,9 @@ double FocalPointRenderer::frequency(const std::vector<ultrasound::FocalPoint>& 
   switch (renderer_.config().modulation) {
     case ultrasound::Modulation::lateral:
       return 10.0;
+    case ultrasound::Modulation::circle:
+    case ultrasound::Modulation::field_circle:
+      return 5.0;
     case ultrasound::Modulation::spatiotemporal:
       return ultrasound::spatiotemporalFrequency(points);
     default:
@@ -107,9 +128,13 @@ void FocalPointRenderer::receive(const sensor_msgs::PointCloud2::ConstPtr& press
   auto report = boost::make_shared<RenderingReport>();
   ++frames_;
   try {
-    const auto points = renderer_.render(pressureSamples(*pressure));
+    const auto samples = pressureSamples(*pressure);
+    const auto points = renderer_.render(samples);
+    message->slip = static_cast<float>(ultrasound::slipShare(samples, slip_gain_));
     message->points = toMessage(points);
     message->modulation_frequency = static_cast<float>(frequency(points));
+    if (renderer_.config().field_weights)
+      for (const auto& point : points) message->weight.push_back(static_cast<float>(point.weight));
     message->area.assign(renderer_.report().area.begin(), renderer_.report().area.end());
     *report = toMessage(renderer_.report(), renderer_.config().compression_knee);
     tellForce(*message, *report);

@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-#include "nodes/conversions.h"
+#include "nodes/emission_message.h"
 #include "nodes/field_report.h"
 #include "nodes/frame_name.h"
 #include "nodes/gate_parameters.h"
@@ -62,6 +62,8 @@ GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std
   const std::string objection = output_.repertoire.objection(static_cast<unsigned>(coming));
   if (!objection.empty())
     throw std::runtime_error("parameter " + private_nh.resolveName("modulation") + ": " + objection);
+  ROS_INFO("%s: array '%s' plays modulation '%s'", node_.c_str(), device_.c_str(),
+           ultrasound::nameOf(coming));
   lockstep_ = param(private_nh, "lockstep", false);
   // In lockstep the clock is that of the stamps.
   const auto stamp_mode = lockstep_ ? device::StampCheck::Mode::off : stampMode(private_nh);
@@ -72,8 +74,7 @@ GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std
 
   const unsigned queue = lockstep_ ? 0 : 1;
   gate_->start();
-  if (coming == ultrasound::Modulation::field)
-    rendering_ = nh.advertise<RenderingReport>(topic::rendering, queue);
+  if (ultrasound::isField(coming)) rendering_ = nh.advertise<RenderingReport>(topic::rendering, queue);
   state_ = nh.advertise<ArrayState>(topic::array_state, lockstep_ ? 0 : 10, true);
   // In lockstep each state answers a frame.
   if (!lockstep_) publishState();
@@ -125,10 +126,7 @@ device::Verdict GatedArray::judge(const FocalPointArray& message, const device::
   } else if (!unsupervised_.empty() && !gate_->stopped()) {
     verdict.reason = unsupervised_;
   } else {
-    device::Emission emission;
-    emission.points = toCore(message.points);
-    emission.modulation_frequency = message.modulation_frequency;
-    emission.modulation = static_cast<ultrasound::Modulation>(message.modulation);
+    const device::Emission emission = emissionOf(message);
     verdict.reason = output_.repertoire.objection(emission);
     if (verdict.passes()) verdict = gate_->check(emission, occasion);
   }

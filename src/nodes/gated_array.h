@@ -44,9 +44,7 @@ class GatedArray {
     std::function<ultrasound::PhaseSolution(const std::vector<ultrasound::FocalPoint>&,
                                             const ultrasound::Drive* before)>
         solve;
-    std::function<ultrasound::FieldSolution(const std::vector<ultrasound::FocalPoint>& targets,
-                                            double amplitude, const std::vector<ultrasound::Drive>& before)>
-        solve_field;
+    device::SolveField solve_field;
     bool scalable = false;
     Repertoire repertoire;
     /// Plays what the gate returned, and returns at once: an emergency stop waits for it. \throws

@@ -29,6 +29,16 @@ void requireSane(const sensor_msgs::JointState& state) {
 
 }  // namespace
 
+sensor_msgs::JointState jointState(const std::map<std::string, double>& joints, ros::Time stamp) {
+  sensor_msgs::JointState message;
+  message.header.stamp = stamp;
+  for (const auto& [name, position] : joints) {
+    message.name.push_back(name);
+    message.position.push_back(position);
+  }
+  return message;
+}
+
 JointRelay::JointRelay(ros::NodeHandle nh, Inbox& inbox, const std::string& topic)
     : publisher_(nh.advertise<sensor_msgs::JointState>(topic + "_checked", 10)),
       subscriber_(inbox.subscribe<sensor_msgs::JointState>(

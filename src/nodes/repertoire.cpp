@@ -19,7 +19,7 @@ std::string Repertoire::objection(unsigned modulation) const {
     if (modulation == static_cast<unsigned>(known)) return "";
     list += (list.empty() ? "" : ", ") + std::string(ultrasound::nameOf(known));
   }
-  const unsigned last = static_cast<unsigned>(ultrasound::Modulation::field);
+  const unsigned last = static_cast<unsigned>(ultrasound::Modulation::field_circle);
   const std::string name = modulation > last
                                ? std::to_string(modulation)
                                : ultrasound::nameOf(static_cast<ultrasound::Modulation>(modulation));
@@ -34,14 +34,16 @@ std::string Repertoire::objection(const device::Emission& emission) const {
     return std::to_string(emission.points.size()) + what + ", array '" + device + "' takes at most " +
            std::to_string(most);
   };
+  if (emission.slip > 0.0 && !slip)
+    return "slip is more than 0, array '" + device +
+           "' cannot vibrate at 30 and 150 Hz: expected slip_gain 0";
   const std::size_t count = emission.points.size();
   using ultrasound::Modulation;
   // One after the other, or samples that share the field.
-  const bool any_number =
-      emission.modulation == Modulation::spatiotemporal || emission.modulation == Modulation::field;
+  const bool field = ultrasound::isField(emission.modulation);
+  const bool any_number = emission.modulation == Modulation::spatiotemporal || field;
   if (!any_number && max_points > 0 && count > max_points) return more(max_points, " focal points at a time");
-  if (emission.modulation == Modulation::field)
-    return count > most_samples ? more(most_samples, " samples of skin in a frame") : "";
+  if (field) return count > most_samples ? more(most_samples, " samples of skin in a frame") : "";
   return count > most_places ? more(most_places, " focal points in a frame") : "";
 }
 

@@ -14,12 +14,13 @@ struct Repertoire {
   std::vector<ultrasound::Modulation> modulations;
   double max_rate = 0.0;       // updates a second that it takes, 0: any number
   std::size_t max_points = 0;  // focal points at a time, 0: any number
+  bool slip = false;           // it plays Emission::slip
 
   /// Empty, or why it cannot play this modulation, numbered as in FocalPointArray.
   std::string objection(unsigned modulation) const;
 
-  /// Empty, or why there are too many points: phases and loudness of hundreds would take seconds, in which no
-  /// emergency stop is heard.
+  /// Empty, or why it cannot play the slip, or why there are too many points: phases and loudness of hundreds
+  /// would take seconds, in which no emergency stop is heard.
   std::string objection(const device::Emission& emission) const;
 };
 

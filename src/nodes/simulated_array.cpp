@@ -37,14 +37,15 @@ void SimulatedArray::startGate(ros::NodeHandle nh, ros::NodeHandle private_nh) {
   output.model = &model_;
   output.scalable = model_.options.amplitude_levels == 0;
   output.solve = [this](const auto& points, const auto* before) { return model_.solve(points, before); };
-  output.solve_field = [this](const auto& targets, double amplitude, const auto& before) {
-    return model_.solveField(targets, amplitude, before);
+  output.solve_field = [this](const auto& targets, double amplitude, const auto& before, double effort) {
+    return model_.solveField(targets, amplitude, before, effort);
   };
-  output.repertoire = {
-      simulated,
-      {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal, Modulation::field},
-      0.0,
-      0};
+  output.repertoire = {simulated,
+                       {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal,
+                        Modulation::field, Modulation::circle, Modulation::field_circle},
+                       0.0,
+                       0,
+                       true};
   output.emit = [this](const device::Sound& sound, const std_msgs::Header& header) {
     field_->publishDrive(sound, header);
   };

@@ -20,7 +20,7 @@ namespace {
 
 using device::Sound;
 
-constexpr unsigned drive_queue = 16;           // two frames of eight patterns
+constexpr unsigned drive_queue = 128;          // two frames of eight patterns at eight places
 constexpr double height_without_focus = 0.15;  // m, of the slice
 
 /// Means, over the time that each focal point is there, by its index in the emission.
@@ -107,6 +107,7 @@ void SoundField::publishMeasured(const Sound& sound, const std_msgs::Header& hea
   message->header = header;
   message->modulation = static_cast<std::uint8_t>(sound.emission.modulation);
   message->modulation_frequency = static_cast<float>(sound.emission.modulation_frequency);
+  message->slip = static_cast<float>(sound.emission.slip);
   message->points = toMessage(sound.emission.points);
   for (std::size_t k = 0; k < message->points.size(); ++k)
     message->points[k].pressure = static_cast<float>(pressures[k]);
@@ -146,7 +147,7 @@ void SoundField::publishReport(const Sound& sound, const std_msgs::Header& heade
   }
   message->commanded.assign(all_commanded.begin(), all_commanded.end());
   message->achieved.assign(all_achieved.begin(), all_achieved.end());
-  message->error = static_cast<float>(sound.emission.modulation == ultrasound::Modulation::field
+  message->error = static_cast<float>(ultrasound::isField(sound.emission.modulation)
                                           ? ultrasound::fieldFit(all_commanded, all_achieved).error
                                           : ultrasound::relativeError(all_achieved, all_commanded));
   report_.publish(message);

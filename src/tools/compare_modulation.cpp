@@ -3,11 +3,10 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <exception>
-#include <numeric>
+#include <map>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -19,116 +18,29 @@
 #include "nodes/frame_name.h"
 #include "nodes/topics.h"
 #include "tools/facing_skin.h"
+#include "tools/modulation_way.h"
+#include "tools/random_contact.h"
 #include "tools/shape_error.h"
 #include "tools/tool_arguments.h"
-#include "ultrasound/field_solver.h"
-#include "ultrasound/focal_points.h"
 #include "ultrasound/modulation.h"
 
 namespace {
 
 constexpr char usage[] =
-    R"(How well modulations render the contacts of recorded runs, as the tables of doc/logbook/rendering.md:
+    R"(How well modulations render contacts, as the tables of doc/logbook/rendering.md:
   compare_modulation [step=5] [layout=usx] [samples=1600] [strength=0.03,...] [patterns=1,...]
-  [evaluations=40] RUN.bag...
+  [evaluations=40] [blur=0,...] [weights=0] [random=0] RUN.bag...
 where each bag was written by `scripts/rig lockstep:=true record:=RUN.bag`. Every N-th frame that is
-touched counts; fields are solved in all of them, as in the rig.
+touched counts; fields are solved in all of them, as in the rig. random=N: N random contacts too, of
+finger tips and palms, which are the same on every computer.
 )";
 
 using namespace tactile_clay;
+using tools::Array;
+using tools::ModulationWay;
 using tools::Samples;
 using tools::Skin;
 using ultrasound::Modulation;
-
-constexpr double am = 0.5;  // mean of (1 - cos) / 2: what AM leaves of the pressure
-
-/// A way to render, with what it keeps from frame to frame and what came of it.
-struct Way {
-  std::string name;
-  ultrasound::FocalPointConfig config;
-  ultrasound::FieldSolverOptions options;
-  ultrasound::FocalPointRenderer renderer;
-  std::vector<ultrasound::Drive> before;
-  std::vector<double> points, coverage, error, weighted, pressure, most, cost;
-};
-
-Way pointsWay(const std::string& name, Modulation modulation) {
-  ultrasound::FocalPointConfig config;
-  config.modulation = modulation;
-  return {name, config, {}, ultrasound::FocalPointRenderer(config), {}, {}, {}, {}, {}, {}, {}, {}};
-}
-
-Way fieldWay(const std::string& name, std::size_t samples, double strength, int patterns, int evaluations) {
-  Way way = pointsWay(name, Modulation::field);
-  way.config.field_samples = samples;
-  way.renderer.configure(way.config);
-  way.options.strength = strength;
-  way.options.patterns = patterns;
-  way.options.evaluations = evaluations;
-  way.options.phase_levels = 32;
-  return way;
-}
-
-struct Array {
-  ultrasound::ArrayLayout layout;
-  ultrasound::Acoustics air;
-};
-
-/// Radiation pressure of the true field on the skin, averaged over a period.
-/// \param amplitude highest of a transducer
-std::vector<float> rendered(const Array& array, const Way& way,
-                            const std::vector<ultrasound::FocalPoint>& points,
-                            const std::vector<ultrasound::Drive>& field, const Skin& skin, float& amplitude) {
-  std::vector<double> mean(skin.position.size(), 0.0);  // of squared amplitudes
-  const auto add = [&](const ultrasound::Drive& drive, double power) {
-    amplitude = std::max(amplitude, *std::max_element(drive.amplitude.begin(), drive.amplitude.end()));
-    const auto at = ultrasound::pressuresAt(array.layout, array.air, drive, skin.position);
-    for (std::size_t i = 0; i < at.size(); ++i) mean[i] += power * static_cast<double>(std::norm(at[i]));
-  };
-  if (way.config.modulation == Modulation::field) {
-    for (const auto& drive : field) add(drive, am / static_cast<double>(field.size()));
-  } else {
-    ultrasound::PhaseSolverOptions options;
-    options.phase_levels = 32;
-    for (const auto& part : ultrasound::parts(ultrasound::period(points, way.config.modulation)))
-      add(ultrasound::solvePhases(array.layout, array.air, part.points, options).drive, part.power);
-  }
-  std::vector<float> result;
-  for (const double m : mean)
-    result.push_back(static_cast<float>(ultrasound::radiationPressure(array.air, std::sqrt(m))));
-  return result;
-}
-
-void frame(const Array& array, const Samples& pressed, const Samples& all, const Skin* skin, Way& way) {
-  const bool field = way.config.modulation == Modulation::field;
-  const auto points = way.renderer.render(field ? all : pressed);
-  if (points.empty()) {
-    way.before.clear();
-    return;
-  }
-  if (field) {
-    const auto start = std::chrono::steady_clock::now();
-    way.before = ultrasound::solveField(array.layout, array.air, points, way.options, way.before).drives;
-    way.cost.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-  }
-  if (skin == nullptr) return;
-  float amplitude = 0.0f;
-  const auto had = rendered(array, way, points, way.before, *skin, amplitude);
-  const float peak = *std::max_element(had.begin(), had.end());
-  double force = 0.0, covered = 0.0, felt = 0.0;
-  for (std::size_t i = 0; i < had.size(); ++i) {
-    const double f = skin->pressure[i] * skin->area[i];
-    force += f;
-    felt += f * had[i];
-    if (had[i] >= 0.25f * peak) covered += f;
-  }
-  way.points.push_back(static_cast<double>(points.size()));
-  way.coverage.push_back(covered / force);
-  way.error.push_back(tools::shapeError(*skin, had, false));
-  way.weighted.push_back(tools::shapeError(*skin, had, true));
-  way.pressure.push_back(felt / force);
-  way.most.push_back(felt / force / std::pow(static_cast<double>(amplitude), 2));
-}
 
 /// Pose of the array in world, as the run tells it.
 Eigen::Isometry3d arrayPose(const rosbag::Bag& bag, const std::string& file) {
@@ -149,18 +61,19 @@ Eigen::Isometry3d arrayPose(const rosbag::Bag& bag, const std::string& file) {
   throw std::runtime_error(file + ": no transform of frame 'array' on /tf_static, expected a recorded run");
 }
 
-double mean(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) /
-         std::max(1.0, static_cast<double>(values.size()));
+Samples pressedOf(const Samples& samples) {
+  Samples pressed;
+  for (const auto& sample : samples)
+    if (sample.pressure > 0.0f) pressed.push_back(sample);
+  return pressed;
 }
 
-void compare(const std::string& file, std::size_t step, const Array& array, std::vector<Way> ways) {
+void compare(const std::string& file, std::size_t step, const Array& array, std::vector<ModulationWay> ways) {
   rosbag::Bag bag(file);
   const Eigen::Isometry3f to_array = arrayPose(bag, file).inverse().cast<float>();
   const std::string pressure = std::string("/") + nodes::topic::hands_pressure;
   const std::string skin_topic = std::string("/") + nodes::topic::hands_skin;
   rosbag::View view(bag, rosbag::TopicQuery(std::vector<std::string>{pressure, skin_topic}));
-  for (Way& way : ways) way.renderer.setArray(ultrasound::ArrayReach(array.layout, array.air));
   nodes::CloudJoin join;
   std::size_t touched = 0, frames = 0, samples = 0;
   for (const rosbag::MessageInstance& message : view) {
@@ -169,9 +82,7 @@ void compare(const std::string& file, std::size_t step, const Array& array, std:
     const auto pair = message.getTopic() == skin_topic ? join.addSkin(cloud) : join.addContacts(cloud);
     if (!pair) continue;
     ++frames;
-    Samples pressed;
-    for (const auto& sample : nodes::pressureSamples(*pair->second))
-      if (sample.pressure > 0.0f) pressed.push_back(sample);
+    const Samples pressed = pressedOf(nodes::pressureSamples(*pair->second));
     Samples all;
     if (!pressed.empty()) all = tools::facingSkin(pressed, nodes::pressureSkin(*pair->first), to_array);
     std::optional<Skin> skin;
@@ -179,7 +90,7 @@ void compare(const std::string& file, std::size_t step, const Array& array, std:
       skin = tools::refined(all);
       samples += all.size();
     }
-    for (Way& way : ways) frame(array, pressed, all, skin ? &*skin : nullptr, way);
+    for (ModulationWay& way : ways) renderFrame(array, pressed, all, skin ? &*skin : nullptr, way);
   }
   if (frames == 0)
     throw std::runtime_error(file +
@@ -188,25 +99,24 @@ void compare(const std::string& file, std::size_t step, const Array& array, std:
   std::printf(
       "%s, %zu touched frames, in the mean %zu samples of skin that faces the array within %.0f mm\n\n",
       file.c_str(), touched, samples / std::max<std::size_t>(counted, 1), 1e3 * tools::skin_around_contacts);
-  std::printf(
-      "| modulation | points | error %% | weighted error %% | pressure, Pa | at full drive, Pa | coverage %% "
-      "| "
-      "solver, ms: median, 90 %% |\n| --- | --- | --- | --- | --- | --- | --- | --- |\n");
-  for (Way& way : ways) {
-    std::printf("| %s | %.1f | %.1f | %.1f | %.2f | %.2f | %.0f | ", way.name.c_str(), mean(way.points),
-                100 * mean(way.error), 100 * mean(way.weighted), mean(way.pressure), mean(way.most),
-                100 * mean(way.coverage));
-    if (way.cost.empty()) {
-      std::printf("|\n");
-      continue;
+  printTable(ways);
+}
+
+/// Of each contact the third frame counts: fields go on from the frame before.
+void compareRandom(unsigned count, const Array& array, std::vector<ModulationWay> ways) {
+  constexpr double step = 0.004;  // m, between samples
+  constexpr int frames = 3;
+  for (unsigned seed = 0; seed < count; ++seed) {
+    const Samples all = tools::randomContact(seed, step), pressed = pressedOf(all);
+    const Skin skin = tools::refined(all);
+    for (ModulationWay& way : ways) {
+      startAnew(way);
+      for (int frame = 1; frame <= frames; ++frame)
+        renderFrame(array, pressed, all, frame == frames ? &skin : nullptr, way);
     }
-    std::sort(way.cost.begin(), way.cost.end());
-    const auto at = [&](double share) {
-      return 1e3 * way.cost[static_cast<std::size_t>(share * static_cast<double>(way.cost.size() - 1))];
-    };
-    std::printf("%.2f, %.2f |\n", at(0.5), at(0.9));
   }
-  std::printf("\n");
+  std::printf("%u random contacts\n\n", count);
+  printTable(ways);
 }
 
 std::vector<double> numbers(const std::string& word, const std::string& list) {
@@ -228,60 +138,78 @@ std::vector<double> numbers(const std::string& word, const std::string& list) {
   return values;
 }
 
-}  // namespace
+/// Arguments key=value, and files.
+struct Task {
+  std::map<std::string, std::string> values = {{"step", "5"},         {"layout", "usx"}, {"samples", "1600"},
+                                               {"strength", "0.03"},  {"patterns", "1"}, {"blur", "0"},
+                                               {"evaluations", "40"}, {"weights", "0"},  {"random", "0"}};
+  std::vector<std::string> files;
 
-int main(int argc, char** argv) {
-  if (tactile_clay::tools::askedForHelp(argc, argv, usage)) return 0;
-  try {
-    std::size_t step = 5, samples = ultrasound::FocalPointConfig().field_samples;
-    std::string layout = "usx";
-    int evaluations = ultrasound::FieldSolverOptions().evaluations;
-    std::vector<double> strengths = {ultrasound::FieldSolverOptions().strength}, patterns = {1.0};
-    std::vector<std::string> files;
-    const auto whole = [](const std::string& word, double value) {
-      if (!(value >= 1.0 && value <= 1e6 && value == std::floor(value)))
-        throw std::runtime_error("'" + word + "': expected a whole number from 1");
-      return static_cast<std::size_t>(value);
-    };
+  Task(int argc, char** argv) {
     for (int i = 1; i < argc; ++i) {
       const std::string word = argv[i];
       const std::size_t equals = word.find('=');
-      const std::string key = word.substr(0, equals),
-                        value = equals == std::string::npos ? "" : word.substr(equals + 1);
-      if (key == "layout" && equals != std::string::npos)
-        layout = value;
-      else if (key == "step" && equals != std::string::npos)
-        step = whole(word, numbers(word, value).front());
-      else if (key == "samples" && equals != std::string::npos)
-        samples = whole(word, numbers(word, value).front());
-      else if (key == "evaluations" && equals != std::string::npos)
-        evaluations = static_cast<int>(whole(word, numbers(word, value).front()));
-      else if (key == "strength" && equals != std::string::npos)
-        strengths = numbers(word, value);
-      else if (key == "patterns" && equals != std::string::npos)
-        patterns = numbers(word, value);
-      else
+      const auto found = values.find(word.substr(0, equals));
+      if (found == values.end() || equals == std::string::npos)
         files.push_back(word);
+      else
+        found->second = word.substr(equals + 1);
     }
-    if (files.empty())
-      throw std::runtime_error(
-          "expected: compare_modulation [step=N] [layout=NAME] [samples=N] [strength=X,...] [patterns=N,...] "
-          "[evaluations=N] RUN.bag...");
-    std::vector<Way> ways = {pointsWay("AM, 8 points", Modulation::amplitude),
-                             pointsWay("lateral, 8 points", Modulation::lateral),
-                             pointsWay("STM, 32 places", Modulation::spatiotemporal)};
-    for (const double strength : strengths) {
-      for (const double count : patterns) {
-        char name[100];
-        std::snprintf(name, sizeof name, "field, strength %g, %g pattern%s", strength, count,
-                      count == 1.0 ? "" : "s");
-        ways.push_back(
-            fieldWay(name, samples, strength, static_cast<int>(whole("patterns", count)), evaluations));
-      }
-    }
-    for (const std::string& file : files) compare(file, step, {ultrasound::arrayLayouts(layout), {}}, ways);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "compare_modulation: %s\n", error.what());
-    return 1;
+    if (files.empty() && whole("random", 0) == 0)
+      throw std::runtime_error("no run and no random contacts, expected RUN.bag... or random=N; see --help");
   }
+
+  std::vector<double> list(const std::string& key) const {
+    return numbers(key + "=" + values.at(key), values.at(key));
+  }
+
+  std::size_t whole(const std::string& key, double least) const {
+    const double value = list(key).front();
+    if (!(value >= least && value <= 1e6 && value == std::floor(value)))
+      throw std::runtime_error("'" + key + "=" + values.at(key) + "': expected a whole number from " +
+                               std::to_string(static_cast<int>(least)));
+    return static_cast<std::size_t>(value);
+  }
+};
+
+std::vector<ModulationWay> waysOf(const Task& task) {
+  std::vector<ModulationWay> ways = {tools::pointsWay("AM, 8 points", Modulation::amplitude),
+                                     tools::pointsWay("lateral, 8 points", Modulation::lateral),
+                                     tools::pointsWay("circle, 8 points", Modulation::circle),
+                                     tools::pointsWay("STM, 32 places", Modulation::spatiotemporal)};
+  for (const Modulation modulation : {Modulation::field, Modulation::field_circle})
+    for (const double strength : task.list("strength"))
+      for (const double patterns : task.list("patterns"))
+        for (const double blur : task.list("blur")) {
+          ultrasound::FocalPointConfig config;
+          config.modulation = modulation;
+          config.field_samples = task.whole("samples", 1);
+          config.field_weights = task.whole("weights", 0) > 0;
+          ultrasound::FieldSolverOptions options;
+          options.strength = strength;
+          options.patterns = static_cast<int>(patterns);
+          options.blur = blur;
+          options.evaluations = static_cast<int>(task.whole("evaluations", 1));
+          options.validate();
+          char name[160];
+          std::snprintf(name, sizeof name, "%s, strength %g, %g pattern%s, blur %g mm%s",
+                        ultrasound::nameOf(modulation), strength, patterns, patterns == 1.0 ? "" : "s",
+                        1e3 * blur, config.field_weights ? ", weighted" : "");
+          ways.push_back(tools::fieldWay(name, options, config));
+        }
+  return ways;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return tools::runTool("compare_modulation", usage, argc, argv, [&] {
+    const Task task(argc, argv);
+    const Array array{ultrasound::arrayLayouts(task.values.at("layout")), {}};
+    std::vector<ModulationWay> ways = waysOf(task);
+    for (ModulationWay& way : ways) way.renderer.setArray(ultrasound::ArrayReach(array.layout, array.air));
+    for (const std::string& file : task.files) compare(file, task.whole("step", 1), array, ways);
+    const std::size_t random = task.whole("random", 0);
+    if (random > 0) compareRandom(static_cast<unsigned>(random), array, ways);
+  });
 }

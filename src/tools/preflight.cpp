@@ -78,7 +78,8 @@ void nameFiles(Arguments& arguments) {
   if (!isOfConfig(arguments["scene"])) name("scene");
   if (!arguments["material"].empty() && !isOfConfig(arguments["material"])) name("material");
   if (arguments["hands"] != "choreography" || !isOfConfig(arguments["file"])) name("file");
-  if (!arguments["rig"].empty()) name("rig");
+  for (const char* key : {"rig", "person"})
+    if (!arguments[key].empty()) name(key);
   const std::string record = lowerCase(arguments["record"]);
   if (record == "true")
     clay::tools::requireFolderToWrite(here);
@@ -96,6 +97,7 @@ Arguments parse(int argc, char** argv) {
                          {"hand_model", "kinematic"},
                          {"tracker_pose", ""},
                          {"rig", ""},
+                         {"person", ""},
                          {"url", ""}};
   for (int i = 1; i < argc; ++i)
     for (const std::string& argument : clay::tools::argumentLines(argv[i])) {
@@ -211,6 +213,8 @@ std::string checkAll(const Arguments& arguments) {
   checkQuality(arguments, package);
   checkRig(package + "/config/rig.yaml");
   if (const std::string rig = valueOf(arguments, "rig", ""); !rig.empty()) clay::tools::requireRigFile(rig);
+  if (const std::string& person = arguments.at("person"); !person.empty())
+    clay::tools::requirePersonFile(person);
   if (!arguments.at("solver").empty()) clay::clay::methodNamed(arguments.at("solver"));
   if (arguments.at("hand_model") != "kinematic" && arguments.at("hand_model") != "soft")
     throw std::runtime_error("unknown hand_model '" + arguments.at("hand_model") +
@@ -220,7 +224,8 @@ std::string checkAll(const Arguments& arguments) {
   if (arguments.at("device") != "simulated")
     clay::nodes::Plugin<clay::device::ArrayDevice>("tactile_clay::device::ArrayDevice", "device",
                                                    arguments.at("device"), "simulated");
-  clay::ultrasound::modulation(valueOf(arguments, "modulation", "am"));
+  if (const std::string modulation = valueOf(arguments, "modulation", "am"); modulation != "auto")
+    clay::ultrasound::modulation(modulation);
   clay::ultrasound::arrayLayouts(valueOf(arguments, "layout", "usx"));
   clay::ultrasound::phaseMethod(valueOf(arguments, "phase_method", "newton"));
   for (const char* key : {"loop", "skeleton", "perceptual_weights", "nodelets", "sleeping", "rviz",

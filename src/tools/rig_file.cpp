@@ -51,6 +51,7 @@ void readAll(nodes::Settings& settings, device::SafetyGateConfig gate) {
   nodes::cleanConfig(settings);
   nodes::focalPointConfig(settings);
   nodes::modulationFrequency(settings);
+  nodes::slipGain(settings);
   nodes::readLimits(settings, gate);
   nodes::ArrayModel().read(settings);
 }
@@ -102,6 +103,24 @@ void requireRigFile(const std::string& file) {
   }
 }
 
+void requirePersonFile(const std::string& file) {
+  scene::YamlMap person = scene::loadYaml(file);
+  const auto naming = [&](const std::string& key) { return person.placeOf(key) + "'" + key + "'"; };
+  ultrasound::FocalPointConfig config;
+  nodes::Settings defaults(naming, {});
+  nodes::readPerson(defaults, config);
+  std::map<std::string, bool> known;
+  for (const nodes::Setting& setting : defaults.read()) known[setting.name] = true;
+  nodes::SettingValues values;
+  for (const std::string& key : person.keys()) {
+    if (known.count(key) == 0)
+      person.failAt(key, "unknown key '" + key + "', expected one of " + listOf(known));
+    values[key] = valueOf(person.get<std::string>(key, "a number"));
+  }
+  nodes::Settings settings(naming, values);
+  nodes::readPerson(settings, config);
+}
+
 void requireParameters(const std::map<std::string, std::string>& parameters, const scene::Scene& scene) {
   using Read = std::function<void(nodes::Settings&)>;
   const Read array = [](nodes::Settings& settings) {
@@ -116,6 +135,7 @@ void requireParameters(const std::map<std::string, std::string>& parameters, con
        [](nodes::Settings& settings) {
          nodes::focalPointConfig(settings);
          nodes::modulationFrequency(settings);
+         nodes::slipGain(settings);
        }},
       {"hand_tracking", [](nodes::Settings& settings) { nodes::cleanConfig(settings); }},
       {"simulated_array", array},

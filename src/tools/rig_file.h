@@ -12,6 +12,10 @@ namespace tactile_clay::tools {
 /// \throws std::runtime_error with one line: file, line, what was expected
 void requireRigFile(const std::string& file);
 
+/// Checks a file of person:=, a map of what the renderer knows of a person, as `staircase` writes it.
+/// \throws std::runtime_error with one line: file, line, what was expected
+void requirePersonFile(const std::string& file);
+
 /// Checks parameters NODE/NAME of the rig's nodes, with the functions by which the nodes read them.
 /// \param parameters texts by name, as YAML has them \param scene that is kneaded
 /// \throws std::runtime_error with one line naming the parameter and what was expected

@@ -12,6 +12,8 @@ constexpr double threshold_low = 150.0;                   // Hz, where that of 2
 constexpr double threshold_high = 250.0;                  // Hz
 constexpr double lateral_equivalence = 0.21 / 0.027;      // N felt for a N
 constexpr double lateral_low = 5.0, lateral_high = 15.0;  // Hz
+constexpr double circle_equivalence = 10.9;               // N felt for a N
+constexpr double circle_low = 4.0, circle_high = 6.0;     // Hz
 
 }  // namespace
 
@@ -27,6 +29,9 @@ FeltForce feltForce(Modulation modulation, double frequency, double force) {
     felt.vibration = std::max(0.0, 20.0 * std::log10(force / finger_threshold));
   if (modulation == Modulation::lateral && frequency >= lateral_low && frequency <= lateral_high)
     felt.pressure = lateral_equivalence * force;
+  const bool circles = modulation == Modulation::circle || modulation == Modulation::field_circle;
+  if (circles && frequency >= circle_low && frequency <= circle_high)
+    felt.pressure = circle_equivalence * force;
   return felt;
 }
 

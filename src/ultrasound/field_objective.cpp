@@ -97,8 +97,33 @@ FieldObjective::FieldObjective(const ArrayLayout& layout, const Acoustics& acous
   for (std::size_t m = 0; m < count_; ++m) {
     scaleLanes(&g_[m * width_], width_, static_cast<float>(options.amplitude / unit_));
     wanted_[m] = static_cast<float>(std::pow(targets[m].intensity * reach_[m] / unit_, 2));
-    wanted_square_ += static_cast<double>(wanted_[m]) * wanted_[m];
+    weight_.push_back(static_cast<float>(targets[m].weight));
+    plain_ = plain_ && targets[m].weight == 1.0;
   }
+  blur_ = SkinBlur(targets, options.blur);
+  plain_ = plain_ && blur_.none();
+  for (auto* values : {&felt_wanted_, &felt_, &slope_, &felt_slope_}) values->assign(rows_, 0.0f);
+  felt_wanted_ = felt(wanted_, felt_wanted_);
+  for (std::size_t m = 0; m < count_; ++m)
+    wanted_square_ += static_cast<double>(weight_[m]) * felt_wanted_[m] * felt_wanted_[m];
+  if (!(wanted_square_ > 0.0)) unit_ = 0.0;  // none of it counts
+}
+
+/// As the skin tells it apart. \param blurred room for that
+const std::vector<float>& FieldObjective::felt(const std::vector<float>& values,
+                                               std::vector<float>& blurred) const {
+  if (blur_.none()) return values;
+  blur_.apply(values, blurred);
+  return blurred;
+}
+
+/// Slopes of the objective by the intensities, from its slopes by the sums.
+void FieldObjective::setSlopes(double on_wanted, double on_intensity) {
+  const std::vector<float>& had = blur_.none() ? intensity_ : felt_;
+  std::vector<float>& slope = blur_.none() ? slope_ : felt_slope_;
+  for (std::size_t m = 0; m < count_; ++m)
+    slope[m] = static_cast<float>(weight_[m] * (on_wanted * felt_wanted_[m] + on_intensity * had[m]));
+  if (!blur_.none()) blur_.applyTransposed(felt_slope_, slope_);
 }
 
 Turns FieldObjective::start() {
@@ -133,9 +158,10 @@ double FieldObjective::operator()(const Turns& turns, Turns* gradient) {
   }
   double both = 0.0;
   double had = 0.0;
+  const std::vector<float>& now = felt(intensity_, felt_);
   for (std::size_t m = 0; m < count_; ++m) {
-    both += static_cast<double>(intensity_[m]) * wanted_[m];
-    had += static_cast<double>(intensity_[m]) * intensity_[m];
+    both += static_cast<double>(weight_[m]) * now[m] * felt_wanted_[m];
+    had += static_cast<double>(weight_[m]) * now[m] * now[m];
   }
   constexpr double tiny = 1e-30;  // of a field that misses all targets
   both = std::max(both / wanted_square_, tiny);
@@ -150,14 +176,14 @@ double FieldObjective::operator()(const Turns& turns, Turns* gradient) {
   const double price_slope = much ? 1.0 : missing / enough_width;
   const double on_wanted = (-2.0 * both / had - strength_ * price_slope / both) / wanted_square_;
   const double on_intensity = 2.0 * std::pow(both / had, 2) / wanted_square_;
+  setSlopes(on_wanted, on_intensity);
   std::fill(z_.begin(), z_.end(), ComplexLanes{});
   for (std::size_t k = 0; k < patterns_; ++k) {
     float* re = &re_[k * rows_];
     float* im = &im_[k * rows_];
     for (std::size_t m = 0; m < count_; ++m) {
-      const auto slope = static_cast<float>(on_wanted * wanted_[m] + on_intensity * intensity_[m]);
-      re[m] *= slope;
-      im[m] *= -slope;
+      re[m] *= slope_[m];
+      im[m] *= -slope_[m];
     }
     for (std::size_t m = 0; m < rows_; m += block)
       addTransposed(row(m), width_, re + m, im + m, &z_[k * width_]);

@@ -5,6 +5,7 @@
 
 #include "ultrasound/field_solver.h"
 #include "ultrasound/lanes.h"
+#include "ultrasound/skin_blur.h"
 
 namespace tactile_clay::ultrasound {
 
@@ -22,6 +23,7 @@ class FieldObjective {
   bool silent() const { return !(unit_ > 0.0); }
   std::size_t width() const { return width_; }                 // lanes of a pattern
   std::size_t size() const { return width_ * patterns_; }      // lanes of all
+  bool plain() const { return plain_; }                        // neither blurred nor weighted
   const std::vector<double>& reach() const { return reach_; }  // FieldSolution::reach
 
   /// Phases that send the root of what is wanted to all targets, in phase in the first pattern and each
@@ -31,7 +33,7 @@ class FieldObjective {
   /// \param gradient if given, receives the derivatives by the phases, a turn each
   double operator()(const Turns& turns, Turns* gradient);
 
-  /// Of the last evaluation: FieldSolution's error, scale and amplitude (Pa) at target m.
+  /// Of the last evaluation: error and scale in the norm of the objective; amplitude (Pa) at target m.
   double error() const { return std::sqrt(std::max(square_error_, 0.0)); }
   double scale() const { return scale_; }
   double amplitude(std::size_t m) const { return unit_ * std::sqrt(static_cast<double>(intensity_[m])); }
@@ -39,11 +41,19 @@ class FieldObjective {
  private:
   const ComplexLanes* row(std::size_t m) const { return &g_[m * width_]; }
 
+  const std::vector<float>& felt(const std::vector<float>& values, std::vector<float>& blurred) const;
+  void setSlopes(double on_wanted, double on_intensity);
+
   double strength_;
   std::size_t patterns_, width_, count_, rows_;  // rows: targets, and some of nothing up to a whole block
   LaneArray<ComplexLanes> g_;
   std::vector<double> reach_;
   std::vector<float> wanted_, intensity_;  // squares of amplitudes
+  bool plain_ = true;
+  SkinBlur blur_;
+  std::vector<float> weight_;              // of each target
+  std::vector<float> felt_wanted_, felt_;  // wanted_ and intensity_, blurred
+  std::vector<float> slope_, felt_slope_;  // of the objective by intensity_ and by felt_
   std::vector<float> re_, im_;             // pressures at the targets, a pattern after the other
   LaneArray<ComplexLanes> q_, z_;          // of the transducers, a pattern after the other
   double unit_ = 0.0, wanted_square_ = 0.0, square_error_ = 0.0, scale_ = 0.0;

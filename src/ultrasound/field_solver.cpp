@@ -35,6 +35,8 @@ void check(const ArrayLayout& layout, const std::vector<FocalPoint>& targets,
     require(target.position.allFinite(), "position" + name + " is not finite");
     require(target.intensity >= 0.0 && target.intensity <= 1.0,
             "intensity" + name + " is " + std::to_string(target.intensity) + ", expected 0 to 1");
+    require(target.weight >= 0.0 && std::isfinite(target.weight),
+            "weight" + name + " is " + std::to_string(target.weight) + ", expected 0 or a positive number");
   }
   for (const Drive& drive : before)
     require(
@@ -171,6 +173,7 @@ void FieldSolverOptions::validate() const {
   requireRange("amplitude_levels", amplitude_levels, 1, 65536, true);
   require(max_phase_change >= 0.0,
           "max_phase_change is " + std::to_string(max_phase_change) + ", expected at least 0");
+  require(blur >= 0.0 && blur <= 0.1, "blur is " + std::to_string(blur) + ", expected 0 to 0.1 m");
 }
 
 FieldSolution solveField(const ArrayLayout& layout, const Acoustics& acoustics,
@@ -211,6 +214,11 @@ FieldSolution solveField(const ArrayLayout& layout, const Acoustics& acoustics,
   const double share = amplitude / options.amplitude;
   solution.scale = share * share * objective.scale();
   for (std::size_t m = 0; m < targets.size(); ++m) solution.reached[m] = share * objective.amplitude(m);
+  if (!objective.plain()) {
+    const FieldFit fit = fieldFit(solution.wanted, solution.reached);
+    solution.error = fit.error;
+    solution.scale = fit.scale;
+  }
   for (std::size_t k = 0; k < patterns; ++k) {
     for (std::size_t n = 0; n < layout.size(); ++n) {
       const float t = turns[k * objective.width() + n / lane_count][n % lane_count];

@@ -19,6 +19,7 @@ struct FieldSolverOptions {
   int phase_levels = 0;           // steps of a turn that the device knows, 2 to 65536; 0: any phase
   int amplitude_levels = 0;       // steps from 0 to 1 that the device knows, 1 to 65536; 0: any amplitude
   double max_phase_change = 0.0;  // of a transducer since the drive before, rad; 0: no limit
+  double blur = 0.0;  // m, of the Gaussian with which skin blurs pressure before its error counts; 0: none
 
   /// \throws std::invalid_argument naming the option, its value and its range
   void validate() const;
@@ -29,7 +30,8 @@ struct FieldSolution {
   std::vector<double> reach;    // Pa, amplitude of the whole array when all of it is focused at each target
   std::vector<double> wanted;   // Pa, amplitude wanted at each target: its intensity times `reach`
   std::vector<double> reached;  // Pa, root mean square over the patterns of the amplitude there
-  double error = 0.0;           // relative RMS error of the radiation pressure at the best common scale
+  double error = 0.0;           // relative RMS error of the radiation pressure at the best common scale, as
+                                // it is, neither blurred nor weighted
   double scale = 0.0;           // that scale: mean radiation pressure where it is wanted, over the wanted one
 };
 
@@ -45,6 +47,9 @@ struct FieldSolution {
 /// x - d / 2 above. So mu, `strength`, is the price of pressure in error: where the array can give what is
 /// wanted, the rest of its power goes where there is no skin; where it cannot, e times the pressure is worth
 /// mu more of squared error. All amplitudes are then lowered together until B is at most 1.
+///
+/// Where `blur` s is not 0, I and t are those that the skin can tell apart: means over the targets n around m
+/// by exp(-|x_m - x_n|^2 / (2 s^2)). Where targets have weights, each sum over targets is by them.
 ///
 /// L-BFGS (Liu & Nocedal 1989, doi 10.1007/BF01589116) from the better of two starts after a step each: the
 /// phases before, and those that send sqrt(t) to all targets at once. So a field goes on while it follows the

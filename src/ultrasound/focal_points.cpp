@@ -8,7 +8,6 @@
 #include <tuple>
 
 #include "ultrasound/contact_clusters.h"
-#include "ultrasound/felt_force.h"
 #include "ultrasound/skin_disc.h"
 #include "ultrasound/skin_samples.h"
 
@@ -16,8 +15,6 @@ namespace tactile_clay::ultrasound {
 namespace {
 
 using contact::PressureSample;
-
-const Eigen::Vector3d reference_point(0.0, 0.0, 0.2);  // m, where a hand is
 
 double gaussian(double squared_distance, double sigma) {
   return std::exp(-squared_distance / (2.0 * sigma * sigma));
@@ -63,12 +60,6 @@ void requireRange(const char* name, double value, double low, bool low_included)
 
 }  // namespace
 
-double compress(double share, double knee) {
-  if (share <= knee) return share;
-  if (knee >= 1.0) return 1.0;
-  return knee + (1.0 - knee) * (1.0 - std::exp(-(share - knee) / (1.0 - knee)));
-}
-
 void FocalPointConfig::validate() const {
   if (max_points < 1) throw std::invalid_argument("focal points: max_points is 0, expected at least 1");
   requireRange("min_separation", min_separation, 0.0, true);
@@ -86,6 +77,8 @@ void FocalPointConfig::validate() const {
     throw std::invalid_argument("focal points: side_lobe_floor is " + std::to_string(side_lobe_floor) +
                                 ", expected 0 to 1");
   }
+  requireRange("felt_gain", felt_gain, 0.0, false);
+  requireRange("felt_threshold", felt_threshold, 0.0, true);
   requireRange("minimum_pressure", minimum_pressure, 0.0, true);
   requireRange("minimum_force", minimum_force, 0.0, true);
   requireRange("follow_distance", follow_distance, 0.0, true);
@@ -108,7 +101,7 @@ void FocalPointRenderer::reset() {
 
 std::vector<FocalPoint> FocalPointRenderer::render(const std::vector<PressureSample>& samples) {
   report_ = {};
-  if (config_.modulation == Modulation::field) return this->field(samples);
+  if (isField(config_.modulation)) return this->field(samples);
   const ContactField field = contactField(samples, config_, report_.ignored_samples);
   if (config_.modulation == Modulation::spatiotemporal) {
     std::vector<FocalPoint> points = path(field.position, field.weight, field.pressure);
@@ -162,6 +155,7 @@ std::vector<FocalPoint> FocalPointRenderer::field(const std::vector<PressureSamp
     point.id = static_cast<std::uint32_t>(points.size());
     point.position = sample.position;
     point.pressure = sample.pressure;
+    if (config_.field_weights) point.weight = sample.weight;
     points.push_back(point);
     report_.area.push_back(sample.area);
   }
@@ -191,49 +185,6 @@ void FocalPointRenderer::finish(const std::vector<PressureSample>& samples, std:
   setIntensities(points);
   report_.error = reconstructionError(samples, points, config_.sigma);
   report_.weighted_error = reconstructionError(samples, points, config_.sigma, true);
-}
-
-void FocalPointRenderer::setArray(const ArrayReach& array) {
-  array_ = array;
-  reference_ = array.amplitude(reference_point);
-  if (!(reference_ > 0.0)) {
-    throw std::invalid_argument("focal points: the array gives nothing 0.2 m above its centre");
-  }
-}
-
-void FocalPointRenderer::setIntensities(std::vector<FocalPoint>& points) {
-  const bool field = config_.modulation == Modulation::field;
-  const double count = field ? 1.0 : static_cast<double>(points.size());
-  if (array_) report_.gain = radiationPressure(array_->acoustics(), reference_) / config_.full_scale_pressure;
-  std::vector<double> limit;  // Pa on the skin
-  double strongest = 0.0;     // of what is granted, Pa
-  for (FocalPoint& point : points) {
-    double share = point.pressure / config_.full_scale_pressure;
-    limit.push_back(0.0);
-    if (array_) {
-      limit.back() = radiationPressure(array_->acoustics(), array_->amplitude(point.position)) / count;
-      share = limit.back() > 0.0 ? report_.gain * point.pressure / limit.back()
-                                 : std::numeric_limits<double>::infinity();
-    }
-    const bool reachable = !array_ || limit.back() > 0.0;  // not behind the array
-    const double given = reachable ? compress(share, config_.compression_knee) : 0.0;
-    if (share > config_.compression_knee) ++report_.compressed_points;
-    if (share > 1.0) ++report_.saturated_points;
-    point.intensity = std::sqrt(given);
-    report_.wanted.push_back(report_.gain * point.pressure);
-    report_.granted.push_back(given * limit.back());
-    if (array_ && !field) report_.area.push_back(spotArea(array_->acoustics(), array_->beam(point.position)));
-    strongest = std::max(strongest, report_.granted.back());
-  }
-  // One focus at a time has no neighbours, and in a field what is weak is meant to be so.
-  if (field || config_.modulation == Modulation::spatiotemporal) return;
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    const double least = config_.side_lobe_floor * config_.side_lobe_floor * strongest;
-    if (!(limit[k] > 0.0) || report_.granted[k] >= least) continue;
-    report_.granted[k] = std::min(least, limit[k]);
-    points[k].intensity = std::sqrt(report_.granted[k] / limit[k]);
-    ++report_.raised_points;
-  }
 }
 
 void FocalPointRenderer::assignIds(std::vector<FocalPoint>& points) {

@@ -30,10 +30,13 @@ struct FocalPointConfig {
                  // 95 % of the points of recorded hands stay below (doc/logbook/rendering.md)
   double compression_knee = 0.5;  // share of that up to which pressures stay in proportion, 0 to 1
   double side_lobe_floor = 0.25;  // least amplitude of a point, over the strongest: above their side lobes
+  double felt_gain = 1.0;         // of a person, over that of others; above 0
+  double felt_threshold = 0.0;    // N of radiation force, below which a person feels no point; 0: not known
   double minimum_pressure = 1.0;  // Pa; samples below it are not rendered
   double minimum_force = 0.001;   // N; contacts that press less in sum get no point
   Modulation modulation = Modulation::amplitude;  // stm: a path over the contact instead of clusters;
                                                   // field: the skin itself
+  bool field_weights = false;                     // alpha counts in the error of a field (FocalPoint::weight)
   std::size_t field_samples = 1600;  // of skin, at most, that stand for all of it in a field; at least 1
   std::size_t path_points = 32;      // most points of that path, at least 1
   double path_spacing = 0.006;       // m, least distance of two of them
@@ -47,7 +50,7 @@ struct FocalPointConfig {
 struct RenderReport {
   std::size_t ignored_samples = 0;    // non-finite, or of no area or weight
   std::size_t merged_points = 0;      // that have room on the skin, but that the array cannot tell apart
-  std::size_t raised_points = 0;      // weaker than side lobes: rendered stronger than in proportion
+  std::size_t raised_points = 0;      // weaker than side lobes, or not felt: stronger than in proportion
   std::size_t compressed_points = 0;  // above the knee: rendered weaker than in proportion
   std::size_t saturated_points = 0;   // of those, the ones that ask for more than the array can give
   double gain = 0.0;            // Pa of radiation pressure on the skin for a Pa of clay; 0 without array
@@ -106,10 +109,11 @@ class FocalPointRenderer {
   /// whole array there and radiation pressure the square of amplitudes (radiationPressure); so a point asks
   /// for the share (p / full_scale_pressure) R(0, 0, 0.2)^2 M / R(x)^2 of it, is given compress(share), and
   /// has intensity sqrt(compress(share)). Where other points are there at the same time, one that is weaker
-  /// than their side lobes could not be told from these, and is raised to side_lobe_floor. Nothing is cut
-  /// without a word: see report(). In a field each sample asks for its own pressure, and M is 1: what the
-  /// array can give them together is the solver's matter (solveField). Without setArray, R(x)^2 / M counts as
-  /// the same everywhere. \param samples of all hands, in the frame of the array
+  /// than their side lobes could not be told from these, and is raised to side_lobe_floor; one that presses
+  /// less than felt_threshold is raised to that. felt_gain is a factor of the gain. Nothing is cut without a
+  /// word: see report(). In a field each sample asks for its own pressure, and M is 1: what the array can
+  /// give them together is the solver's matter (solveField). Without setArray, R(x)^2 / M counts as the same
+  /// everywhere. \param samples of all hands, in the frame of the array
   std::vector<FocalPoint> render(const std::vector<contact::PressureSample>& samples);
 
   const RenderReport& report() const { return report_; }
@@ -123,6 +127,7 @@ class FocalPointRenderer {
   std::vector<FocalPoint> field(const std::vector<contact::PressureSample>& samples);
   void assignIds(std::vector<FocalPoint>& points);
   void setIntensities(std::vector<FocalPoint>& points);
+  void raiseWeak(const std::vector<double>& limit, double strongest, std::vector<FocalPoint>& points);
   void finish(const std::vector<contact::PressureSample>& samples, std::vector<FocalPoint>& points);
 
   FocalPointConfig config_;

@@ -23,8 +23,8 @@ bool same(const Part& known, const Instant& instant) {
 
 std::vector<std::string> modulationNames() {
   std::vector<std::string> names;
-  for (const Modulation known :
-       {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal, Modulation::field})
+  for (const Modulation known : {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal,
+                                 Modulation::field, Modulation::circle, Modulation::field_circle})
     names.push_back(nameOf(known));
   return names;
 }
@@ -47,6 +47,10 @@ const char* nameOf(Modulation modulation) {
       return "stm";
     case Modulation::field:
       return "field";
+    case Modulation::circle:
+      return "circle";
+    case Modulation::field_circle:
+      return "field_circle";
     default:
       return "am";
   }
@@ -136,6 +140,10 @@ Eigen::Vector3d lateralOffset(double t, double stroke) {
   return {stroke * (2.0 * std::abs(phase - 0.5) - 0.5), 0.0, 0.0};
 }
 
+Eigen::Vector3d circleOffset(double t, double radius) {
+  return {radius * std::cos(2.0 * M_PI * t), radius * std::sin(2.0 * M_PI * t), 0.0};
+}
+
 double envelope(Modulation modulation, double t) {
   const bool swells = modulation == Modulation::amplitude || modulation == Modulation::field;
   return swells ? std::abs(std::sin(M_PI * t)) : 1.0;
@@ -150,11 +158,16 @@ std::vector<Instant> period(const std::vector<FocalPoint>& points, Modulation mo
   }
   std::vector<std::size_t> all(points.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
-  for (std::size_t step = 0; step < period_steps; ++step) {
-    const double t = static_cast<double>(step) / static_cast<double>(period_steps);
+  const bool circles = modulation == Modulation::circle || modulation == Modulation::field_circle;
+  const std::size_t steps = modulation == Modulation::circle         ? circle_steps
+                            : modulation == Modulation::field_circle ? field_circle_steps
+                                                                     : period_steps;
+  for (std::size_t step = 0; step < steps; ++step) {
+    const double t = static_cast<double>(step) / static_cast<double>(steps);
     instants.push_back({points, envelope(modulation, t), all});
-    if (modulation != Modulation::lateral) continue;
-    for (FocalPoint& point : instants.back().points) point.position += lateralOffset(t, stroke);
+    if (!circles && modulation != Modulation::lateral) continue;
+    const Eigen::Vector3d offset = circles ? circleOffset(t, circle_radius) : lateralOffset(t, stroke);
+    for (FocalPoint& point : instants.back().points) point.position += offset;
   }
   return instants;
 }

@@ -17,8 +17,15 @@ enum class Modulation : std::uint8_t {
   amplitude = 0,       // all points swell and fade, 200 Hz
   lateral = 1,         // all points are moved to and fro by some mm, 5-15 Hz: felt as static pressure
   spatiotemporal = 2,  // one point at a time runs round all of them: covers areas
-  field = 3            // points are samples of skin: the pressure on all of it swells and fades, 200 Hz
+  field = 3,           // points are samples of skin: the pressure on all of it swells and fades, 200 Hz
+  circle = 4,          // all points go round in small circles, 5 Hz: felt as static pressure
+  field_circle = 5     // points are samples of skin: the pressure on all of it goes round, 5 Hz
 };
+
+/// Whether points are samples of skin that share a field (solveField).
+constexpr bool isField(Modulation modulation) {
+  return modulation == Modulation::field || modulation == Modulation::field_circle;
+}
 
 /// Names of all, in the order of their numbers.
 std::vector<std::string> modulationNames();
@@ -27,8 +34,8 @@ Modulation modulation(const std::string& name);
 const char* nameOf(Modulation modulation);
 
 /// Modulations are made of three functions: `samplePath` says where points are (STM; others take those of
-/// FocalPointRenderer), `tour` and `lateralOffset` in which order places are visited, `envelope` how strong
-/// they are meanwhile. `period` puts them together.
+/// FocalPointRenderer), `tour`, `lateralOffset` and `circleOffset` in which order places are visited,
+/// `envelope` how strong they are meanwhile. `period` puts them together.
 
 struct PathPoint {
   Eigen::Vector3d position;  // m
@@ -54,7 +61,10 @@ double tourLength(const std::vector<FocalPoint>& points);
 /// -stroke/2 to stroke/2.
 Eigen::Vector3d lateralOffset(double t, double stroke);
 
-/// Share 0-1 of its amplitude that a point has at time t (periods). AM and fields: radiation pressure, its
+/// Where a point that circles is at time t (periods): round its place, in the plane of the array.
+Eigen::Vector3d circleOffset(double t, double radius);
+
+/// Share 0-1 of its amplitude that a point has at time t (periods). AM and `field`: radiation pressure, its
 /// square, is (1 - cos 2 pi t) / 2. Others: 1.
 double envelope(Modulation modulation, double t);
 
@@ -68,8 +78,12 @@ struct Instant {
 constexpr double lateral_stroke = 0.006;  // m
 constexpr std::size_t period_steps =
     16;  // of AM and lateral modulation: 0.75 mm a step of the latter, under 1 mm
+/// m; four foci that went round so at 5 Hz on a finger pad were felt like 0.24 N (FeltForce)
+constexpr double circle_radius = 0.003;
+constexpr std::size_t circle_steps = 20;       // of points: 0.94 mm a step, under 1 mm
+constexpr std::size_t field_circle_steps = 8;  // of fields, each of which is solved: 2.3 mm a step
 
-/// One period in instants of the same length.
+/// One period in instants of the same length. \param stroke of lateral modulation, m
 std::vector<Instant> period(const std::vector<FocalPoint>& points, Modulation modulation,
                             double stroke = lateral_stroke);
 
@@ -83,7 +97,7 @@ struct Part {
 };
 
 /// The parts of a period, in the order of their first instants: one of AM and of a field, nine of lateral
-/// modulation (to and fro pass the same places), one a place of STM.
+/// modulation (to and fro pass the same places), one a place of STM and of a circle.
 std::vector<Part> parts(const std::vector<Instant>& instants);
 
 /// Period of a tour at the speed at which surface waves run along the skin, where STM is felt most: 5-8 m/s.

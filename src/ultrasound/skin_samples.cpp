@@ -38,19 +38,21 @@ void cut(std::vector<PressureSample>::const_iterator begin, std::vector<Pressure
   for (std::size_t k = 0; k < count && sample != end; ++k) {
     const double last = total * static_cast<double>(k + 1) / static_cast<double>(count);
     const double centre = 0.5 * (passed + last);
-    SkinSample piece{sample->position.cast<double>(), 0.0, 0.0};
-    double felt = 0.0, taken = 0.0;
+    SkinSample piece{sample->position.cast<double>(), 0.0, 0.0, 0.0};
+    double felt = 0.0, weight = 0.0, taken = 0.0;
     // A sample belongs to the piece in which its middle lies.
     for (; sample != end && (passed + 0.5 * sample->area <= last || k + 1 == count); ++sample) {
       const double here = sample->area;
       if (passed <= centre) piece.position = sample->position.cast<double>();
       felt += here * sample->pressure;
+      weight += here * sample->weight;
       taken += here;
       passed += here;
     }
     if (!(taken > 0.0)) continue;
     piece.pressure = felt / taken;
     piece.area = taken;
+    piece.weight = weight / taken;
     pieces.push_back(piece);
   }
 }
@@ -75,7 +77,7 @@ std::vector<SkinSample> skinSamples(const std::vector<PressureSample>& skin, std
   std::vector<SkinSample> pieces;
   if (ordered.size() <= most) {
     for (const PressureSample& sample : ordered)
-      pieces.push_back({sample.position.cast<double>(), sample.pressure, sample.area});
+      pieces.push_back({sample.position.cast<double>(), sample.pressure, sample.area, sample.weight});
     return pieces;
   }
   const auto bare = std::find_if(ordered.cbegin(), ordered.cend(),

@@ -12,6 +12,7 @@ struct SkinSample {
   Eigen::Vector3d position;  // m
   double pressure;           // Pa, mean over what it stands for, by area
   double area;               // m^2 of that
+  double weight = 1.0;       // perceptual, 0-1, mean by area
 };
 
 /// Samples of skin that stand for all of it: all of them, where they are no more than `most`, or else some so

@@ -166,6 +166,15 @@ class BadInput(unittest.TestCase):
                 self.expect_one_line(['rig:=' + path], path, *words)
         self.expect_one_line(['rig:=nowhere.yaml'], 'nowhere.yaml')
 
+    def test_wrong_files_of_a_person(self):
+        for text, *words in (('felt_gain: 20.0', ":1: 'felt_gain': expected a number from 0.1 to 10"),
+                             ('felt_threshold: much', ":1: 'felt_threshold': expected a number"),
+                             ('sigma: 0.01', ":1: unknown key 'sigma'", 'felt_gain, felt_threshold')):
+            with self.subTest(text):
+                path = self.file('person.yaml', (text + '\n').encode())
+                self.expect_one_line(['person:=' + path], path, *words)
+        self.expect_one_line(['person:=nobody.yaml'], 'nobody.yaml')
+
     def test_roslaunch_by_itself_fails_too(self):
         code, lines = self.run_to_end(['roslaunch', 'tactile_clay', 'rig.launch', 'rviz:=false', 'scene:=sandbox'])
         self.assertGreater(code, 0)

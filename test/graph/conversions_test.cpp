@@ -138,7 +138,8 @@ TEST(Conversions, ContactsTellWhoseSkinTheyAreOnAndHowItMoves) {
   skin.side[1] = 1;
   skin.region[1] = hand::index_distal;
   const auto cloud = skinCloud(skin, header("world"));
-  const auto contacts = contactCloud({{1, {0, 0, 1}}}, ghosts(*cloud), *cloud);
+  const auto contacts = contactCloud({{1, {0, 0, 1}, 0.03f}}, ghosts(*cloud), *cloud);
+  EXPECT_EQ(contactForces(*contacts)[0].slip, 0.03f);
   EXPECT_EQ(column<std::uint32_t>(*contacts, "hand")[0], 1u);
   EXPECT_EQ(column<std::uint32_t>(*contacts, "region")[0], std::uint32_t{hand::index_distal});
   EXPECT_EQ(column<float>(*contacts, "area")[0], skin.area[1]);
@@ -160,6 +161,10 @@ TEST(Conversions, FieldsAreFoundByNameWhereverTheyStand) {
   EXPECT_EQ(samples[0].position, Eigen::Vector3f(1, 2, 3));
   EXPECT_EQ(samples[0].pressure, 300.0f);
   EXPECT_EQ(samples[0].weight, 0.5f);
+  EXPECT_EQ(samples[0].slip, 0.0f) << "clay of others may not tell it";
+  contact::PressureSample sliding = samples[0];
+  sliding.slip = 0.04f;
+  EXPECT_EQ(pressureSamples(*pressureCloud({sliding}, header("array")))[0].slip, 0.04f);
 }
 
 TEST(Conversions, ACloudWithoutAFieldOrWithTooFewBytesIsRefusedByName) {
@@ -185,7 +190,7 @@ TEST(Conversions, ASkinThatIsNotFiniteIsRefused) {
 
 TEST(Conversions, EmptyCloudsKeepTheirFields) {
   const auto cloud = pressureCloud({}, header("array"));
-  EXPECT_EQ(cloud->fields.size(), 10u);
+  EXPECT_EQ(cloud->fields.size(), 11u);
   EXPECT_TRUE(pressureSamples(*cloud).empty());
 }
 

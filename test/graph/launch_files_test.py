@@ -84,6 +84,23 @@ class LaunchFiles(unittest.TestCase):
                                    ('focal_point_renderer/max_points', 8)):
                 self.assertEqual(params['/' + name].value, expected, name)
 
+    def test_auto_is_a_field_where_the_array_takes_phases(self):
+        for device, array, expected in (('simulated', 'simulated_array', 'field'), ('sonic_surface', 'array_driver', 'field'),
+                                        ('debug', 'array_driver', 'am')):
+            params = load('modulation:=auto', 'device:=' + device).params
+            self.assertEqual(params['/focal_point_renderer/modulation'].value, expected, device)
+            self.assertEqual(params['/%s/modulation' % array].value, expected, device)
+            self.assertEqual(params['/contact_pressure/around'].value, 0.06 if expected == 'field' else 0.0)
+
+    def test_a_person_is_known_to_the_renderer(self):
+        with tempfile.TemporaryDirectory() as folder, mock.patch.dict(os.environ, PWD=folder):
+            with open(os.path.join(folder, 'anna.yaml'), 'w') as person:
+                person.write('felt_threshold: 0.6  # mN\nfelt_gain: 1.5\n')
+            params = load('person:=anna.yaml').params
+            self.assertEqual(params['/focal_point_renderer/felt_threshold'].value, 0.6)
+            self.assertEqual(params['/focal_point_renderer/felt_gain'].value, 1.5)
+            self.assertNotIn('/simulated_array/felt_gain', params)
+
     def test_a_target_has_the_quality_chosen(self):
         for arguments, expected in (([], 'balanced'), (['target_ms:=5'], 'auto'), (['target_ms:=5', 'quality:=fast'], 'fast')):
             self.assertEqual(load(*arguments).params['/clay_simulator/quality'].value, expected, arguments)

@@ -20,7 +20,7 @@ sys.path.insert(0, os.path.join(rig_run.PACKAGE, 'test', 'emulator'))
 import acoustic_field  # noqa: E402  pylint: disable=wrong-import-position
 import sonic_surface  # noqa: E402  pylint: disable=wrong-import-position
 
-AM, LATERAL, STM, FIELD = range(4)
+AM, LATERAL, STM, FIELD, CIRCLE, FIELD_CIRCLE = range(6)
 AIR = 101325.0 / (287.05 * 293.15)             # kg/m^3, dry at 20 degrees C
 FREE = dict(pressure_cap=1e6, head_spl_cap=200.0)  # a gate that makes nothing weaker
 WAVENUMBER = acoustic_field.WAVENUMBER
@@ -113,6 +113,34 @@ class SimulatedArray(unittest.TestCase):
         self.assertEqual(measured.modulation, LATERAL)
         self.assertGreater(len({drive.phase for drive in drives}), 4, 'the drive moves with the stamps')
 
+    def test_circle(self):
+        cloud, measured, drives = self.play([focus(0.01, 0.0, 0.17, 1.0)], CIRCLE, 5.0)
+        # 20 steps round a circle of 3 mm.
+        angles = [2 * math.pi * step / 20 for step in range(20)]
+        self.expect_tactile(cloud, [(sources_of_focus(0.01 + 0.003 * math.cos(angle), 0.003 * math.sin(angle), 0.17), 1 / 20)
+                                    for angle in angles])
+        self.assertEqual(measured.modulation, CIRCLE)
+        self.assertGreater(len({drive.phase for drive in drives}), 4, 'the drive moves with the stamps')
+
+    def test_field_circle(self):
+        """Each of its eight places comes as a drive of its own, which gives the patch there."""
+        points = patch()
+        _, measured, drives = self.play(points, FIELD_CIRCLE, 5.0, modulation='field_circle')
+        self.assertEqual(measured.modulation, FIELD_CIRCLE)
+        stamps = [drive.header.stamp for drive in drives]
+        played = [drive for drive in drives if drive.header.stamp == stamps[len(stamps) // 2]]
+        self.assertEqual(len(played), 8)
+        for step, drive in enumerate(played):
+            sources = [(x, y, phase) for (x, y), phase in zip(channels(), drive.phase)]
+            angle = 2 * math.pi * step / 8
+            given = [radiation(acoustic_field.pressure(sources, (p.position.x + 0.003 * math.cos(angle),
+                                                                 p.position.y + 0.003 * math.sin(angle), 0.17)) ** 2)
+                     for p in points]
+            wanted = [p.intensity ** 2 for p in points]
+            cosine = (sum(g * w for g, w in zip(given, wanted)) /
+                      math.sqrt(sum(g * g for g in given) * sum(w * w for w in wanted)))
+            self.assertGreater(cosine, 0.8, 'an error below 0.6 at place %d' % step)
+
     def test_stm(self):
         places = [(0.02, 0.0, 1.0), (0.0, 0.02, 0.8), (-0.02, 0.0, 0.6), (0.0, -0.02, 0.9)]
         points = [focus(x, y, 0.17, intensity, number) for number, (x, y, intensity) in enumerate(places)]
@@ -168,6 +196,11 @@ class SimulatedArray(unittest.TestCase):
             self.stream.modulation = 7
             _, state = self.states.wait(lambda state: "modulation is '7'" in state.silent_reason)
             self.assertFalse(state.emitting)
+        with Driver('simulated_array', **FREE):
+            self.stream.reset()
+            self.stream.points, self.stream.modulation, self.stream.modulation_frequency = edge, CIRCLE, 5.0
+            _, state = self.states.wait(lambda state: not state.emitting and 'workspace' in state.silent_reason)
+            self.assertIn('outside the workspace', state.silent_reason)
         path = [focus(0.0, 0.0, 0.2, 0.3, 0), focus(0.02, 0.0, 0.2, 1.0, 1)]
         _, measured, _ = self.play(path, STM, 100.0, pressure_cap=1000.0)
         self.assertLess(measured.points[1].pressure, 1000.0)
@@ -178,7 +211,7 @@ class SimulatedArray(unittest.TestCase):
 class Devices(unittest.TestCase):
     def test_boards_refuse_at_start_what_their_wire_is_too_slow_for(self):
         with tempfile.TemporaryDirectory() as folder, sonic_surface.Emulator(os.path.join(folder, 'port')) as emulator:
-            for modulation in ('lateral', 'stm'):
+            for modulation in ('lateral', 'stm', 'circle', 'field_circle'):
                 with Driver(device='sonic_surface', port=emulator.link, modulation=modulation) as driver:
                     self.assertEqual(driver.process.wait(20), 1)
                     driver.reader.join(5)
@@ -219,7 +252,7 @@ class Devices(unittest.TestCase):
 
 class Rig(unittest.TestCase):
     def test_each_modulation_comes_through(self):
-        for number, modulation in enumerate(('am', 'lateral', 'stm', 'field')):
+        for number, modulation in enumerate(('am', 'lateral', 'stm', 'field', 'circle', 'field_circle')):
             with self.subTest(modulation):
                 run = rig_run.Run(dict(rig_run.LOCKSTEP, hands='bag', file=rig_run.bag('press_deeper'), quality='fast',
                                        modulation=modulation), rig_run.CHAIN + ['/array/measured'])

@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
 """What a bag says of its rig, and whether it comes again: see replay.test."""
+import io
+import math
 import os
 import shutil
 import subprocess
@@ -9,9 +11,11 @@ from importlib.machinery import SourceFileLoader
 
 import genpy.dynamic
 import rosbag
+import rosbag.migration
 import roslaunch.config
 import roslib.message
 import rospkg
+import rospy
 import yaml
 from std_msgs.msg import String
 
@@ -180,6 +184,21 @@ class Replay(unittest.TestCase):
         code, _, errors = replay(self.bag, '--keep', kept)
         self.assertEqual((code, len(errors)), (2, 1), errors)
 
+    def test_a_bag_of_an_earlier_release(self):
+        """The package's own rules are found; what was not recorded then is not compared."""
+        newest = {old._type: old for old in earlier_types()}
+        self.assertIn('tactile_clay/ClayStatus', newest)
+
+        def older(_, message):
+            old = newest.get(message._type)
+            return message if old is None else old(*[getattr(message, name) for name in old.__slots__])
+        code, lines, errors = replay(self.changed('earlier', older))
+        self.assertEqual(code, 0, '\n'.join(lines + errors))
+        self.assertRegex(lines[-1], r'^identical: \d+ messages on \d+ topics$')
+        untold = [line for line in lines if line.startswith('replay: not compared, since the recorded /lab/clay/status ')]
+        self.assertEqual(len(untold), 1, lines)
+        self.assertIn('step_factor', untold[0])
+
     def test_one_number_of_a_bag_with_older_messages(self):
         """Migrated by rules; the one number that was changed is named."""
         now = roslib.message.get_message_class('tactile_clay/TrackedHands')
@@ -225,6 +244,60 @@ class Replay(unittest.TestCase):
         garbage = os.path.join(self.folder, 'garbage.bag')
         write(garbage, 'no bag\n' * 1000)
         self.expect_refused(garbage, 'no readable bag')
+
+
+def earlier_types():
+    """The message types of earlier releases, oldest first, as the rules of the package know them."""
+    rules = {'MessageUpdateRule': type('MessageUpdateRule', (), {})}
+    exec(config('migration.bmr'), rules)  # as rosbag does
+    found = [rule for rule in rules.values() if getattr(rule, 'valid', False)]
+    return [genpy.dynamic.generate_dynamic(rule.old_type, rule.old_full_text)[rule.old_type] for rule in found]
+
+
+class Migration(unittest.TestCase):
+    def test_each_earlier_message_becomes_one_of_today(self):
+        migrator = rosbag.migration.MessageMigrator(
+            [os.path.join(rig_run.PACKAGE, 'config', 'migration.bmr')], plugins=False)
+        olds = earlier_types()
+        self.assertGreater(len(olds), 6)
+        for number, old_type in enumerate(olds):
+            with self.subTest(old_type._type, number=number):
+                now = roslib.message.get_message_class(old_type._type)
+                self.assertNotEqual(old_type._md5sum, now._md5sum)
+                old = old_type()
+                for k, (name, kind) in enumerate(zip(old.__slots__, old._slot_types)):
+                    if kind == 'std_msgs/Header':
+                        old.header.stamp, old.header.frame_id = rospy.Time(7, 8), 'array'
+                    elif kind == 'tactile_clay/FocalPoint[]':
+                        old.points = [old_point(old_type, 1.5), old_point(old_type, 2.5)]
+                    else:
+                        setattr(old, name, [k + 1.0] if kind == 'float32[]' else ['a'] if kind == 'string[]' else k + 1)
+                buffer = io.BytesIO()
+                old.serialize(buffer)
+                _, data, md5, _, kind = migrator.migrate_raw(
+                    (old_type._type, buffer.getvalue(), old_type._md5sum, None, old_type),
+                    (now._type, None, now._md5sum, None, now))
+                self.assertEqual((md5, kind), (now._md5sum, now))
+                new = now().deserialize(data)
+                self.assertEqual((new.header.stamp, new.header.frame_id), (rospy.Time(7, 8), 'array'))
+                for name, kind in zip(new.__slots__, new._slot_types):
+                    if name in ('header', 'points'):
+                        continue
+                    value = getattr(new, name)
+                    if hasattr(old, name):
+                        self.assertEqual(list(value) if isinstance(value, tuple) else value, getattr(old, name), name)
+                    elif kind == 'float32':
+                        self.assertTrue(math.isnan(value), name)
+                    else:
+                        self.assertFalse(value, name)
+                if hasattr(old, 'points'):
+                    self.assertEqual([point.pressure for point in new.points], [1.5, 2.5])
+
+
+def old_point(array_type, pressure):
+    point = genpy.dynamic.generate_dynamic(array_type._type, array_type._full_text)['tactile_clay/FocalPoint']()
+    point.pressure = pressure
+    return point
 
 
 class Nodes(unittest.TestCase):

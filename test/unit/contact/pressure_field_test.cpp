@@ -41,6 +41,16 @@ TEST_F(PressureField, IsTheNormalForceOverTheArea) {
   EXPECT_EQ(dropped, 0u);
 }
 
+TEST_F(PressureField, SlipOfASampleIsTheMeanByForce) {
+  // 0.3 N at 0.01 m/s and 0.1 N at 0.05 m/s.
+  const auto samples = field({{1, {0, 0, 0.3f}, 0.01f}, {0, {0, 0, 0.1f}, 0.2f}, {1, {0, 0, 0.1f}, 0.05f}});
+  ASSERT_EQ(samples.size(), 2u);
+  EXPECT_FLOAT_EQ(samples[0].slip, 0.2f);
+  EXPECT_FLOAT_EQ(samples[1].slip, 0.02f);
+  EXPECT_TRUE(field({{1, {0, 0, 0.3f}, nan}, {0, {0, 0, 0.1f}, -1.0f}}).empty());
+  EXPECT_EQ(dropped, 2u);
+}
+
 TEST_F(PressureField, LeavesOutPullAndTangentialForce) {
   EXPECT_TRUE(field({{0, {0, 0, -1.0f}}, {1, {3.0f, 0, 0}}}).empty());
 }

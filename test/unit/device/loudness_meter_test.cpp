@@ -212,7 +212,7 @@ TEST(LoudnessMeter, CapsHoldForFields) {
   const ultrasound::Acoustics air;
   const SafetyGateConfig config = pressureAlone(700.0);
   Instrument array = solved(layout, air, config);
-  array.solve_field = [&](const Points& targets, double amplitude, const std::vector<Drive>& before) {
+  array.solve_field = [&](const Points& targets, double amplitude, const std::vector<Drive>& before, double) {
     ultrasound::FieldSolverOptions options;
     options.amplitude = amplitude;
     options.patterns = 2;

@@ -256,6 +256,24 @@ TEST_F(StartedGate, SilencesAnImpossibleModulation) {
   }
 }
 
+// Slip takes from the amplitude at times, and never adds: the drives are judged at their full amplitude.
+TEST_F(StartedGate, SlipIsAShareAndMakesNothingLouder) {
+  Emission e = emission(point(0, 0, 0.2, 1.0));
+  for (const double bad : {-0.1, 1.1, nan, inf}) {
+    e.slip = bad;
+    EXPECT_TRUE(begins(gate.check(e, now(), quiet).reason, "modulation: slip")) << bad;
+  }
+  for (const double good : {0.0, 0.4, 1.0}) {
+    e.slip = good;
+    const Verdict verdict = gate.check(e, now(), loudness);
+    ASSERT_TRUE(verdict.passes()) << verdict.reason;
+    EXPECT_EQ(verdict.sound.emission.slip, good);
+    EXPECT_LE(3000.0 * verdict.sound.emission.points[0].intensity, 2000.0);
+    ASSERT_EQ(verdict.sound.parts.size(), 1u);
+    EXPECT_NEAR(verdict.sound.parts[0].what.power, 0.5, 1e-12) << "(1 - cos) / 2 and slip leave half alike";
+  }
+}
+
 TEST_F(StartedGate, LetsIntensityRiseNoFasterThanTheSlew) {
   const auto passed = [&](double intensity, double since_last, std::uint32_t id = 7) {
     const Verdict verdict = gate.check(emission(point(0, 0, 0.2, intensity, id)), now(since_last), quiet);
@@ -352,6 +370,22 @@ TEST_F(StartedGate, LooksAtEveryInstantOfAModulation) {
   EXPECT_EQ(passed.sound.emission.modulation_frequency, 10.0);
   edge.modulation_frequency = 0.0;
   EXPECT_TRUE(begins(gate.check(edge, now(), quiet).reason, "modulation: frequency is 0 Hz"));
+  // A circle takes it out along x, and another one along y.
+  edge.modulation = Modulation::circle;
+  edge.modulation_frequency = 5.0;
+  EXPECT_EQ(gate.check(edge, now(), quiet).reason, "");
+  edge.points[0].position.x() = 0.1971;
+  EXPECT_TRUE(begins(gate.check(edge, now(), quiet).reason, "outside the workspace: x of focal point 7"));
+  edge.points[0].position = {0, -0.1971, 0.2};
+  EXPECT_TRUE(begins(gate.check(edge, now(), quiet).reason, "outside the workspace: y of focal point 7"));
+  // And to one place where it is too loud.
+  edge.points[0].position = {0, 0, 0.2};
+  const Verdict weaker = gate.check(edge, now(), [](const Points& points) {
+    return Loudness{(points.at(0).position.x() > 0.0029 ? 8000.0 : 100.0) * points[0].intensity, 0.0, ""};
+  });
+  EXPECT_EQ(weaker.reason, "");
+  EXPECT_LE(8000.0 * weaker.sound.emission.points[0].intensity, 2000.0);
+  EXPECT_EQ(weaker.sound.parts.size(), ultrasound::circle_steps);
 
   // A path with one place that is too loud: the meter hears the places one by one, and all become weaker.
   Emission path{{point(0.0, 0, 0.2, 0.4, 0), point(0.02, 0, 0.2, 0.9, 1), point(0.04, 0, 0.2, 0.5, 2)},
@@ -647,15 +681,19 @@ TEST(SafetyGate, EachRuleIsTheOnlyOneThatHoldsItsOffenceBack) {
 class FieldGate : public ::testing::Test {
  protected:
   Instrument array = instrument(quiet);
-  std::vector<double> spent;       // asked of it, one after the other
-  std::vector<std::size_t> known;  // patterns before, that it was told of
+  std::vector<double> spent;            // asked of it, one after the other
+  std::vector<std::size_t> known;       // patterns before, that it was told of
+  std::vector<double> efforts;          // asked of it
+  std::vector<Eigen::Vector3d> places;  // of the first target
   std::size_t patterns = 1;
   double beside = 0.0;  // share of what it could have that bare skin gets
 
   FieldGate() {
     array.scalable = true;
     array.solve_field = [this](const Points& targets, double amplitude,
-                               const std::vector<ultrasound::Drive>& before) {
+                               const std::vector<ultrasound::Drive>& before, double effort) {
+      efforts.push_back(effort);
+      places.push_back(targets.at(0).position);
       spent.push_back(amplitude);
       known.push_back(before.size());
       ultrasound::FieldSolution field;
@@ -715,6 +753,59 @@ TEST_F(FieldGate, PatternsShareThePeriod) {
   for (std::size_t i = 0; i < played.size(); ++i) EXPECT_EQ(played[i], &verdict.sound.parts[i % 4]);
 }
 
+TEST_F(FieldGate, SolvesEachPlaceOfACircleFromTheOneBefore) {
+  patterns = 2;
+  SafetyGate gate(loudAllowed(), array);
+  gate.start();
+  Emission circling = field({point(0.01, 0, 0.2, 0.4), point(0.05, 0, 0.2, 0.0)});
+  circling.modulation = ultrasound::Modulation::field_circle;
+  circling.modulation_frequency = 5.0;
+  const Verdict verdict = gate.check(circling, now());
+  EXPECT_EQ(verdict.reason, "");
+  constexpr std::size_t steps = ultrasound::field_circle_steps;
+  ASSERT_EQ(places.size(), steps);
+  for (std::size_t k = 0; k < steps; ++k) {
+    EXPECT_NEAR((places[k] - Eigen::Vector3d(0.01, 0, 0.2)).norm(), ultrasound::circle_radius, 1e-12);
+    EXPECT_EQ(efforts[k], k == 0 ? 1.0 : 0.25);
+    EXPECT_EQ(known[k], k == 0 ? 0u : 2u);
+  }
+  ASSERT_EQ(verdict.sound.parts.size(), 2 * steps);
+  double time = 0.0;
+  for (const Sound::Part& part : verdict.sound.parts) {
+    EXPECT_EQ(part.what.power, part.what.time) << "always on";
+    time += part.what.time;
+  }
+  EXPECT_NEAR(time, 1.0, 1e-9);
+  EXPECT_EQ(verdict.sound.parts[3].what.points[0].position, places[1]);
+  EXPECT_EQ(instants(verdict.sound).size(), 2 * steps);
+  EXPECT_NEAR(verdict.field->reached[0], 400.0, 1e-9);
+  gate.check(circling, now());
+  EXPECT_EQ(known[steps], 2u) << "the next frame goes on from the first place";
+}
+
+TEST_F(FieldGate, LooksAtEveryPlaceOfACircle) {
+  SafetyGateConfig config = loudAllowed();
+  config.pressure_cap = 1500.0;
+  array.loudness = [](const ultrasound::Drive& drive, const Points& points) {
+    const bool loud = points.at(0).position.y() > 0.0029;
+    return Loudness{(loud ? 3000.0 : 100.0) * static_cast<double>(drive.amplitude[0]), 0.0, ""};
+  };
+  SafetyGate gate(config, array);
+  gate.start();
+  Emission circling = field({point(0, 0, 0.2, 0.4), point(0, 0.3, 0.2, 0.0)});
+  circling.modulation = ultrasound::Modulation::field_circle;
+  circling.modulation_frequency = 5.0;
+  const Verdict lowered = gate.check(circling, now());
+  EXPECT_EQ(lowered.reason, "");
+  EXPECT_TRUE(begins(lowered.lowered, "pressure"));
+  for (const Sound::Part& part : lowered.sound.parts) EXPECT_LE(part.drive.amplitude[0], 0.5f);
+  circling.points[0].position.x() = 0.198;
+  EXPECT_TRUE(begins(gate.check(circling, now()).reason, "outside the workspace: x of focal point 7"));
+  circling.points[0].position.x() = 0.0;
+  circling.modulation_frequency = 0.0;
+  EXPECT_TRUE(begins(gate.check(circling, now()).reason, "modulation: frequency is 0 Hz"));
+}
+
 TEST_F(FieldGate, BareSkinMayBeOutsideTheWorkspace) {
   SafetyGate gate(loudAllowed(), array);
   gate.start();
@@ -723,6 +814,11 @@ TEST_F(FieldGate, BareSkinMayBeOutsideTheWorkspace) {
   EXPECT_TRUE(
       begins(gate.check(field({inside, point(0, 0, 0.5, 0.1)}), now()).reason, "outside the workspace"));
   EXPECT_TRUE(begins(gate.check(field({inside, point(nan, 0, 0.2, 0.0)}), now()).reason, "non-finite"));
+  for (const double bad : {nan, inf, -1.0}) {
+    auto weighed = inside;
+    weighed.weight = bad;
+    EXPECT_TRUE(begins(gate.check(field({weighed}), now()).reason, "non-finite: weight")) << bad;
+  }
   EXPECT_TRUE(
       begins(gate.check(field({inside, point(0, 0, 0.2, 1.1)}), now()).reason, "intensity out of range"));
 }
@@ -795,10 +891,8 @@ TEST_F(FieldGate, NoSampleGetsLouderFasterThanTheSlew) {
 }
 
 TEST_F(FieldGate, IsSilentWhereNothingIsKnown) {
-  array.solve_field = [](const Points&, double,
-                         const std::vector<ultrasound::Drive>&) -> ultrasound::FieldSolution {
-    throw std::runtime_error("none");
-  };
+  array.solve_field = [](const Points&, double, const std::vector<ultrasound::Drive>&,
+                         double) -> ultrasound::FieldSolution { throw std::runtime_error("none"); };
   SafetyGate gate({}, array);
   gate.start();
   EXPECT_TRUE(begins(gate.check(field({point(0, 0, 0.2, 0.4)}), now()).reason, "pressure: not known"));

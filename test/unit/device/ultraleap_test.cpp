@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <complex>
 #include <map>
 #include <stdexcept>
 
@@ -107,6 +108,25 @@ TEST_F(UltraleapTest, UnmodulatedPointsAreSteady) {
   device.open({});
   device.submit(soundOf(emission(1, 0.0)));
   for (const auto& sample : stream()) EXPECT_FLOAT_EQ(sample.points_[0].intensity_, 0.8f);
+}
+
+TEST_F(UltraleapTest, VibratesWhereClaySlides) {
+  device.open({});
+  Emission sliding = emission(1, 0.0);
+  sliding.slip = 1.0;
+  device.submit(soundOf(sliding));
+  double low = 1.0, high = 0.0;
+  std::complex<double> at_150 = 0.0;
+  const auto samples = sdk::standIn().stream(sdk::LocalTimeClock::now(), 50us, 2000);  // 0.1 s: three periods
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double intensity = samples[i].points_[0].intensity_ / 0.8;
+    low = std::min(low, intensity);
+    high = std::max(high, intensity);
+    at_150 += intensity * std::polar(1.0 / 2000.0, -2.0 * M_PI * 150.0 * 50e-6 * static_cast<double>(i));
+  }
+  EXPECT_NEAR(low, 0.0, 1e-3);
+  EXPECT_NEAR(high, 1.0, 1e-3);
+  EXPECT_NEAR(std::abs(at_150), 0.125, 1e-3) << "as ultrasound::slipWave";
 }
 
 TEST_F(UltraleapTest, MovesPointsToAndFro) {

@@ -45,6 +45,8 @@ TEST(FeltForce, AreaOfAFocusIsThatOfItsField) {
 
 TEST(FeltForce, IsThatOfTheExperiments) {
   EXPECT_NEAR(feltForce(Modulation::lateral, 10.0, 0.027).pressure, 0.21, 1e-12);
+  EXPECT_NEAR(feltForce(Modulation::circle, 5.0, 0.24 / 10.9).pressure, 0.24, 1e-12);
+  EXPECT_NEAR(feltForce(Modulation::field_circle, 5.0, 1e-3).pressure, 10.9e-3, 1e-12);
   EXPECT_NEAR(feltForce(Modulation::amplitude, 200.0, 0.4e-3).vibration, 0.0, 1e-12);
   EXPECT_NEAR(feltForce(Modulation::field, 200.0, 4e-3).vibration, 20.0, 1e-12);
   EXPECT_EQ(feltForce(Modulation::field, 200.0, 0.1e-3).vibration, 0.0) << "less than is felt";
@@ -54,6 +56,8 @@ TEST(FeltForce, TellsNothingThatNobodyMeasured) {
   EXPECT_EQ(feltForce(Modulation::amplitude, 30.0, 4e-3).vibration, 0.0);
   EXPECT_EQ(feltForce(Modulation::amplitude, 200.0, 4e-3).pressure, 0.0);
   EXPECT_EQ(feltForce(Modulation::lateral, 50.0, 4e-3).pressure, 0.0);
+  EXPECT_EQ(feltForce(Modulation::circle, 10.0, 4e-3).pressure, 0.0);
+  EXPECT_EQ(feltForce(Modulation::circle, 5.0, 4e-3).vibration, 0.0);
   EXPECT_EQ(feltForce(Modulation::spatiotemporal, 50.0, 4e-3).vibration, 0.0);
   EXPECT_EQ(feltForce(Modulation::amplitude, 200.0, 0.0).vibration, 0.0);
   EXPECT_EQ(spotArea(Acoustics(), FocusBeam()), 0.0) << "behind the array";

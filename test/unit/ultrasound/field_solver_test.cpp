@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 #include <stdexcept>
+#include <utility>
 
 #include "support/error_of.h"
 #include "ultrasound/array_reach.h"
@@ -128,21 +129,37 @@ class FieldSolver : public ::testing::Test {
 
   /// The objective by its definition, in double precision.
   double objective(const std::vector<FocalPoint>& points, const std::vector<Drive>& drives,
-                   double strength) const {
-    double both = 0.0, had = 0.0, wanted = 0.0;
+                   const FieldSolverOptions& options) const {
+    std::vector<double> intensities, wishes;
     for (const FocalPoint& point : points) {
-      double intensity = 0.0;
+      intensities.push_back(0.0);
       for (const Drive& drive : drives)
-        intensity +=
+        intensities.back() +=
             std::norm(pressureAt(layout, air, drive, point.position)) / static_cast<double>(drives.size());
-      const double t = std::pow(point.intensity * focusPressure(layout, air, point.position), 2);
-      both += intensity * t;
-      had += intensity * intensity;
-      wanted += t * t;
+      wishes.push_back(std::pow(point.intensity * focusPressure(layout, air, point.position), 2));
+    }
+    double both = 0.0, had = 0.0, wanted = 0.0;
+    for (std::size_t m = 0; m < points.size(); ++m) {
+      double intensity = 0.0, t = 0.0, total = 0.0;  // means around m
+      for (std::size_t n = 0; n < points.size(); ++n) {
+        const double over_blur = (points[m].position - points[n].position).norm() / options.blur;
+        const double share = options.blur > 0.0
+                                 ? (over_blur <= 2.5 ? std::exp(-0.5 * over_blur * over_blur) : 0.0)
+                             : m == n ? 1.0
+                                      : 0.0;
+        intensity += share * intensities[n];
+        t += share * wishes[n];
+        total += share;
+      }
+      intensity /= total;
+      t /= total;
+      both += points[m].weight * intensity * t;
+      had += points[m].weight * intensity * intensity;
+      wanted += points[m].weight * t * t;
     }
     const double missing = std::max(-std::log(both / wanted), 0.0);
     const double price = missing > 0.5 ? missing - 0.25 : missing * missing;
-    return 1.0 - both * both / (had * wanted) + strength * price;
+    return 1.0 - both * both / (had * wanted) + options.strength * price;
   }
 
   std::vector<Drive> randomDrives(std::size_t count, unsigned seed) const {
@@ -158,10 +175,14 @@ class FieldSolver : public ::testing::Test {
 };
 
 TEST_F(FieldSolver, GradientIsThatOfTheObjectiveInDoublePrecision) {
-  const auto points = targets(fingers(3, 2, 0.004));
-  for (const int patterns : {1, 2}) {
+  const auto even = targets(fingers(3, 2, 0.004));
+  for (const auto& [patterns, blur] : {std::pair{1, 0.0}, std::pair{2, 0.0}, std::pair{1, 0.004}}) {
+    auto points = even;
+    for (std::size_t m = 0; blur > 0.0 && m < points.size(); ++m)
+      points[m].weight = 0.25 * static_cast<double>(m % 5);
     FieldSolverOptions options;
     options.patterns = patterns;
+    options.blur = blur;
     FieldObjective solver(layout, air, points, options);
     const std::vector<Drive> drives = randomDrives(static_cast<std::size_t>(patterns), 5);
     Turns turns(solver.size(), Lanes{}), gradient(solver.size());
@@ -170,7 +191,7 @@ TEST_F(FieldSolver, GradientIsThatOfTheObjectiveInDoublePrecision) {
         turns[k * solver.width() + n / lane_count][n % lane_count] =
             drives[k].phase[n] * static_cast<float>(0.5 / M_PI);
     const double value = solver(turns, &gradient);
-    const double expected = objective(points, drives, options.strength);
+    const double expected = objective(points, drives, options);
     EXPECT_NEAR(value, expected, 1e-4 * expected);
 
     double steepest = 0.0;
@@ -184,7 +205,7 @@ TEST_F(FieldSolver, GradientIsThatOfTheObjectiveInDoublePrecision) {
       for (const int side : {0, 1}) {
         std::vector<Drive> moved = drives;
         moved[k].phase[n] += static_cast<float>(2.0 * M_PI * (side == 0 ? -step : step));
-        at[side] = objective(points, moved, options.strength);
+        at[side] = objective(points, moved, options);
       }
       EXPECT_NEAR(gradient[k * solver.width() + n / lane_count][n % lane_count],
                   (at[1] - at[0]) / (2.0 * step), 5e-3 * steepest)
@@ -237,6 +258,39 @@ TEST_F(FieldSolver, TradesErrorForPressure) {
     error = solution.error;
     scale = solution.scale;
   }
+}
+
+/// As the skin feels it, blurred, a field is better where that is what it was chosen for.
+TEST_F(FieldSolver, BlurFavoursWhatSkinCanTellApart) {
+  double sharp_error = 0.0, blurred_error = 0.0;
+  for (unsigned seed = 20; seed < 24; ++seed) {
+    const auto points = targets(palm(seed, 0.004));
+    FieldSolverOptions sharp, blurred;
+    sharp.evaluations = blurred.evaluations = 100;
+    sharp.strength = blurred.strength = 0.0;
+    blurred.blur = 0.006;
+    sharp_error += objective(points, solveField(layout, air, points, sharp).drives, blurred);
+    blurred_error += objective(points, solveField(layout, air, points, blurred).drives, blurred);
+  }
+  EXPECT_LT(blurred_error, sharp_error);
+}
+
+TEST_F(FieldSolver, WeightsFavourWhatCounts) {
+  auto points = targets(palm(30, 0.004));
+  double middle = 0.0;
+  for (const FocalPoint& point : points) middle += point.position.x() / static_cast<double>(points.size());
+  const auto errorOnTheRight = [&](const FieldSolution& solution) {
+    std::vector<double> wanted, reached;
+    for (std::size_t m = 0; m < points.size(); ++m) {
+      if (points[m].position.x() < middle) continue;
+      wanted.push_back(solution.wanted[m]);
+      reached.push_back(solution.reached[m]);
+    }
+    return fieldFit(wanted, reached).error;
+  };
+  const double even = errorOnTheRight(solveField(layout, air, points));
+  for (FocalPoint& point : points) point.weight = point.position.x() < middle ? 0.05 : 1.0;
+  EXPECT_LT(errorOnTheRight(solveField(layout, air, points)), even);
 }
 
 TEST_F(FieldSolver, GivesNoMoreThanIsWanted) {
@@ -342,7 +396,15 @@ TEST_F(FieldSolver, RefusesWhatIsOutOfRange) {
   EXPECT_EQ(errorOf<std::invalid_argument>([&] { solveField(layout, air, {point}); }),
             "field solver: position of target 5 is not finite");
   point.position.x() = 0.0;
+  point.weight = -1.0;
+  EXPECT_EQ(errorOf<std::invalid_argument>([&] { solveField(layout, air, {point}); }),
+            "field solver: weight of target 5 is -1.000000, expected 0 or a positive number");
+  point.weight = 1.0;
   FieldSolverOptions options;
+  options.blur = 0.2;
+  EXPECT_EQ(errorOf<std::invalid_argument>([&] { solveField(layout, air, {point}, options); }),
+            "field solver: blur is 0.200000, expected 0 to 0.1 m");
+  options.blur = 0.0;
   options.patterns = 3;
   EXPECT_EQ(errorOf<std::invalid_argument>([&] { solveField(layout, air, {point}, options); }),
             "field solver: patterns is 3, expected 1, 2, 4 or 8");

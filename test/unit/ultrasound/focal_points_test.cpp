@@ -424,6 +424,43 @@ TEST(FocalPoints, WeakerThanSideLobesAreRaisedAboveThem) {
   EXPECT_LT(plain[weak].intensity, 0.13 * plain[1 - weak].intensity);
 }
 
+/// What a person does not feel is raised to what they feel, and what is felt twice as little is twice as
+/// strong.
+TEST(FocalPoints, KeepToThePersonsThresholdAndGain) {
+  FocalPointConfig config;
+  config.side_lobe_floor = 0.0;
+  FocalPointRenderer renderer(config);
+  renderer.setArray(ArrayReach(arrayLayout("usx"), Acoustics()));
+  const Samples samples{sample(0.03f, 0, 20000), sample(-0.03f, 0, 300)};
+  const auto forces = [&] {
+    renderer.render(samples);
+    std::vector<double> each;
+    for (std::size_t k = 0; k < renderer.report().granted.size(); ++k)
+      each.push_back(renderer.report().granted[k] * renderer.report().area[k]);
+    std::sort(each.begin(), each.end());
+    return each;
+  };
+  const auto others = forces();
+  ASSERT_EQ(others.size(), 2u);
+  config.felt_threshold = 0.5 * others[1];
+  ASSERT_GT(config.felt_threshold, 2.0 * others[0]);
+  renderer.configure(config);
+  const auto felt = forces();
+  EXPECT_NEAR(felt[0], config.felt_threshold, 1e-9);
+  EXPECT_EQ(felt[1], others[1]);
+  EXPECT_EQ(renderer.report().raised_points, 1u);
+  config.felt_threshold = 0.0;
+  config.felt_gain = 2.0;
+  renderer.configure(config);
+  EXPECT_NEAR(forces()[0], 2.0 * others[0], 1e-9);
+  config.felt_gain = 0.0;
+  EXPECT_THROW(renderer.configure(config), std::invalid_argument);
+  config.felt_gain = 1.0;
+  config.felt_threshold = 1.0;  // N: more than there is
+  renderer.configure(config);
+  for (const auto& point : renderer.render(samples)) EXPECT_NEAR(point.intensity, 1.0, 1e-9);
+}
+
 TEST(FocalPoints, ReportTheErrorOfTheField) {
   FocalPointRenderer renderer;
   Samples samples = patch(0.0f, 0.0f, 0.02f, 3000.0f, 0.3f) + patch(0.08f, 0.0f, 0.006f, 3000.0f, 1.0f);

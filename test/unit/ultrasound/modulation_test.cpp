@@ -33,6 +33,12 @@ TEST(Modulation, IsNamed) {
   EXPECT_EQ(modulation("am"), Modulation::amplitude);
   EXPECT_EQ(modulation("lateral"), Modulation::lateral);
   EXPECT_EQ(modulation("stm"), Modulation::spatiotemporal);
+  EXPECT_EQ(modulation("field"), Modulation::field);
+  EXPECT_EQ(modulation("circle"), Modulation::circle);
+  EXPECT_EQ(modulation("field_circle"), Modulation::field_circle);
+  const auto names = modulationNames();
+  for (std::size_t k = 0; k < names.size(); ++k)
+    EXPECT_EQ(nameOf(static_cast<Modulation>(k)), names[k]) << "numbered as in FocalPointArray";
   EXPECT_THROW(modulation("AM"), std::invalid_argument);
 }
 
@@ -84,6 +90,31 @@ TEST(Modulation, LateralStepsAreUnderAMillimetreAndReturn) {
   }
   EXPECT_NEAR(farthest, 0.5 * lateral_stroke, 1e-12);
   EXPECT_NEAR((mean - Eigen::Vector3d(0.01, 0.02, 0.2)).norm(), 0.0, 1e-12);
+}
+
+// Morisaki et al. 2024, doi 10.1109/TOH.2023.3338230: foci on a circle of 3 mm radius. Steps of points are
+// under 1 mm, as for lateral modulation (Morisaki et al. 2022, doi 10.1109/TOH.2021.3125843).
+TEST(Modulation, CirclesAreThosePublished) {
+  const Eigen::Vector3d centre(0.01, 0.02, 0.2);
+  for (const Modulation mode : {Modulation::circle, Modulation::field_circle}) {
+    const auto instants = period({point(0.01, 0.02), point(0.05, 0.0)}, mode);
+    ASSERT_EQ(instants.size(), mode == Modulation::circle ? circle_steps : field_circle_steps);
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < instants.size(); ++i) {
+      const Eigen::Vector3d here = instants[i].points[0].position;
+      const Eigen::Vector3d next = instants[(i + 1) % instants.size()].points[0].position;
+      EXPECT_NEAR((here - centre).norm(), 0.003, 1e-12);
+      EXPECT_EQ(here.z(), 0.2);
+      EXPECT_NEAR((instants[i].points[1].position - here - Eigen::Vector3d(0.04, -0.02, 0)).norm(), 0.0,
+                  1e-12)
+          << "all go round as one";
+      EXPECT_LE((next - here).norm(), mode == Modulation::circle ? 0.001 : 0.0024);
+      EXPECT_EQ(instants[i].amplitude, 1.0);
+      mean += here / static_cast<double>(instants.size());
+    }
+    EXPECT_NEAR((mean - centre).norm(), 0.0, 1e-12);
+    EXPECT_EQ(parts(instants).size(), instants.size());
+  }
 }
 
 TEST(Modulation, PartsAreTheDifferentInstantsOfAPeriod) {
@@ -149,7 +180,8 @@ TEST(Modulation, TactilePressureIsTheTimeAverageOfTheField) {
   const Acoustics air;
   const std::vector<FocalPoint> points = {point(-0.02, 0.0), point(0.02, 0.01, 0.6)};
   const std::vector<Eigen::Vector3f> at = {{-0.02f, 0, 0.2f}, {0.02f, 0.01f, 0.2f}, {0.0f, 0.03f, 0.2f}};
-  for (const Modulation mode : {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal}) {
+  for (const Modulation mode :
+       {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal, Modulation::circle}) {
     const auto instants = period(points, mode);
     const auto average = tactilePressure(layout, air, instants, {}, at);
     ASSERT_EQ(average.size(), at.size());

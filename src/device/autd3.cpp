@@ -1,0 +1,199 @@
+#include "device/autd3.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+#include "device/options.h"
+#include "safety/silence_times.h"
+#include "ultrasound/field_solver.h"
+#include "ultrasound/phase_solver.h"
+#include "ultrasound/slip.h"
+#include "values/pose.h"
+
+namespace tactile_clay::device {
+namespace {
+
+using ultrasound::Modulation;
+
+constexpr char self[] = "autd3";
+constexpr std::size_t most_boards = 16;
+
+/// Poses of boards: six numbers each. \throws std::runtime_error with one line
+std::vector<Eigen::Isometry3d> boardsOf(const std::map<std::string, std::string>& options) {
+  const auto given = options.find("boards");
+  const std::string text = given == options.end() || given->second.empty() ? "0 0 0 0 0 0" : given->second;
+  std::istringstream stream(text);
+  std::vector<double> numbers;
+  for (double number = 0.0; stream >> number;) numbers.push_back(number);
+  const bool good = stream.eof() && !numbers.empty() && numbers.size() % 6 == 0 &&
+                    numbers.size() / 6 <= most_boards &&
+                    std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::abs(x) <= 10.0; });
+  if (!good)
+    throw std::runtime_error(
+        "autd3: boards is '" + text +
+        "', expected six numbers a board, x y z roll pitch yaw from -10 to 10, of 1 to 16 boards");
+  std::vector<Eigen::Isometry3d> boards;
+  for (std::size_t k = 0; k < numbers.size(); k += 6)
+    boards.push_back(
+        values::poseOf(std::vector<double>(numbers.begin() + static_cast<std::ptrdiff_t>(k), numbers.end())));
+  return boards;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> autd3Modulation(const Emission& emission) {
+  const bool swells =
+      emission.modulation == Modulation::amplitude || emission.modulation == Modulation::field;
+  const double frequency = swells ? std::round(emission.modulation_frequency) : 0.0;
+  constexpr auto samples = static_cast<std::size_t>(Autd3Boards::sample_rate);
+  std::vector<std::uint8_t> buffer;
+  for (std::size_t k = 0; k < samples; ++k) {
+    const double t = static_cast<double>(k) / Autd3Boards::sample_rate;
+    const double amplitude =
+        frequency > 0.0 ? ultrasound::envelope(Modulation::amplitude, std::fmod(frequency * t, 1.0)) : 1.0;
+    const double mixed =
+        ultrasound::withSlip(amplitude, emission.slip, std::clamp(ultrasound::slipWave(t), 0.0, 1.0));
+    buffer.push_back(static_cast<std::uint8_t>(std::lround(255.0 * mixed)));
+  }
+  return buffer;
+}
+
+Autd3::~Autd3() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ending_ = true;
+    changed_.notify_all();
+  }
+  if (thread_.joinable()) thread_.join();
+}
+
+void Autd3::open(const std::map<std::string, std::string>& options) {
+  if (thread_.joinable()) throw std::runtime_error("autd3: opened a second time");
+  const auto address = options.find("address");
+  if (address == options.end() || address->second.empty())
+    throw std::runtime_error("autd3: no address, expected IP:PORT of an AUTD3 server");
+  address_ = address->second;
+  const std::vector<Eigen::Isometry3d> boards = boardsOf(options);
+  layout_ = Autd3Boards::layoutOf(boards);
+  acoustics_.temperature = number(options, self, "temperature", acoustics_.temperature, -20.0, 60.0);
+  hold_ = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
+      number(options, self, "hold", silence_times::seconds(silence_times::device_hold), 0.02, 10.0)));
+  boards_ = std::make_unique<Autd3Boards>(address_, boards);
+  fault_.clear();
+  thread_ = std::thread([this] { run(); });
+}
+
+Capabilities Autd3::capabilities() const {
+  Capabilities capabilities;
+  capabilities.input = Input::drives;
+  capabilities.layout = layout_;
+  capabilities.modulations = {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal,
+                              Modulation::field,     Modulation::circle,  Modulation::field_circle};
+  capabilities.slip = true;
+  capabilities.remarks = {
+      "autd3: the boards have no watchdog: they play on where this process is killed. Keep their power "
+      "switch at hand"};
+  return capabilities;
+}
+
+std::optional<ultrasound::Drive> Autd3::drive(const std::vector<ultrasound::FocalPoint>& points) const {
+  ultrasound::PhaseSolverOptions options;
+  options.phase_levels = Autd3Boards::phase_levels;
+  options.amplitude_levels = Autd3Boards::amplitude_levels;
+  return ultrasound::solvePhases(layout_, acoustics_, points, options).drive;
+}
+
+std::optional<ultrasound::FieldSolution> Autd3::field(const std::vector<ultrasound::FocalPoint>& targets,
+                                                      const ultrasound::FieldSolverOptions& options,
+                                                      const std::vector<ultrasound::Drive>& before) const {
+  ultrasound::FieldSolverOptions own = options;
+  own.phase_levels = Autd3Boards::phase_levels;
+  own.amplitude_levels = Autd3Boards::amplitude_levels;
+  return ultrasound::solveField(layout_, acoustics_, targets, own, before);
+}
+
+void Autd3::submit(const Sound& sound) {
+  Playing next;
+  if (!sound.parts.empty()) {
+    next.modulation = autd3Modulation(sound.emission);
+    next.frequency = sound.emission.modulation_frequency;
+    if (sound.emission.modulation == Modulation::amplitude) {
+      next.patterns = {sound.parts.front().drive};
+    } else {
+      for (const Sound::Part* part : instants(sound)) next.patterns.push_back(part->drive);
+      // A field of one pattern is there all the time.
+      if (sound.parts.size() == 1) next.patterns.resize(1);
+    }
+    if (next.patterns.size() > Autd3Boards::most_patterns)
+      throw std::runtime_error("autd3: " + std::to_string(next.patterns.size()) +
+                               " patterns in a period, expected at most " +
+                               std::to_string(Autd3Boards::most_patterns));
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!fault_.empty()) throw std::runtime_error(fault_);
+  wanted_ = std::move(next);
+  renewed_ = Clock::now();
+  new_ = true;
+  changed_.notify_all();
+}
+
+void Autd3::stop() noexcept {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  wanted_ = {};
+  new_ = true;
+  changed_.notify_all();
+}
+
+std::string Autd3::fault() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return fault_;
+}
+
+/// Of the thread; the mutex is not held.
+void Autd3::send(const Playing& wanted) {
+  if (wanted.patterns.empty()) {
+    boards_->silence();
+    return;
+  }
+  if (wanted.modulation != modulation_) {
+    boards_->silence();  // the old pattern is not to be heard with the new modulation
+    boards_->modulate(wanted.modulation);
+    modulation_ = wanted.modulation;
+  }
+  boards_->play(wanted.patterns, wanted.frequency);
+}
+
+void Autd3::run() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (true) {
+    const bool held = sounds_ && Clock::now() - renewed_ > hold_;
+    if (ending_ || held) {
+      wanted_ = {};
+      new_ = sounds_;
+    }
+    if (new_) {
+      new_ = false;
+      const Playing now = wanted_;
+      lock.unlock();
+      std::string fault;
+      try {
+        send(now);
+      } catch (const std::exception& error) {
+        fault = error.what();
+      }
+      lock.lock();
+      sounds_ = !now.patterns.empty();
+      fault_ = fault;
+      if (!fault.empty() && !ending_) changed_.wait_for(lock, hold_, [this] { return ending_; });
+      if (!fault.empty()) new_ = !ending_, wanted_ = {};  // silence, until it can be had
+      continue;
+    }
+    if (ending_) return;
+    changed_.wait_for(lock, hold_ / 4, [this] { return new_ || ending_; });
+  }
+}
+
+}  // namespace tactile_clay::device

@@ -1,0 +1,182 @@
+#include "clay/live_pace.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace tactile_clay::clay {
+namespace {
+
+constexpr double period = 1.0 / 60.0, step = period / 4.0;
+
+/// A pace, and what its frames drop.
+struct Paced : LivePace {
+  using LivePace::LivePace;
+  LiveFrame next(double elapsed) {
+    const LiveFrame frame = LivePace::next(elapsed);
+    dropped += frame.dropped;
+    return frame;
+  }
+  double dropped = 0.0;  // s
+};
+
+TEST(LivePace, FramesOfAnUnevenClockAreEven) {
+  Paced pace(period, step);
+  for (int k = 0; k < 600; ++k) {
+    const double duration = pace.next(period * (k % 3 == 0 ? 1.3 : 0.85)).duration;
+    pace.took(0.6 * duration);
+    EXPECT_NEAR(duration, period, 1e-12) << k;
+  }
+}
+
+TEST(LivePace, StepsAreWhole) {
+  for (const double interval : {0.3, 0.7, 1.0, 1.4}) {
+    Paced pace(period, step);
+    for (int k = 0; k < 100; ++k) {
+      const LiveFrame frame = pace.next(interval * period);
+      const double steps = frame.duration / frame.step_factor / step;
+      EXPECT_NEAR(steps, std::round(steps), 1e-9);
+      pace.took(0.5 * steps * step);
+    }
+  }
+}
+
+TEST(LivePace, FollowsAClockFasterThanItsSteps) {
+  constexpr double interval = step / 8.0;
+  Paced pace(interval, step);
+  double simulated = 0.0;
+  for (int k = 0; k < 4000; ++k) {
+    const LiveFrame frame = pace.next(interval);
+    simulated += frame.duration;
+    pace.took(0.6 * frame.duration);
+    EXPECT_LE(frame.duration, step * frame.step_factor * 1.0000001);
+  }
+  EXPECT_NEAR(simulated, 4000 * interval, 2.0 * step);
+  EXPECT_EQ(pace.dropped, 0.0);
+}
+
+TEST(LivePace, CatchesUpWithStepsOfAnySize) {
+  for (const double length : {period, step, period / 16.0}) {
+    Paced pace(period, length);
+    double simulated = pace.next(5.0 * period).duration;  // a hiccup
+    for (int k = 0; k < 24; ++k) {
+      const double duration = pace.next(period).duration;
+      pace.took(0.7 * duration);
+      simulated += duration;
+    }
+    EXPECT_NEAR(simulated, 29.0 * period, 1.5 * std::max(length, step)) << length;
+  }
+}
+
+/// Frames that take nearly their time, such as those of the wheel on a slow host, still make up for a hiccup.
+TEST(LivePace, CatchesUpWithLittleRoom) {
+  constexpr double cost = 0.85;  // of what is simulated
+  Paced pace(period, step);
+  double elapsed = 5.0 * period, simulated = 0.0, interval = elapsed;
+  for (int k = 0; k < 60; ++k) {
+    const LiveFrame frame = pace.next(interval);
+    const double computing = cost * frame.duration / frame.step_factor;
+    pace.took(computing);
+    simulated += frame.duration;
+    interval = std::max(period, computing);
+    elapsed += interval;
+  }
+  EXPECT_NEAR(simulated, elapsed - interval, 1.5 * step);
+  EXPECT_EQ(pace.dropped, 0.0);
+}
+
+TEST(LivePace, FollowsAnUnevenClock) {
+  Paced pace(period, step);
+  double elapsed = 0.0, simulated = 0.0;
+  for (int k = 0; k < 600; ++k) {
+    const double interval = period * (k % 3 == 0 ? 1.3 : 0.85);
+    elapsed += interval;
+    const double duration = pace.next(interval).duration;
+    simulated += duration;
+    pace.took(0.6 * duration);
+    EXPECT_LE(duration, 1.5 * period);
+  }
+  EXPECT_NEAR(simulated, elapsed, 1.5 * step);
+  EXPECT_EQ(pace.dropped, 0.0);
+}
+
+TEST(LivePace, FollowsATrackerThatIsSlowerOrFasterThanItsRate) {
+  for (const double rate : {25.0, 58.0, 62.0, 120.0}) {
+    Paced pace(period, step);
+    double simulated = 0.0;
+    for (int k = 0; k < 600; ++k) {
+      // Where no skin comes for 1.5 periods, a frame goes without.
+      double left = 1.0 / rate;
+      while (left > 1e-9) {
+        const double interval = std::min(left, 1.5 * period);
+        const double duration = pace.next(interval).duration;
+        pace.took(0.6 * duration);
+        simulated += duration;
+        left -= interval;
+      }
+    }
+    EXPECT_NEAR(simulated, 600.0 / rate, 0.5 * period) << rate << " Hz";
+    EXPECT_EQ(pace.dropped, 0.0) << rate << " Hz";
+  }
+}
+
+TEST(LivePace, FramesAreNoMoreWorkWhereComputingIsSlowAndNoTimeIsLostToASlowSecond) {
+  Paced pace(period, step);
+  double elapsed = 0.0, simulated = 0.0;
+  for (int k = 0; k < 120; ++k) {
+    const bool slow = k >= 30 && k < 90;
+    const double interval = slow ? 1.05 * period : period;
+    elapsed += interval;
+    const LiveFrame frame = pace.next(interval);
+    const double usual = frame.duration / frame.step_factor;
+    simulated += frame.duration;
+    pace.took((slow ? 1.05 : 0.6) * usual);
+    if (slow && k > 30) {
+      EXPECT_LE(usual, period * 1.0000001) << k;
+    }
+  }
+  EXPECT_NEAR(simulated, elapsed, 1.5 * step);  // as near as whole steps are held
+  EXPECT_EQ(pace.dropped, 0.0);
+}
+
+/// A computer that is too slow gives up accuracy, not time: as many steps as usual, evenly longer.
+TEST(LivePace, StepsGetLongerWhereFramesTakeTooLong) {
+  for (const double cost : {1.02, 1.3, 1.8}) {  // of what a frame usually stands for
+    Paced pace(period, step);
+    double elapsed = 0.0, simulated = 0.0, interval = period;
+    for (int k = 0; k < 600; ++k) {
+      elapsed += interval;
+      const LiveFrame frame = pace.next(interval);
+      simulated += frame.duration;
+      const double noise = k % 3 == 0 ? 1.2 : 0.9;  // of one frame and another
+      interval = noise * cost * frame.duration / frame.step_factor;
+      pace.took(interval);
+      EXPECT_NEAR(frame.duration / frame.step_factor, period, 1e-12);
+      if (k > 100) {
+        EXPECT_NEAR(frame.step_factor, cost, 0.1) << k;
+      }
+    }
+    EXPECT_NEAR(simulated, elapsed, 0.5 * period) << cost;
+    EXPECT_EQ(pace.dropped, 0.0) << cost;
+  }
+}
+
+TEST(LivePace, WhatCannotBeSimulatedIsDroppedAndTold) {
+  Paced pace(period, step);
+  double elapsed = 0.0, simulated = 0.0, interval = period;
+  for (int k = 0; k < 100; ++k) {
+    elapsed += interval;
+    const LiveFrame frame = pace.next(interval);
+    simulated += frame.duration;
+    interval = 3.0 * frame.duration / frame.step_factor;
+    pace.took(interval);
+    EXPECT_LE(frame.step_factor, largest_step_factor);
+    EXPECT_LE(frame.duration, largest_step_factor * period * 1.0000001);
+  }
+  EXPECT_NEAR(pace.dropped, elapsed - simulated, 0.1 + 1e-9);
+  EXPECT_GT(elapsed - simulated, 0.3 * elapsed);
+}
+
+}  // namespace
+}  // namespace tactile_clay::clay
