@@ -107,8 +107,7 @@ class Clay {
   /// of the step to its pose at the end; its velocity is what takes it there.
   /// \param solids their shapes; poses and velocities are not read
   /// \param motion their poses, by `time()`; it is asked for times from `time()` on
-  /// \param step_factor 1 to `largest_step_factor`: how many times longer than usual the steps are, so that a
-  /// late clay gives up accuracy and not time (`LivePace`)
+  /// \param step_factor 1 to `largest_step_factor`: how many times longer than usual the steps are
   /// \throws std::invalid_argument where there are more than `mostGhosts`, or `step_factor` is out of its
   /// range; the clay stays as it was
   void advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const SolidMotion& motion,

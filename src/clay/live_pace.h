@@ -16,8 +16,7 @@ struct LiveFrame {
 
 /// How much time each frame of a live simulation gets, so that simulated time follows the wall clock, and
 /// frames are even and short: as many steps as usual, and a quarter of a period more or less where simulated
-/// time is off by one and a half of that. Where the computer is no faster than the clock, steps get longer
-/// instead of more, up to twice: accuracy is given up before time is, since hands do not wait.
+/// time is off by one and a half of that. More also needs a computer that is faster than the clock.
 class LivePace {
  public:
   /// \param period s, of frames \param step s, of the simulation
@@ -29,26 +28,21 @@ class LivePace {
 
   /// \param elapsed s since the frame before it began
   LiveFrame next(double elapsed) {
-    usual_ += adaption * (std::min(elapsed, largest_step_factor * period_) - usual_);
+    usual_ += adaption * (std::min(elapsed, 2.0 * period_) - usual_);
     owed_ += elapsed;
     const double usual = std::round(std::min(usual_, period_) / step_);
     steps_ = usual;
-    double factor = 1.0;
     const double late = owed_ - usual * step_, enough = 1.5 * quarter_ * step_;
     const bool has_room = pace_ >= room || usual == 0.0;
-    if (late < -enough) {
-      steps_ = std::max(usual - quarter_, 0.0);
-    } else if (!has_room) {  // smoothly, so that one step is about as long as the next
-      const double due = usual_ + adaption * (owed_ - usual_);
-      factor = std::clamp(due / (usual * step_), 1.0, largest_step_factor);
-    } else if (late > enough) {
+    if (late > enough && has_room)
       steps_ = usual + quarter_;
-    }
-    const double duration = factor * steps_ * step_;
+    else if (late < -enough)
+      steps_ = std::max(usual - quarter_, 0.0);
+    const double duration = steps_ * step_;
     owed_ -= duration;
     const double dropped = std::max(owed_ - most_owed, 0.0);
     owed_ -= dropped;
-    return {duration, factor, dropped};
+    return {duration, 1.0, dropped};
   }
 
   /// To be called after a frame. \param computing s, that it took

@@ -140,28 +140,6 @@ TEST(LivePace, FramesAreNoMoreWorkWhereComputingIsSlowAndNoTimeIsLostToASlowSeco
   EXPECT_EQ(pace.dropped, 0.0);
 }
 
-/// A computer that is too slow gives up accuracy, not time: as many steps as usual, evenly longer.
-TEST(LivePace, StepsGetLongerWhereFramesTakeTooLong) {
-  for (const double cost : {1.02, 1.3, 1.8}) {  // of what a frame usually stands for
-    Paced pace(period, step);
-    double elapsed = 0.0, simulated = 0.0, interval = period;
-    for (int k = 0; k < 600; ++k) {
-      elapsed += interval;
-      const LiveFrame frame = pace.next(interval);
-      simulated += frame.duration;
-      const double noise = k % 3 == 0 ? 1.2 : 0.9;  // of one frame and another
-      interval = noise * cost * frame.duration / frame.step_factor;
-      pace.took(interval);
-      EXPECT_NEAR(frame.duration / frame.step_factor, period, 1e-12);
-      if (k > 100) {
-        EXPECT_NEAR(frame.step_factor, cost, 0.1) << k;
-      }
-    }
-    EXPECT_NEAR(simulated, elapsed, 0.5 * period) << cost;
-    EXPECT_EQ(pace.dropped, 0.0) << cost;
-  }
-}
-
 TEST(LivePace, WhatCannotBeSimulatedIsDroppedAndTold) {
   Paced pace(period, step);
   double elapsed = 0.0, simulated = 0.0, interval = period;
