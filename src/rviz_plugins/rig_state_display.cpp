@@ -13,11 +13,10 @@
 namespace tactile_clay::rviz_plugins {
 namespace {
 
-constexpr float drawn_every = 0.25f;   // s; numbers that change faster are not read
-constexpr double patience = 2.0;       // s, without a message
-constexpr double real_time = 0.97;     // factor from which the clay keeps up
-constexpr float longer_steps = 1.05f;  // step factor that is worth a line
-constexpr int margin = 12, gap = 6;    // pixels
+constexpr float drawn_every = 0.25f;  // s; numbers that change faster are not read
+constexpr double patience = 2.0;      // s, without a message
+constexpr double real_time = 0.97;    // factor from which the clay keeps up
+constexpr int margin = 12, gap = 6;   // pixels
 
 const QColor colors[] = {QColor(40, 140, 70), QColor(210, 120, 0), QColor(140, 140, 140)};
 
@@ -99,8 +98,6 @@ std::vector<RigStateDisplay::Line> RigStateDisplay::lines() const {
     lines.push_back({"clay: " + std::to_string(clay_->particles) + " particles, " +
                          text("%.2f of real time", clay_->real_time_factor),
                      late ? 1 : 0});
-    if (clay_->step_factor > longer_steps)
-      lines.push_back({text("on time by steps %.1f times as long", clay_->step_factor), 1});
   }
   if (!array_ || (now - array_came_).toSec() > patience) {
     lines.push_back({"array: no news", 2});

@@ -7,7 +7,6 @@
 #include <fstream>
 #include <stdexcept>
 #include <thread>
-#include <utility>
 
 #include "clay/live_pace.h"
 #include "clay/neighbourhood.h"
@@ -42,7 +41,6 @@ class Sums {
   void add(const clay::Statistics& s, double ms, double cpu_ms) {
     ms_.push_back(ms);
     sum_.cpu_ms += cpu_ms;
-    sum_.step_factor += s.step_factor;
     sum_.awake += static_cast<double>(s.awake);
     sum_.contacts += static_cast<double>(s.contacts);
     sum_.iterations += s.iterations;
@@ -60,8 +58,7 @@ class Sums {
     const auto frames = static_cast<double>(ms_.size()),
                particles = static_cast<double>(clay.particles().size());
     Stretch s = sum_;
-    for (double* value :
-         {&s.cpu_ms, &s.step_factor, &s.awake, &s.contacts, &s.iterations, &s.rounds, &s.lumps, &s.crumbs})
+    for (double* value : {&s.cpu_ms, &s.awake, &s.contacts, &s.iterations, &s.rounds, &s.lumps, &s.crumbs})
       *value /= frames;
     for (clay::Stage& stage : s.stages) stage.ms /= frames;
     s.end = clay.time();
@@ -118,14 +115,13 @@ void kneadLong(const scene::Scene& scene, const scene::Solids& solids, const std
   clay::LivePace pace(scene.config.frame, scene.config.timeStep());
   Yardstick yardstick(scene, solids, samples);
   Sums sums;
-  double dropped = 0.0, due = 0.0,
-         next_stretch = how.stretch;  // s; when the next sample comes, since the start
+  double due = 0.0, next_stretch = how.stretch;  // s; when the next sample comes, since the start
   Clock::time_point before = Clock::now();
   Clock::time_point start = before;
   for (std::size_t k = 0; clay.time() < how.duration; ++k) {
     const HandSample* sample = &samples[k % samples.size()];
     due += sample->duration;
-    clay::LiveFrame frame{sample->duration};
+    double duration = sample->duration;
     if (how.live) {
       // A late frame takes the newest sample, as a subscriber with a queue of one does.
       while (Seconds(Clock::now() - start).count() > due + samples[(k + 1) % samples.size()].duration) {
@@ -133,21 +129,20 @@ void kneadLong(const scene::Scene& scene, const scene::Solids& solids, const std
         due += sample->duration;
       }
       std::this_thread::sleep_until(start + std::chrono::duration_cast<Clock::duration>(Seconds(due)));
-      frame = pace.next(Seconds(Clock::now() - before).count());
-      dropped += frame.dropped;
+      duration = pace.next(Seconds(Clock::now() - before).count());
       before = Clock::now();
     }
     const Clock::time_point begun = Clock::now();
     const std::clock_t cpu_begun = std::clock();
-    clay.advance(sample->skin, solids.solids(), solids.motion(), frame.duration, frame.step_factor);
+    clay.advance(sample->skin, solids.solids(), solids.motion(), duration);
     const double took = Seconds(Clock::now() - begun).count();
-    pace.took(took);
+    pace.took(duration, took);
     sums.add(clay.statistics(), 1e3 * took,
              1e3 * static_cast<double>(std::clock() - cpu_begun) / CLOCKS_PER_SEC);
     if (clay.time() < next_stretch) continue;
     next_stretch += how.stretch;
     const Clock::time_point ended = Clock::now();
-    Stretch stretch = sums.of(clay, std::exchange(dropped, 0.0));
+    Stretch stretch = sums.of(clay, pace.takeDropped());
     stretch.yardstick_ms = yardstick.measure();
     tell(stretch);
     sums = Sums();

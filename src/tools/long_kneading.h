@@ -17,7 +17,6 @@ struct Stretch {
   double yardstick_ms = 0.0;      // median of the yardstick's frames at the end of the stretch
   double cpu_ms = 0.0;            // of all threads, a frame: what other programs take does not count
   double dropped = 0.0;           // s that a live run did not simulate
-  double step_factor = 0.0;       // mean of the frames, above 1 where a live run would have been late
   double awake = 0.0, contacts = 0.0, iterations = 0.0, rounds = 0.0, lumps = 0.0, crumbs = 0.0;
   double bonds = 0.0, neighbours = 0.0;  // of a particle, at the end
   double volume = 0.0;                   // m^3, at the end (volumeOf)

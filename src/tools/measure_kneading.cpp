@@ -34,10 +34,8 @@ Hands knead a scene again and again. Prints CSV, one line a stretch of simulated
 Columns: s at the end of the stretch; ms of a frame, median and 99th percentile; yardstick: the
 same of the first second of the run, median, played once more after the stretch, since computers
 get faster and slower; ms of all processors a frame, mean; s dropped (live); means over the
-frames of the step factor (above 1 a live clay takes longer steps to be on time), awake
-particles, contacts, iterations and rounds a substep, lumps, crumbs; at the end bonds and
-neighbours a particle, volume in cm^3, strays (particles that left the scene), MB of memory; then
-ms of a frame by stage.
+frames of awake particles, contacts, iterations and rounds a substep, lumps, crumbs; at the end bonds and neighbours a
+particle, volume in cm^3, strays (particles that left the scene), MB of memory; then ms of a frame by stage.
 )";
 
 void run(int argc, char** argv) {
@@ -63,8 +61,7 @@ void run(int argc, char** argv) {
             [&](const Stretch& s) {
               if (head) {
                 std::printf(
-                    "s,ms,ms_p99,yardstick_ms,cpu_ms,dropped_s,step_factor,awake,contacts,iterations,rounds,"
-                    "lumps,crumbs,"
+                    "s,ms,ms_p99,yardstick_ms,cpu_ms,dropped_s,awake,contacts,iterations,rounds,lumps,crumbs,"
                     "bonds,neighbours,"
                     "volume_cm3,"
                     "strays,memory_mb");
@@ -73,10 +70,10 @@ void run(int argc, char** argv) {
                 head = false;
               }
               std::printf(
-                  "%.1f,%.2f,%.2f,%.2f,%.2f,%.2f,%.3f,%.0f,%.0f,%.2f,%.2f,%.2f,%.2f,%.3f,%.3f,%.2f,%zu,%.1f",
-                  s.end, s.ms, s.ms_p99, s.yardstick_ms, s.cpu_ms, s.dropped, s.step_factor, s.awake,
-                  s.contacts, s.iterations, s.rounds, s.lumps, s.crumbs, s.bonds, s.neighbours,
-                  1e6 * s.volume, s.strays, s.memory);
+                  "%.1f,%.2f,%.2f,%.2f,%.2f,%.2f,%.0f,%.0f,%.2f,%.2f,%.2f,%.2f,%.3f,%.3f,%.2f,%zu,%.1f",
+                  s.end, s.ms, s.ms_p99, s.yardstick_ms, s.cpu_ms, s.dropped, s.awake, s.contacts,
+                  s.iterations, s.rounds, s.lumps, s.crumbs, s.bonds, s.neighbours, 1e6 * s.volume, s.strays,
+                  s.memory);
               for (const clay::Stage& stage : s.stages) std::printf(",%.3f", stage.ms);
               std::printf("\n");
               std::fflush(stdout);
