@@ -66,22 +66,19 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, doubl
 }
 
 void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const SolidMotion& motion,
-                   double duration, double step_factor) {
+                   double duration) {
   State& s = *state_;
-  require(step_factor >= 1.0 && step_factor <= largest_step_factor, "step factor", step_factor,
-          "1 to " + std::to_string(largest_step_factor));
   require(ghosts.size() <= mostGhosts(s.config.spacing), "number of ghosts",
           static_cast<double>(ghosts.size()),
           "at most " + std::to_string(mostGhosts(s.config.spacing)) + " at this spacing");
   for (Stage& stage : s.statistics.stages) stage.ms = 0.0;
   s.iterations_done = s.rounds_done = 0;
   s.statistics.ghosts_looked_at = 0;
-  const double dt = s.time_step = step_factor * s.config.timeStep();
+  const double dt = s.config.timeStep();
   s.carry += duration;
   const int steps = std::max(static_cast<int>(std::lround(s.carry / dt)), 0);
   s.carry -= steps * dt;
   ++s.statistics.step;
-  s.statistics.step_factor = step_factor;
   if (steps == 0) {
     auto& forces = s.ghost_forces;
     forces.erase(std::remove_if(forces.begin(), forces.end(),

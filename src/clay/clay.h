@@ -41,7 +41,7 @@ struct ClayConfig {
   int threads = 0;          // 0: as many as there are cores
   bool sleeping = true;     // leave clay at rest alone until something comes near (class Sleep)
 
-  double timeStep() const { return frame / budget.substeps; }  // s, where steps are not made longer
+  double timeStep() const { return frame / budget.substeps; }  // s, fixed
 };
 
 /// \throws std::invalid_argument naming the parameter, its value and its range
@@ -50,10 +50,6 @@ void validate(const ClayConfig& config);
 /// Ghosts that `Clay::advance` takes at most: as many as fill 1 m^2 of skin, of which two hands have a tenth,
 /// and not so many that a step, or its memory, has no bound. \param spacing m, of the clay
 std::size_t mostGhosts(double spacing);
-
-/// Steps of `Clay::advance` are at most this many times longer than `ClayConfig::timeStep`: a frame of 4
-/// steps is then solved as by `draft`, with its 2.
-constexpr double largest_step_factor = 2.0;
 
 /// Particles to start from.
 struct InitialParticle {
@@ -72,9 +68,8 @@ struct Stage {
 };
 
 struct Statistics {
-  std::uint64_t step = 0;    // frames since the start
-  double step_factor = 1.0;  // of the last frame: how many times longer than usual its steps were
-  std::size_t awake = 0;     // particles
+  std::uint64_t step = 0;  // frames since the start
+  std::size_t awake = 0;   // particles
   std::size_t bonds = 0;
   std::size_t contacts = 0;  // with ghosts and solids, last substep
   double iterations = 0.0;   // of a substep, mean over the last frame
@@ -107,11 +102,9 @@ class Clay {
   /// of the step to its pose at the end; its velocity is what takes it there.
   /// \param solids their shapes; poses and velocities are not read
   /// \param motion their poses, by `time()`; it is asked for times from `time()` on
-  /// \param step_factor 1 to `largest_step_factor`: how many times longer than usual the steps are
-  /// \throws std::invalid_argument where there are more than `mostGhosts`, or `step_factor` is out of its
-  /// range; the clay stays as it was
+  /// \throws std::invalid_argument where there are more than `mostGhosts`, and the clay stays as it was
   void advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const SolidMotion& motion,
-               double duration, double step_factor = 1.0);
+               double duration);
   /// The same with solids that move from their poses with their velocities.
   void advance(const Ghosts& ghosts, const std::vector<Solid>& solids, double duration);
 

@@ -130,7 +130,7 @@ void Clay::State::posesAt(const SolidMotion& motion, double t, std::size_t solid
 }
 
 Surroundings Clay::State::surroundings(const std::vector<Solid>& solids) const {
-  return {moved, solids, start_poses, end_poses, static_cast<float>(time_step)};
+  return {moved, solids, start_poses, end_poses, static_cast<float>(config.timeStep())};
 }
 
 void Clay::State::step(const Surroundings& around) {
@@ -158,7 +158,7 @@ void Clay::State::step(const Surroundings& around) {
   }
   if (bonded) {
     const Stopwatch watch(ms(bonds));
-    updateBonds(dt);
+    updateBonds();
   }
   const Bonds* const of_particles = bonded ? &bond_constraint : nullptr;
   if (config.budget.method == Method::paper) {
@@ -181,8 +181,8 @@ void Clay::State::step(const Surroundings& around) {
 /// Whether bonds form or break is decided by how far a pair has parted in a frame, not by the velocities of a
 /// step: these carry the noise of the solver, and a threshold that is looked at more often is crossed more
 /// often. A bond breaks as soon as its frame is sure to be too fast; what forms does so at the end of one.
-void Clay::State::updateBonds(float dt) {
-  const float per_frame = 1.0f / (static_cast<float>(config.budget.substeps) * dt);
+void Clay::State::updateBonds() {
+  const float per_frame = static_cast<float>(1.0 / config.frame);
   const bool ends = window_steps >= config.budget.substeps;
   VectorField& mean_velocity = u;  // which is free until the step is solved
   parallelRanges(particles.size(), range_size, [&](std::size_t first, std::size_t last) {
@@ -191,7 +191,8 @@ void Clay::State::updateBonds(float dt) {
       if (ends) window_start[i] = particles.position[i];
     }
   });
-  bond_constraint.update(near, particles, mean_velocity, ends, dt, contact_constraint.contacts());
+  bond_constraint.update(near, particles, mean_velocity, ends, static_cast<float>(config.timeStep()),
+                         contact_constraint.contacts());
   window_steps = ends ? 1 : window_steps + 1;
 }
 

@@ -32,7 +32,7 @@ struct Clay::State {
   void posesAt(const SolidMotion& motion, double t, std::size_t solids);
   Surroundings surroundings(const std::vector<Solid>& solids) const;
   void step(const Surroundings& around);
-  void updateBonds(float dt);
+  void updateBonds();
   void publishAwake();
   Sculpture sculpture() const;
   void restore(const Sculpture& sculpture);
@@ -69,7 +69,6 @@ struct Clay::State {
   int iterations_done = 0, rounds_done = 0;  // in this frame
   std::atomic<std::uint64_t> rejected{0};    // displacements, since the start
   double time = 0.0, carry = 0.0;            // s
-  double time_step = 0.0;                    // s, the time step of this `advance`
   Ghosts target;                             // ghosts at the end of the frame
   Ghosts moved;                              // and at the end of the current step
   std::vector<Solid> walls;                  // of the world

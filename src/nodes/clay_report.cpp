@@ -5,8 +5,7 @@
 namespace tactile_clay::nodes {
 namespace {
 
-constexpr double longer_steps = 1.05;  // mean step factor that is worth a warning
-constexpr double hiccup = 0.1;         // s dropped between two diagnostics that are not worth one
+constexpr double hiccup = 0.1;  // s dropped between two diagnostics that are not worth one
 
 }  // namespace
 
@@ -17,7 +16,7 @@ void ClayReport::restart() {
   told_strays_ = 0;
 }
 
-void ClayReport::frame(const clay::Clay& clay, const clay::LiveFrame& frame, double computing) {
+void ClayReport::frame(const clay::Clay& clay, double duration, double dropped, double computing) {
   const clay::Statistics& statistics = clay.statistics();
   const std::uint64_t rejected = statistics.rejected_displacements;
   if (rejected > told_rejected_)
@@ -33,10 +32,9 @@ void ClayReport::frame(const clay::Clay& clay, const clay::LiveFrame& frame, dou
         statistics.strays, clay.particles().size());
   told_strays_ = statistics.strays;
   busy_ += computing;
-  dropped_ += frame.dropped;
-  simulated_ += frame.duration;
-  stepped_ += frame.duration / frame.step_factor;
-  factor_time_ += frame.duration;
+  dropped_ += dropped;
+  simulated_ += duration;
+  factor_time_ += duration;
   const ros::WallTime now = ros::WallTime::now();
   const double wall = (now - factor_since_).toSec();
   if (wall >= 1.0) {
@@ -64,7 +62,6 @@ ClayStatus ClayReport::status(const clay::Clay& clay, const std_msgs::Header& he
   status.density_error_mean = static_cast<float>(statistics.density_error_mean);
   status.density_error_max = static_cast<float>(statistics.density_error_max);
   status.real_time_factor = static_cast<float>(real_time_factor_);
-  status.step_factor = static_cast<float>(statistics.step_factor);
   for (const clay::Stage& stage : statistics.stages) {
     status.stages.push_back(stage.name);
     status.stage_ms.push_back(static_cast<float>(stage.ms));
@@ -74,32 +71,21 @@ ClayStatus ClayReport::status(const clay::Clay& clay, const std_msgs::Header& he
 
 bool ClayReport::diagnose(const clay::Clay& clay, diagnostic_updater::DiagnosticStatusWrapper& status) {
   using Level = diagnostic_msgs::DiagnosticStatus;
-  const double factor = stepped_ > 0.0 ? simulated_ / stepped_ : 1.0;
-  bool wrong = true;
-  if (dropped_ > hiccup) {
+  const bool late = dropped_ > hiccup;
+  if (late) {
     ROS_WARN_THROTTLE(10.0, "clay_simulator: late, %.2f s dropped; a lower quality would keep up", dropped_);
     // Clay at half its speed is another material.
     status.summary(dropped_ > simulated_ ? Level::ERROR : Level::WARN, "late: time is dropped");
-  } else if (factor > longer_steps) {
-    ROS_WARN_THROTTLE(
-        10.0,
-        "clay_simulator: frames take too long; to be on time, steps are %.2f times as long, which "
-        "costs accuracy. A lower quality would keep up",
-        factor);
-    status.summary(Level::WARN, "on time by longer steps, which costs accuracy");
-  } else {
-    wrong = false;
   }
   status.add("particles", clay.particles().size());
   status.add("particles awake", clay.statistics().awake);
   status.add("particles out of the scene", clay.statistics().strays);
   status.add("real-time factor", real_time_factor_);
-  status.add("step factor", factor);
   status.add("simulated s", simulated_);
   status.add("dropped s", dropped_);
   status.add("ms of computing", 1e3 * busy_);
-  simulated_ = stepped_ = dropped_ = busy_ = 0.0;
-  return wrong;
+  simulated_ = dropped_ = busy_ = 0.0;
+  return late;
 }
 
 }  // namespace tactile_clay::nodes

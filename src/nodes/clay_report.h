@@ -8,7 +8,6 @@
 #include <cstdint>
 
 #include "clay/clay.h"
-#include "clay/live_pace.h"
 
 namespace tactile_clay::nodes {
 
@@ -19,18 +18,18 @@ class ClayReport {
 
   /// The clay begins anew.
   void restart();
-  /// After each frame. \param computing s, that it took
-  void frame(const clay::Clay& clay, const clay::LiveFrame& frame, double computing);
+  /// After each frame. \param duration s, simulated \param dropped s before it, never to be simulated
+  /// \param computing s, that it took
+  void frame(const clay::Clay& clay, double duration, double dropped, double computing);
 
   /// `quality` and `lowered` are left for the caller.
   ClayStatus status(const clay::Clay& clay, const std_msgs::Header& header) const;
-  /// Of the time since the last call. \return whether something is wrong, which the summary tells then
+  /// Of the time since the last call. \return whether it was late, which the summary tells then
   bool diagnose(const clay::Clay& clay, diagnostic_updater::DiagnosticStatusWrapper& status);
 
  private:
   double simulated_ = 0.0, dropped_ = 0.0, busy_ = 0.0;  // s, since the last diagnostics
-  double stepped_ = 0.0;             // s, that the steps would have simulated in their usual length
-  std::uint64_t told_rejected_ = 0;  // displacements
+  std::uint64_t told_rejected_ = 0;                      // displacements
   std::size_t told_strays_ = 0;
   double real_time_factor_ = 1.0;
   ros::WallTime factor_since_;

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "clay/live_pace.h"
 #include "clay/sculpture_file.h"
 #include "nodes/cloud.h"
 #include "nodes/conversions.h"
@@ -186,14 +187,14 @@ clay::Ghosts ClaySimulator::read(const Cloud& skin) {
   }
 }
 
-double ClaySimulator::step(const clay::Ghosts& ghosts, const clay::LiveFrame& frame) {
+double ClaySimulator::step(const clay::Ghosts& ghosts, double duration, double dropped) {
   const std::lock_guard<std::mutex> lock(clay_mutex_);
   const ros::WallTime start = ros::WallTime::now();
   past_.before(*clay_);
-  clay_->advance(ghosts, solids_->solids(), solids_->motion(), frame.duration, frame.step_factor);
-  past_.after(*clay_, frame.duration);
+  clay_->advance(ghosts, solids_->solids(), solids_->motion(), duration);
+  past_.after(*clay_, duration);
   const double computing = (ros::WallTime::now() - start).toSec();
-  report_.frame(*clay_, frame, computing);
+  report_.frame(*clay_, duration, dropped, computing);
   return computing;
 }
 
@@ -209,7 +210,7 @@ void ClaySimulator::runLockstep() {
     before = stamp;
     live_->begin(stamp);
     const clay::Ghosts ghosts = read(*skin);
-    step(ghosts, {duration});
+    step(ghosts, duration, 0.0);
     publishState(stamp);
     publishContacts(*skin, ghosts);  // last: the answer from the array means that all was published
   }
@@ -231,7 +232,7 @@ void ClaySimulator::runLive() {
     if (scene_.config.timeStep() != step_length)
       pace = clay::LivePace(period_, step_length = scene_.config.timeStep());
     const double elapsed = std::chrono::duration<double>(now - before).count();
-    const clay::LiveFrame frame = pace.next(elapsed);
+    const double duration = pace.next(elapsed);
     before = now;
     if (skin) {
       held = read(*skin);
@@ -240,10 +241,10 @@ void ClaySimulator::runLive() {
       if (std::chrono::duration<double>(now - skin_at).count() > skin_lifetime) held = {};
       std::fill(held.velocity.begin(), held.velocity.end(), Eigen::Vector3f::Zero());
     }
-    const double computing = step(held, frame);
-    pace.took(computing);
-    if (const scene::Quality* const coarser = fit_->coarser(elapsed, frame.duration / frame.step_factor,
-                                                            computing, scene_.config.budget, quality_))
+    const double computing = step(held, duration, pace.takeDropped());
+    pace.took(duration, computing);
+    if (const scene::Quality* const coarser =
+            fit_->coarser(elapsed, duration, computing, scene_.config.budget, quality_))
       take(*coarser);
     if (skin) publishContacts(*skin, held);
     publishState(skin ? skin->header.stamp : ros::Time::now());

@@ -13,7 +13,6 @@
 #include <thread>
 
 #include "clay/clay.h"
-#include "clay/live_pace.h"
 #include "files/output_file.h"
 #include "nodes/clay_parameters.h"
 #include "nodes/clay_past.h"
@@ -64,7 +63,7 @@ class ClaySimulator {
   void receive(const Cloud::ConstPtr& skin);
   void runLive();
   void runLockstep();
-  double step(const clay::Ghosts& ghosts, const clay::LiveFrame& frame);  // s, that computing took
+  double step(const clay::Ghosts& ghosts, double duration, double dropped);  // s, that computing took
   clay::Ghosts read(const Cloud& skin);
   void publishContacts(const Cloud& skin, const clay::Ghosts& ghosts);
   void publishState(ros::Time stamp);

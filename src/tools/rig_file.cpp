@@ -46,12 +46,16 @@ std::set<std::string> argumentsOfRig() {
   return names;
 }
 
-/// What the nodes of the rig read, as they read it, of a rig file.
-void readAll(nodes::Settings& settings, device::SafetyGateConfig gate) {
-  nodes::cleanConfig(settings);
+void readRenderer(nodes::Settings& settings) {
   nodes::focalPointConfig(settings);
   nodes::modulationFrequency(settings);
   nodes::slipGain(settings);
+}
+
+/// What the nodes of the rig read, as they read it, of a rig file.
+void readAll(nodes::Settings& settings, device::SafetyGateConfig gate) {
+  nodes::cleanConfig(settings);
+  readRenderer(settings);
   nodes::readLimits(settings, gate);
   nodes::ArrayModel().read(settings);
 }
@@ -62,6 +66,13 @@ std::string listOf(const Map& map) {
   std::string list;
   for (const auto& [name, value] : map) list += (list.empty() ? "" : ", ") + name;
   return list;
+}
+
+void requireKnown(const scene::YamlMap& map, const std::string& key, const std::set<std::string>& known) {
+  if (known.count(key) > 0) return;
+  std::string list;
+  for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
+  map.failAt(key, "unknown key '" + key + "', expected one of " + list);
 }
 
 }  // namespace
@@ -81,11 +92,7 @@ void requireRigFile(const std::string& file) {
   for (const std::string& key : rig.keys()) {
     if (arguments.count(key) > 0)
       rig.failAt(key, "'" + key + "' is an argument of the rig, expected it as " + key + ":=");
-    if (known.count(key) == 0) {
-      std::string list;
-      for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
-      rig.failAt(key, "unknown key '" + key + "', expected one of " + list);
-    }
+    requireKnown(rig, key, known);
     if (poses.count(key) > 0)
       rig.pose(key);
     else if (points.count(key) == 0)
@@ -109,12 +116,11 @@ void requirePersonFile(const std::string& file) {
   ultrasound::FocalPointConfig config;
   nodes::Settings defaults(naming, {});
   nodes::readPerson(defaults, config);
-  std::map<std::string, bool> known;
-  for (const nodes::Setting& setting : defaults.read()) known[setting.name] = true;
+  std::set<std::string> known;
+  for (const nodes::Setting& setting : defaults.read()) known.insert(setting.name);
   nodes::SettingValues values;
   for (const std::string& key : person.keys()) {
-    if (known.count(key) == 0)
-      person.failAt(key, "unknown key '" + key + "', expected one of " + listOf(known));
+    requireKnown(person, key, known);
     values[key] = valueOf(person.get<std::string>(key, "a number"));
   }
   nodes::Settings settings(naming, values);
@@ -131,12 +137,7 @@ void requireParameters(const std::map<std::string, std::string>& parameters, con
   const std::map<std::string, Read> nodes_of_rig = {
       {"clay_simulator",
        [&](nodes::Settings& settings) { nodes::readClay(settings, scene.config, scene.materials); }},
-      {"focal_point_renderer",
-       [](nodes::Settings& settings) {
-         nodes::focalPointConfig(settings);
-         nodes::modulationFrequency(settings);
-         nodes::slipGain(settings);
-       }},
+      {"focal_point_renderer", readRenderer},
       {"hand_tracking", [](nodes::Settings& settings) { nodes::cleanConfig(settings); }},
       {"simulated_array", array},
       {"array_driver", array}};

@@ -483,48 +483,6 @@ TEST(Clay, CountsStepsOfFractionalDurations) {
   EXPECT_EQ(pieces.statistics().step, 73u);
 }
 
-/// Steps that are longer than usual, as a late live clay takes them, still are steps of implicit Euler.
-TEST(Clay, FallsFreelyInLongerSteps) {
-  Clay clay(configOf(), {Material()}, block(5, 5, 5, spacing));
-  const double start = centreOfMass(clay.particles()).z(), usual = clay.config().timeStep();
-  const auto still = [](double, std::vector<Eigen::Isometry3d>& poses) { poses.clear(); };
-  double t = 0.0, v = 0.0, x = 0.0;
-  for (const double factor : {1.0, 1.5, 2.0, 1.1, 1.0, 1.7}) {
-    const double dt = factor * usual;
-    clay.advance({}, {}, still, 4.0 * dt, factor);
-    for (int k = 0; k < 4; ++k) v -= 9.81 * dt, x += v * dt;
-    t += 4.0 * dt;
-    EXPECT_EQ(clay.statistics().step_factor, factor);
-  }
-  EXPECT_NEAR(clay.time(), t, 1e-12);
-  EXPECT_NEAR(centreOfMass(clay.particles()).z() - start, x, 1e-6);
-}
-
-TEST(Clay, PressesWithItsWeightAndStaysStillHoweverLongItsStepsAre) {
-  Clay clay(configOf(), {firmClay()}, block(6, 6, 4, spacing));
-  const std::vector<Solid> solids{ground()};
-  const auto still = [&](double, std::vector<Eigen::Isometry3d>& poses) { poses = {solids[0].pose}; };
-  run(clay, 120, {}, solids);
-  const double weight = 9.81 * totalMass(clay.particles());
-  const VectorField before = clay.particles().position;
-  for (int k = 0; k < 60; ++k) {
-    const double factor = k % 3 == 0 ? 1.0 : k % 3 == 1 ? 1.4 : 2.0;
-    clay.advance({}, solids, still, factor * clay.config().frame, factor);
-    EXPECT_NEAR(clay.solidForces()[0].z(), -weight, 1e-3 * weight) << k;
-  }
-  for (std::size_t i = 0; i < before.size(); ++i)
-    EXPECT_LT((clay.particles().position.at(i) - before.at(i)).norm(), 0.01 * spacing);
-}
-
-TEST(Clay, RefusesAStepFactorOutOfItsRange) {
-  Clay clay(configOf(), {Material()}, block(2, 2, 2, spacing));
-  const auto still = [](double, std::vector<Eigen::Isometry3d>& poses) { poses.clear(); };
-  for (const double factor : {0.5, 2.1, std::numeric_limits<double>::quiet_NaN()}) {
-    EXPECT_THROW(clay.advance({}, {}, still, 0.01, factor), std::invalid_argument) << factor;
-  }
-  EXPECT_EQ(clay.time(), 0.0);
-}
-
 TEST(Clay, ReportsItsStagesAndCounts) {
   Clay clay(configOf(), {Material()}, block(5, 5, 5, spacing));
   run(clay, 3, {}, {ground()});

@@ -30,7 +30,7 @@ class Autd3Test : public ::testing::Test {
     result.modulation = modulation;
     result.modulation_frequency = frequency;
     result.points.resize(1);
-    result.points[0].position = {0.02, -0.01, 0.17};
+    result.points[0].position = focus();
     result.points[0].intensity = 0.8;
     return result;
   }
@@ -64,6 +64,16 @@ class Autd3Test : public ::testing::Test {
     return std::abs(ultrasound::pressureAt(layout, {}, drive, at));
   }
 
+  static Eigen::Vector3d focus() { return {0.02, -0.01, 0.17}; }
+
+  /// What the boards play has the pressure of emission() at its focus. \return Pa
+  double expectFocus() const {
+    const auto layout = device.capabilities().layout;
+    const double expected = 0.8 * ultrasound::focusPressure(layout, {}, focus());
+    EXPECT_NEAR(heard(0, layout, focus()), expected, 0.01 * expected);
+    return expected;
+  }
+
   Options options{{"address", "127.0.0.1:8080"}, {"hold", "10"}};
   Autd3 device;
 };
@@ -80,11 +90,8 @@ TEST_F(Autd3Test, MakesTheFocusThatTheGateJudged) {
   EXPECT_EQ(device.capabilities().layout.size(), 249u);
   device.submit(soundOf(emission(), &device));
   ASSERT_TRUE(soon(sounds));
-  const auto layout = device.capabilities().layout;
-  const Eigen::Vector3d at(0.02, -0.01, 0.17);
-  const double expected = 0.8 * ultrasound::focusPressure(layout, {}, at);
-  EXPECT_NEAR(heard(0, layout, at), expected, 0.01 * expected);
-  EXPECT_LT(heard(0, layout, at + Eigen::Vector3d(0.04, 0, 0)), 0.3 * expected);
+  const double expected = expectFocus();
+  EXPECT_LT(heard(0, device.capabilities().layout, focus() + Eigen::Vector3d(0.04, 0, 0)), 0.3 * expected);
 }
 
 TEST_F(Autd3Test, SeveralBoardsAtAnyPoseAreOneArray) {
@@ -93,10 +100,7 @@ TEST_F(Autd3Test, SeveralBoardsAtAnyPoseAreOneArray) {
   EXPECT_EQ(device.capabilities().layout.size(), 498u);
   device.submit(soundOf(emission(), &device));
   ASSERT_TRUE(soon(sounds));
-  const auto layout = device.capabilities().layout;
-  const Eigen::Vector3d at(0.02, -0.01, 0.17);
-  const double expected = 0.8 * ultrasound::focusPressure(layout, {}, at);
-  EXPECT_NEAR(heard(0, layout, at), expected, 0.01 * expected);
+  expectFocus();
 }
 
 TEST_F(Autd3Test, RefusesALibraryWithItsTransducersElsewhere) {

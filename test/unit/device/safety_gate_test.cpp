@@ -719,6 +719,9 @@ class FieldGate : public ::testing::Test {
   }
 
   static Emission field(const Points& targets) { return {targets, 200.0, ultrasound::Modulation::field}; }
+  static Emission fieldCircle(const Points& targets) {
+    return {targets, 5.0, ultrasound::Modulation::field_circle};
+  }
 };
 
 TEST_F(FieldGate, PassesWhatIsSolvedForIt) {
@@ -757,9 +760,7 @@ TEST_F(FieldGate, SolvesEachPlaceOfACircleFromTheOneBefore) {
   patterns = 2;
   SafetyGate gate(loudAllowed(), array);
   gate.start();
-  Emission circling = field({point(0.01, 0, 0.2, 0.4), point(0.05, 0, 0.2, 0.0)});
-  circling.modulation = ultrasound::Modulation::field_circle;
-  circling.modulation_frequency = 5.0;
+  Emission circling = fieldCircle({point(0.01, 0, 0.2, 0.4), point(0.05, 0, 0.2, 0.0)});
   const Verdict verdict = gate.check(circling, now());
   EXPECT_EQ(verdict.reason, "");
   constexpr std::size_t steps = ultrasound::field_circle_steps;
@@ -792,9 +793,7 @@ TEST_F(FieldGate, LooksAtEveryPlaceOfACircle) {
   };
   SafetyGate gate(config, array);
   gate.start();
-  Emission circling = field({point(0, 0, 0.2, 0.4), point(0, 0.3, 0.2, 0.0)});
-  circling.modulation = ultrasound::Modulation::field_circle;
-  circling.modulation_frequency = 5.0;
+  Emission circling = fieldCircle({point(0, 0, 0.2, 0.4), point(0, 0.3, 0.2, 0.0)});
   const Verdict lowered = gate.check(circling, now());
   EXPECT_EQ(lowered.reason, "");
   EXPECT_TRUE(begins(lowered.lowered, "pressure"));
