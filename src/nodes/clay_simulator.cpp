@@ -10,6 +10,7 @@
 
 #include "clay/live_pace.h"
 #include "clay/sculpture_file.h"
+#include "clay/skin_path.h"
 #include "nodes/cloud.h"
 #include "nodes/conversions.h"
 #include "nodes/exit_code.h"
@@ -200,7 +201,8 @@ double ClaySimulator::step(const clay::Ghosts& ghosts, double duration, double d
 
 void ClaySimulator::runLockstep() {
   ros::Time before;
-  for (Cloud::ConstPtr skin; skins_.wait({}, skin);) {
+  for (std::vector<Cloud::ConstPtr> skins; skins_.wait({}, skins);) {
+    const Cloud::ConstPtr& skin = skins.front();
     const ros::Time stamp = skin->header.stamp;
     double duration = before.isZero() ? scene_.config.frame : secondsBetween(before, stamp);
     if (duration < 0.0 || duration > longest_gap)
@@ -220,13 +222,14 @@ void ClaySimulator::runLive() {
   using Clock = SkinQueue::Clock;
   const std::chrono::duration<double> period(period_);
   Clock::time_point before = Clock::now(), skin_at = before - std::chrono::hours(1);
-  clay::Ghosts held;
+  clay::SkinPath path;
   double step_length = scene_.config.timeStep();
   clay::LivePace pace(period_, step_length);
   // Skins at the tracker's rate start the frames; half a period of grace keeps the two clocks from beating.
   const auto patience = std::chrono::duration_cast<Clock::duration>(1.5 * period);
-  for (Cloud::ConstPtr skin; skins_.wait(before + patience, skin);) {
+  for (std::vector<Cloud::ConstPtr> skins; skins_.wait(before + patience, skins);) {
     beat();  // where frames are long, services wait
+    const Cloud::ConstPtr skin = skins.empty() ? nullptr : skins.back();
     const Clock::time_point now = Clock::now();
     live_->begin(skin ? skin->header.stamp : ros::Time::now());
     if (scene_.config.timeStep() != step_length)
@@ -234,19 +237,18 @@ void ClaySimulator::runLive() {
     const double elapsed = std::chrono::duration<double>(now - before).count();
     const double duration = pace.next(elapsed);
     before = now;
-    if (skin) {
-      held = read(*skin);
+    for (const Cloud::ConstPtr& came : skins) path.add(read(*came), came->header.stamp.toSec());
+    if (skin)
       skin_at = now;
-    } else {
-      if (std::chrono::duration<double>(now - skin_at).count() > skin_lifetime) held = {};
-      std::fill(held.velocity.begin(), held.velocity.end(), Eigen::Vector3f::Zero());
-    }
-    const double computing = step(held, duration, pace.takeDropped());
+    else if (std::chrono::duration<double>(now - skin_at).count() > skin_lifetime)
+      path = {};
+    const clay::Ghosts ghosts = path.frame(duration);
+    const double computing = step(ghosts, duration, pace.takeDropped());
     pace.took(duration, computing);
     if (const scene::Quality* const coarser =
             fit_->coarser(elapsed, duration, computing, scene_.config.budget, quality_))
       take(*coarser);
-    if (skin) publishContacts(*skin, held);
+    if (skin) publishContacts(*skin, ghosts);
     publishState(skin ? skin->header.stamp : ros::Time::now());
   }
 }

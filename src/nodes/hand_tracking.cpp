@@ -129,8 +129,9 @@ bool HandTracking::isDue(hand::TrackedFrame& frame) {
     return true;
   }
   const std::chrono::nanoseconds recorded = clock_.ofRecording(frame);
-  if (!pace_.due(recorded)) return false;
-  frame.stamp = pace_.lockstep() ? recorded : toCore(ros::Time::now());
+  const std::optional<std::chrono::nanoseconds> late = pace_.due(recorded);
+  if (!late) return false;
+  frame.stamp = pace_.lockstep() ? recorded : clock_.ofPlayed(*late);
   return true;
 }
 

@@ -77,16 +77,18 @@ void ReleasePace::waitForGraph() {
   }
 }
 
-bool ReleasePace::due(std::chrono::nanoseconds stamp) {
+std::optional<std::chrono::nanoseconds> ReleasePace::due(std::chrono::nanoseconds stamp) {
   if (!first_stamp_) first_stamp_ = stamp;
   const double elapsed = std::chrono::duration<double>(stamp - *first_stamp_).count();  // s
-  if (duration_ > 0.0 && elapsed >= duration_) return false;
-  if (lockstep_) return true;
+  if (duration_ > 0.0 && elapsed >= duration_) return std::nullopt;
+  std::chrono::nanoseconds late(0);
+  if (lockstep_) return late;
   const ros::SteadyTime due = start_ + ros::WallDuration(elapsed / rate_);
   for (auto left = due - ros::SteadyTime::now(); left > ros::WallDuration(0.0) && !stopped_();
        left = due - ros::SteadyTime::now())
     std::min(left, ros::WallDuration(0.1)).sleep();
-  return true;
+  late = std::chrono::nanoseconds((ros::SteadyTime::now() - due).toNSec());
+  return std::max(late, std::chrono::nanoseconds(0));
 }
 
 void ReleasePace::sampled() {

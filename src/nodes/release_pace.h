@@ -33,9 +33,9 @@ class ReleasePace {
   /// it does not come
   void start(bool recorded);
 
-  /// Waits until the sample of a recording with this stamp is due, in lockstep no time. \return false where
-  /// `~duration` is over
-  bool due(std::chrono::nanoseconds stamp);
+  /// Waits until the sample of a recording with this stamp is due, in lockstep no time. \return how long it
+  /// has been due, at least 0; none where `~duration` is over
+  std::optional<std::chrono::nanoseconds> due(std::chrono::nanoseconds stamp);
 
   /// A live source has sent a sample. It may never send one: its `~duration` runs from the first one on.
   void sampled();

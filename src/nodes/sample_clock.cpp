@@ -49,6 +49,12 @@ std::chrono::nanoseconds SampleClock::ofRecording(const hand::TrackedFrame& fram
   return stamp;
 }
 
+std::chrono::nanoseconds SampleClock::ofPlayed(std::chrono::nanoseconds late) const {
+  // As of a live tracker: a simulated clock may stand still or run at any speed.
+  const auto now = toCore(ros::Time::now());
+  return std::max(ros::Time::isSimTime() ? now : now - late, last_ + std::chrono::microseconds(1));
+}
+
 std::chrono::nanoseconds SampleClock::next() const {
   return std::max(toCore(ros::Time::now()), last_ + std::chrono::microseconds(1));
 }

@@ -27,6 +27,10 @@ class SampleClock {
   /// before, which is told.
   std::chrono::nanoseconds ofRecording(const hand::TrackedFrame& frame);
 
+  /// ROS time at which a sample of a recording was due: samples that a busy computer releases late, several
+  /// at once, stay as far apart as they were. \param late how long it has been due
+  std::chrono::nanoseconds ofPlayed(std::chrono::nanoseconds late) const;
+
   /// Now, but later than what was released last.
   std::chrono::nanoseconds next() const;
 

@@ -7,10 +7,8 @@ namespace tactile_clay::nodes {
 void SkinQueue::push(const Skin& skin) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (!lockstep_ && !skins_.empty()) {
-      skins_.clear();
-      ++overtaken_;
-    }
+    if (!lockstep_ && !skins_.empty()) ++overtaken_;
+    if (!lockstep_ && skins_.size() == most_live) skins_.pop_front();
     requireRoom(skins_.size());
     skins_.push_back(skin);
   }
@@ -25,19 +23,20 @@ void SkinQueue::stop() {
   came_.notify_all();
 }
 
-bool SkinQueue::wait(Clock::time_point until, Skin& skin) {
+bool SkinQueue::wait(Clock::time_point until, std::vector<Skin>& skins) {
   std::unique_lock<std::mutex> lock(mutex_);
   const auto ready = [this] { return stopped_ || !skins_.empty(); };
   if (lockstep_)
     came_.wait(lock, ready);
   else
     came_.wait_until(lock, until, ready);
-  skin = nullptr;
+  skins.clear();
   if (stopped_) return false;
-  if (!skins_.empty()) {
-    skin = skins_.front();
+  do {
+    if (skins_.empty()) break;
+    skins.push_back(skins_.front());
     skins_.pop_front();
-  }
+  } while (!lockstep_);
   return true;
 }
 

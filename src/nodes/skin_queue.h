@@ -6,11 +6,12 @@
 #include <condition_variable>
 #include <deque>
 #include <mutex>
+#include <vector>
 
 namespace tactile_clay::nodes {
 
-/// Skins on their way from the subscriber's thread to the clay's. In lockstep each is one frame; live the
-/// newest one wins.
+/// Skins on their way from the subscriber's thread to the clay's. In lockstep each is one frame; live those
+/// that came since the frame before make one together.
 class SkinQueue {
  public:
   using Skin = sensor_msgs::PointCloud2::ConstPtr;
@@ -18,19 +19,21 @@ class SkinQueue {
 
   explicit SkinQueue(bool lockstep) : lockstep_(lockstep) {}
 
-  /// \throws std::runtime_error where too many wait (requireRoom)
+  /// Live, the oldest of many leaves. \throws std::runtime_error where too many wait (requireRoom)
   void push(const Skin& skin);
   /// Ends all waiting, for good.
   void stop();
 
-  /// Waits for a skin, to `until` at most; in lockstep as long as it takes. \param[out] skin the oldest that
-  /// waits, or null \return false where the queue was stopped
-  bool wait(Clock::time_point until, Skin& skin);
+  /// Waits for a skin, to `until` at most; in lockstep as long as it takes. \param[out] skins those that
+  /// wait, the oldest first; in lockstep one \return false where the queue was stopped
+  bool wait(Clock::time_point until, std::vector<Skin>& skins);
 
   /// How many were overtaken by newer ones.
   unsigned overtaken() const;
 
  private:
+  static constexpr std::size_t most_live = 64;  // that wait: a second of hands, which no frame takes
+
   const bool lockstep_;
   mutable std::mutex mutex_;  // of what follows
   std::condition_variable came_;

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <ctime>
 #include <fstream>
@@ -10,6 +11,7 @@
 
 #include "clay/live_pace.h"
 #include "clay/neighbourhood.h"
+#include "clay/skin_path.h"
 #include "tools/clay_shape.h"
 #include "tools/quantile.h"
 
@@ -34,6 +36,41 @@ double neighboursOf(const clay::Clay& clay) {
   for (std::size_t i = 0; i < position.size(); ++i) sum += near.count(i);
   return sum / static_cast<double>(position.size());
 }
+
+/// The clock of a live run: that of this computer, or that of one whose frames take `slowness` times what
+/// they simulate.
+class LiveClock {
+ public:
+  /// \param slowness 0: the clock of this computer
+  explicit LiveClock(double slowness) : slowness_(slowness) {}
+
+  /// s, since the start
+  double now() const { return slowness_ > 0.0 ? now_ : Seconds(Clock::now() - start_).count(); }
+
+  void waitUntil(double time) {
+    if (slowness_ > 0.0)
+      now_ = std::max(now_, time);
+    else
+      std::this_thread::sleep_until(start_ + std::chrono::duration_cast<Clock::duration>(Seconds(time)));
+  }
+
+  /// A frame was computed. \param simulated s, of it \param took s, on this computer
+  /// \return s, that it took by this clock
+  double computed(double simulated, double took) {
+    if (!(slowness_ > 0.0)) return took;
+    now_ += slowness_ * simulated;
+    return slowness_ * simulated;
+  }
+
+  /// The last `duration` s are no part of the run.
+  void setAside(double duration) {
+    if (!(slowness_ > 0.0)) start_ += std::chrono::duration_cast<Clock::duration>(Seconds(duration));
+  }
+
+ private:
+  double slowness_, now_ = 0.0;
+  Clock::time_point start_ = Clock::now();
+};
 
 /// Sums of the frames of a stretch.
 class Sums {
@@ -115,40 +152,42 @@ void kneadLong(const scene::Scene& scene, const scene::Solids& solids, const std
   clay::LivePace pace(scene.config.frame, scene.config.timeStep());
   Yardstick yardstick(scene, solids, samples);
   Sums sums;
-  double due = 0.0, next_stretch = how.stretch;  // s; when the next sample comes, since the start
-  Clock::time_point before = Clock::now();
-  Clock::time_point start = before;
+  LiveClock clock(how.slowness);
+  clay::SkinPath path;
+  double due = 0.0, before = 0.0, next_stretch = how.stretch;  // s; `due`: when the next sample comes
   for (std::size_t k = 0; clay.time() < how.duration; ++k) {
     const HandSample* sample = &samples[k % samples.size()];
-    due += sample->duration;
     double duration = sample->duration;
+    clay::Ghosts skin = sample->skin;
     if (how.live) {
-      // A late frame takes the newest sample, as a subscriber with a queue of one does.
-      while (Seconds(Clock::now() - start).count() > due + samples[(k + 1) % samples.size()].duration) {
+      due += duration;
+      path.add(skin, due);
+      // A late frame ends at the newest sample.
+      while (clock.now() > due + samples[(k + 1) % samples.size()].duration) {
         sample = &samples[++k % samples.size()];
         due += sample->duration;
+        path.add(sample->skin, due);
       }
-      std::this_thread::sleep_until(start + std::chrono::duration_cast<Clock::duration>(Seconds(due)));
-      duration = pace.next(Seconds(Clock::now() - before).count());
-      before = Clock::now();
+      clock.waitUntil(due);
+      duration = pace.next(clock.now() - before);
+      before = clock.now();
+      skin = path.frame(duration);
     }
     const Clock::time_point begun = Clock::now();
     const std::clock_t cpu_begun = std::clock();
-    clay.advance(sample->skin, solids.solids(), solids.motion(), duration);
+    clay.advance(skin, solids.solids(), solids.motion(), duration);
     const double took = Seconds(Clock::now() - begun).count();
-    pace.took(duration, took);
     sums.add(clay.statistics(), 1e3 * took,
              1e3 * static_cast<double>(std::clock() - cpu_begun) / CLOCKS_PER_SEC);
+    pace.took(duration, clock.computed(duration, took));
     if (clay.time() < next_stretch) continue;
     next_stretch += how.stretch;
-    const Clock::time_point ended = Clock::now();
+    const double ended = clock.now();
     Stretch stretch = sums.of(clay, pace.takeDropped());
     stretch.yardstick_ms = yardstick.measure();
     tell(stretch);
     sums = Sums();
-    const Clock::duration aside = Clock::now() - ended;  // is no part of the run
-    before += aside;
-    start += aside;
+    clock.setAside(clock.now() - ended);
   }
 }
 

@@ -32,6 +32,9 @@ struct LongKneading {
   /// Frames last as long as the wall clock says, and time that the computer has no room for is dropped;
   /// otherwise in lockstep, and the same on every run.
   bool live = false;
+  /// Above 0 a live run has the clock of a computer on which each frame takes so many times what it
+  /// simulates, and is the same on every run.
+  double slowness = 0.0;
 };
 
 /// Plays what hands do again and again, each time from where the clay is, and tells of each stretch.

@@ -29,6 +29,8 @@ Hands knead a scene again and again. Prints CSV, one line a stretch of simulated
   quality:=NAME     of config/quality.yaml                         [balanced]
   spacing:=M        between particles; 0: the scene's                     [0]
   live:=true|false  frames follow the wall clock; otherwise lockstep  [false]
+  slowness:=S       live, on a computer whose frames take S times what they simulate, the
+                    same on every run; 0: this computer's clock             [0]
   share:=FOLDER     that holds config/      [found from the program's place]
 
 Columns: s at the end of the stretch; ms of a frame, median and 99th percentile; yardstick: the
@@ -47,6 +49,7 @@ void run(int argc, char** argv) {
                          {"quality", "balanced"},
                          {"spacing", "0"},
                          {"live", "false"},
+                         {"slowness", "0"},
                          {"share", ""}});
   const std::string share = given["share"].empty() ? shareFolder() : given["share"];
   scene::Scene scene = scene::loadScene(given["scene"], share, given.number("spacing", 0.0, 0.1));
@@ -55,7 +58,8 @@ void run(int argc, char** argv) {
   LongKneading how;
   how.duration = 60.0 * given.number("minutes", 1e-3, 1e4);
   how.stretch = given.number("stretch", 0.1, 1e6);
-  how.live = given.flag("live");
+  how.slowness = given.number("slowness", 0.0, 100.0);
+  how.live = given.flag("live") || how.slowness > 0.0;
   bool head = true;
   kneadLong(scene, solids, handSamples(given["hands"], 0.0, scene.config.spacing, share), how,
             [&](const Stretch& s) {

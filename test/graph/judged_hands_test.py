@@ -2,6 +2,7 @@
 """Hands that are no hands, and a lockstep run that waits: see judged_hands.test."""
 import copy
 import os
+import signal
 import subprocess
 import time
 import unittest
@@ -166,6 +167,32 @@ def relay(name, source, sink, count):
             publisher.publish(answer)
     rospy.Subscriber(source, PointCloud2, receive, queue_size=100)
     rospy.spin()
+
+
+class Played(unittest.TestCase):
+    """hand_tracking alone, which plays a recording by the clock."""
+
+    def test_samples_that_are_released_late_stay_as_far_apart_as_they_were(self):
+        """Stamps of now would be microseconds apart, and the hands too fast: they tore the clay."""
+        stamps = []
+        subscriber = rospy.Subscriber('/played/hands/tracked', TrackedHands, lambda m: stamps.append(m.header.stamp.to_nsec()))
+        self.addCleanup(subscriber.unregister)
+        node = subprocess.Popen([os.path.join(PROGRAMS, 'hand_tracking'), '__ns:=played', '_source:=bag',
+                                 '_file:=' + rig_run.bag('knead')], stdin=subprocess.DEVNULL)
+        self.addCleanup(node.wait)
+        self.addCleanup(node.terminate)
+        wait_until(lambda: stamps, 20, 'a sample')
+        for _ in range(4):
+            os.kill(node.pid, signal.SIGSTOP)
+            time.sleep(0.2)
+            os.kill(node.pid, signal.SIGCONT)
+            time.sleep(0.4)
+        apart = [later - earlier for earlier, later in zip(stamps, stamps[1:])]
+        self.assertGreater(len(apart), 60)
+        for distance in apart:  # some may be overtaken on their way
+            periods = 1e-9 * distance * RATE
+            self.assertGreater(periods, 0.9)
+            self.assertAlmostEqual(periods, round(periods), delta=0.1)
 
 
 if __name__ == '__main__':
