@@ -244,6 +244,10 @@ Sculpture Clay::State::sculpture() const {
               sleep.state(),
               everyone.density_ratio};
   for (std::size_t k = 0; k < awake.size(); ++k) s.window_start[awake[k]] = window_start[k];
+  // Sculptures are kept for undo, a hundred and more: none takes more memory than it needs.
+  s.bond_begin.reserve(everyone.size() + 1);
+  s.bonds.reserve(2 * bond_constraint.size() + sleeping_bonds.size());
+  s.contacts.reserve(s.contacts.size() + contact_constraint.contacts().size());
   std::size_t k = 0;
   for (std::size_t i = 0; i < everyone.size(); ++i) {
     if (k < awake.size() && awake[k] == i) {

@@ -5,17 +5,24 @@
 
 namespace tactile_clay::hand {
 
+namespace {
+
+/// \param l m, length
+double taperOf(const Capsule& c, double l) {
+  if (l > 0.0) return (c.radius_from - c.radius_to) / l;
+  return c.radius_from >= c.radius_to ? 1.0 : -1.0;
+}
+
+}  // namespace
+
 double Capsule::taper() const {
-  const double l = length();
-  if (l > 0.0) return (radius_from - radius_to) / l;
-  return radius_from >= radius_to ? 1.0 : -1.0;
+  return taperOf(*this, length());
 }
 
 double Capsule::distance(const Eigen::Vector3d& point) const {
-  const double k = taper();
+  const double l = length(), k = taperOf(*this, l);
   if (k >= 1.0) return (point - from).norm() - radius_from;
   if (k <= -1.0) return (point - to).norm() - radius_to;
-  const double l = length();
   const Eigen::Vector3d axis = (to - from) / l;
   const double along = (point - from).dot(axis);
   const double across = (point - from - along * axis).norm();

@@ -6,6 +6,11 @@
 #include "hand/anatomy.h"
 
 namespace tactile_clay::hand {
+namespace {
+
+constexpr double rounding = 1e-6;  // m, of points in single precision
+
+}  // namespace
 
 PosedSkin::PosedSkin(const SkinTemplate& skin, const TrackedHand& hand)
     : skin_(&skin), growth_(std::pow(personScale(hand) / skin.scale, 2)) {
@@ -17,7 +22,13 @@ PosedSkin::PosedSkin(const SkinTemplate& skin, const TrackedHand& hand)
                  boneRotation(bones[i], skin.rest_direction[i], hand).cast<float>()};
     capsules_[i] = boneCapsule(bones[i], hand);
     absent_[i] = hand.missing[bones[i].from] || hand.missing[bones[i].to];
+    const Capsule& c = capsules_[i];
+    balls_[i] = {0.5 * (c.from + c.to), 0.5 * c.length() + std::max(c.radius_from, c.radius_to) + rounding};
   }
+  for (std::size_t i = 0; i < bones.size(); ++i)
+    for (std::size_t k = 0; k < bones.size(); ++k)
+      near_[i][k] = k != i && !absent_[k] &&
+                    (balls_[k].middle - balls_[i].middle).norm() <= balls_[k].radius + balls_[i].radius;
 }
 
 Eigen::Vector3f PosedSkin::normal(const BoundSample& sample) const {
@@ -53,10 +64,13 @@ float PosedSkin::padDistance(std::size_t i) const {
 
 double PosedSkin::depth(std::size_t i, const Eigen::Vector3f& point) const {
   const Eigen::Vector3d x = point.cast<double>();
+  const auto& near = near_[skin_->samples[i].bone];
   double distance = 0.0;
-  for (std::size_t other = 0; other < capsules_.size(); ++other)
-    if (other != skin_->samples[i].bone && !absent_[other] && capsules_[other].mayBeWithin(0.0, x))
+  for (std::size_t other = 0; other < capsules_.size(); ++other) {
+    const Ball& ball = balls_[other];
+    if (near[other] && (x - ball.middle).squaredNorm() <= ball.radius * ball.radius)
       distance = std::min(distance, capsules_[other].distance(x));
+  }
   return -distance;
 }
 
