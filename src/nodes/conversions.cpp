@@ -178,7 +178,8 @@ sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& fo
   // Skin of others may leave them out.
   const bool told = hasColumn<std::uint32_t>(skin, "hand") && hasColumn<std::uint32_t>(skin, "region") &&
                     hasColumn<float>(skin, "area");
-  const Vectors velocity(skin, "vx", "vy", "vz");
+  std::optional<Vectors> velocity;
+  if (!forces.empty()) velocity.emplace(skin, "vx", "vy", "vz");  // else it may be a skin that cannot be read
   std::optional<Column<std::uint32_t>> hand, region;
   std::optional<Column<float>> area;
   if (told) {
@@ -191,7 +192,7 @@ sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& fo
       forces.size());
   for (const clay::GhostForce& force : forces) {
     cloud.vector(ghosts.position.at(force.ghost)).vector(force.force) << force.ghost;
-    cloud.vector(velocity[force.ghost]) << force.slip;
+    cloud.vector((*velocity)[force.ghost]) << force.slip;
     if (told) cloud << (*hand)[force.ghost] << (*region)[force.ghost] << (*area)[force.ghost];
   }
   return cloud.finish();

@@ -124,6 +124,7 @@ TEST(Conversions, ContactsAreOnTheSkinThatTheyAreOf) {
   const PressureSkin skin = pressureSkin(*cloud);
   EXPECT_TRUE(onSkin(*contacts, skin));
   EXPECT_TRUE(onSkin(*contactCloud({}, {}, *cloud), PressureSkin()));
+  EXPECT_EQ(pointCount(*contactCloud({}, {}, sensor_msgs::PointCloud2())), 0U);  // a skin that was left out
   hand::Skin moved = twoSamples();
   moved.position[1].x() += 0.01f;
   EXPECT_FALSE(onSkin(*contacts, pressureSkin(*skinCloud(moved, header("world")))));
