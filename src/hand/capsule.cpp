@@ -4,7 +4,6 @@
 #include <cmath>
 
 namespace tactile_clay::hand {
-
 namespace {
 
 /// \param l m, length
@@ -32,9 +31,8 @@ double Capsule::distance(const Eigen::Vector3d& point) const {
 }
 
 bool Capsule::mayBeWithin(double distance, const Eigen::Vector3d& point) const {
-  // |2 p - from - to| is twice the distance from the middle.
-  const double across = length() + 2.0 * (std::max(radius_from, radius_to) + distance);
-  return (2.0 * point - from - to).squaredNorm() <= across * across;
+  const Ball around = ball();
+  return (point - around.middle).norm() <= around.radius + distance;
 }
 
 }  // namespace tactile_clay::hand

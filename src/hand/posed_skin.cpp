@@ -22,8 +22,8 @@ PosedSkin::PosedSkin(const SkinTemplate& skin, const TrackedHand& hand)
                  boneRotation(bones[i], skin.rest_direction[i], hand).cast<float>()};
     capsules_[i] = boneCapsule(bones[i], hand);
     absent_[i] = hand.missing[bones[i].from] || hand.missing[bones[i].to];
-    const Capsule& c = capsules_[i];
-    balls_[i] = {0.5 * (c.from + c.to), 0.5 * c.length() + std::max(c.radius_from, c.radius_to) + rounding};
+    balls_[i] = capsules_[i].ball();
+    balls_[i].radius += rounding;
   }
   for (std::size_t i = 0; i < bones.size(); ++i)
     for (std::size_t k = 0; k < bones.size(); ++k)

@@ -50,15 +50,9 @@ class PosedSkin {
   };
   Eigen::Vector3f normal(const BoundSample& sample) const;
 
-  /// About a capsule.
-  struct Ball {
-    Eigen::Vector3d middle;
-    double radius;  // m
-  };
-
   const SkinTemplate* skin_;
   std::array<BonePose, bones.size()> poses_;
-  std::array<Ball, bones.size()> balls_;
+  std::array<Ball, bones.size()> balls_;                      // about the capsules
   std::array<std::bitset<bones.size()>, bones.size()> near_;  // of each bone, those whose balls meet its own
   std::array<Capsule, bones.size()> capsules_;
   std::bitset<bones.size()> absent_;

@@ -32,11 +32,10 @@ bool SkinQueue::wait(Clock::time_point until, std::vector<Skin>& skins) {
     came_.wait_until(lock, until, ready);
   skins.clear();
   if (stopped_) return false;
-  do {
-    if (skins_.empty()) break;
+  while (!skins_.empty() && (!lockstep_ || skins.empty())) {
     skins.push_back(skins_.front());
     skins_.pop_front();
-  } while (!lockstep_);
+  }
   return true;
 }
 
