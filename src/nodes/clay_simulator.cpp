@@ -32,7 +32,8 @@ constexpr std::size_t lockstep_queue = 0;  // unlimited
 }  // namespace
 
 ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
-    : lockstep_(param(private_nh, "lockstep", false)),
+    : node_(private_nh.getNamespace()),
+      lockstep_(param(private_nh, "lockstep", false)),
       period_(1.0 / paramIn(private_nh, "rate", 60.0, 1.0, 1000.0)),
       scene_(scene::loadScene(param<std::string>(private_nh, "scene", "kindergarten"), packageFolder(), 0.0,
                               folderOfPackage, param<std::string>(private_nh, "material", ""))),
@@ -41,7 +42,6 @@ ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
       inbox_(private_nh) {
   scene_.config.threads = paramIn(private_nh, "threads", 0, 0, 1024);
   of_files_ = {scene_.config, "", scene_.materials};
-
   // The clay collides with what the rest of the graph knows as the robot.
   std::string urdf, source = "parameter " + nh.resolveName("robot_description");
   if (!nh.getParam("robot_description", urdf)) urdf = scene::loadRobotModel(source = scene_.urdf);
@@ -220,15 +220,15 @@ void ClaySimulator::runLockstep() {
 
 void ClaySimulator::runLive() {
   using Clock = SkinQueue::Clock;
-  const std::chrono::duration<double> period(period_);
   Clock::time_point before = Clock::now(), skin_at = before - std::chrono::hours(1);
   clay::SkinPath path;
   double step_length = scene_.config.timeStep();
   clay::LivePace pace(period_, step_length);
   // Skins at the tracker's rate start the frames; half a period of grace keeps the two clocks from beating.
-  const auto patience = std::chrono::duration_cast<Clock::duration>(1.5 * period);
+  const auto patience =
+      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1.5 * period_));
   for (std::vector<Cloud::ConstPtr> skins; skins_.wait(before + patience, skins);) {
-    beat();  // where frames are long, services wait
+    beat(node_);  // where frames are long, services wait
     const Cloud::ConstPtr skin = skins.empty() ? nullptr : skins.back();
     const Clock::time_point now = Clock::now();
     live_->begin(skin ? skin->header.stamp : ros::Time::now());

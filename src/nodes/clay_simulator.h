@@ -76,6 +76,7 @@ class ClaySimulator {
   bool undo(Undo::Request& request, Undo::Response& response);
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
+  std::string node_;  // its full name
   bool lockstep_;
   double period_;  // s, longest wait for a skin
   scene::Scene scene_;

@@ -6,7 +6,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
+#include <map>
+#include <mutex>
 
 namespace tactile_clay::nodes {
 namespace {
@@ -20,6 +23,23 @@ int beatPipe() {
   ::fcntl(descriptor, F_SETFD, FD_CLOEXEC);  // signs of life are the program's own
   return descriptor;
 }
+
+/// The nodes of this process.
+struct Lives {
+  using Clock = std::chrono::steady_clock;
+  struct Life {
+    bool beaten = false;  // since the process's last sign of life
+    Clock::time_point last;
+  };
+  std::mutex mutex;
+  std::map<std::string, Life> nodes;
+  int pipe = beatPipe();
+
+  static Lives& ofProcess() {
+    static Lives lives;
+    return lives;
+  }
+};
 
 }  // namespace
 
@@ -43,10 +63,31 @@ bool mark(const std::string& file, bool marked) {
   return descriptor >= 0 && ::close(descriptor) == 0;
 }
 
-void beat() {
-  static const int pipe = beatPipe();
-  const ssize_t written = pipe < 0 ? 0 : ::write(pipe, ".", 1);
+void beat(const std::string& node) {
+  Lives& lives = Lives::ofProcess();
+  const std::lock_guard<std::mutex> lock(lives.mutex);
+  lives.nodes[node] = {true, Lives::Clock::now()};
+  if (!std::all_of(lives.nodes.begin(), lives.nodes.end(), [](const auto& n) { return n.second.beaten; }))
+    return;
+  for (auto& each : lives.nodes) each.second.beaten = false;
+  const ssize_t written = lives.pipe < 0 ? 0 : ::write(lives.pipe, ".", 1);
   (void)written;  // a full pipe: nobody reads, or not yet
+}
+
+void endOfLife(const std::string& node) {
+  Lives& lives = Lives::ofProcess();
+  const std::lock_guard<std::mutex> lock(lives.mutex);
+  lives.nodes.erase(node);
+}
+
+std::string silentFor(double seconds) {
+  Lives& lives = Lives::ofProcess();
+  const std::lock_guard<std::mutex> lock(lives.mutex);
+  const auto since = Lives::Clock::now() - std::chrono::duration<double>(seconds);
+  std::string names;
+  for (const auto& [name, life] : lives.nodes)
+    if (life.last < since) names += (names.empty() ? "" : " ") + name;
+  return names;
 }
 
 }  // namespace tactile_clay::nodes

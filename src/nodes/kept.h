@@ -17,7 +17,12 @@ bool isMarked(const std::string& file);
 /// Leaves or takes away a mark. \return whether that went well; an empty name: nothing is to do
 bool mark(const std::string& file, bool marked);
 
-/// Gives a sign of life, where somebody waits for it.
-void beat();
+/// Gives a sign of life of a node, where somebody waits for it. The process gives one when each of its nodes
+/// has: one that hangs among others that go on is noticed too. \param node its full name
+void beat(const std::string& node);
+/// The node has ended, and is not waited for any more.
+void endOfLife(const std::string& node);
+/// Nodes that have been silent longer than that, s, since their last sign of life, separated by spaces.
+std::string silentFor(double seconds);
 
 }  // namespace tactile_clay::nodes

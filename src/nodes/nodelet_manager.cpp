@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
     nodelet::Loader loader;
     tactile_clay::nodes::failWhenReplaced();
     ros::NodeHandle nh;
-    const ros::WallTimer life = tactile_clay::nodes::signsOfLife(nh);
+    const tactile_clay::nodes::SignsOfLife life(nh, ros::this_node::getName());
     ros::spin();
   }
   return tactile_clay::nodes::exitCode();

@@ -6,16 +6,35 @@
 #include <csignal>
 #include <exception>
 #include <memory>
+#include <string>
 
 #include "nodes/exit_code.h"
 #include "nodes/kept.h"
 
 namespace tactile_clay::nodes {
 
-/// Signs of life of a process, by the thread that serves its callbacks, while this lives.
-inline ros::WallTimer signsOfLife(ros::NodeHandle& nh) {
-  return nh.createWallTimer(ros::WallDuration(0.2), [](const ros::WallTimerEvent&) { beat(); });
-}
+/// Signs of life of a node, by the thread that serves its callbacks, while this lives.
+class SignsOfLife {
+ public:
+  /// \param nh whose queue the callbacks are in \param node its full name
+  SignsOfLife(const ros::NodeHandle& nh, const std::string& node)
+      : node_(node), timer_(nh.createWallTimer(ros::WallDuration(0.2), [node](const ros::WallTimerEvent&) {
+          beat(node);
+          // The keeper ends a process that is silent for longer; the log then has the name of the culprit.
+          const std::string silent = silentFor(2.0);
+          if (!silent.empty()) ROS_WARN_THROTTLE(5.0, "no sign of life for 2 s of %s", silent.c_str());
+        })) {}
+  ~SignsOfLife() {
+    timer_.stop();
+    endOfLife(node_);
+  }
+  SignsOfLife(const SignsOfLife&) = delete;
+  SignsOfLife& operator=(const SignsOfLife&) = delete;
+
+ private:
+  std::string node_;
+  ros::WallTimer timer_;
+};
 
 /// Runs a node as the program `name` until it ends. \return the program's exit code; 1 after one line of
 /// error
@@ -28,8 +47,8 @@ int runNode(int argc, char** argv, const char* name) {
   ros::NodeHandle nh, private_nh("~");  // outlive the catch: with the last handle goes the console
   failWhenReplaced();
   try {
+    const SignsOfLife life(nh, private_nh.getNamespace());
     Node node(nh, private_nh);
-    const ros::WallTimer life = signsOfLife(nh);
     ros::spin();
   } catch (const std::exception& error) {
     if (shuttingDown()) return exitCode();  // Ctrl-C at the start: parameters could not be read any more
@@ -46,6 +65,7 @@ class AsNodelet : public nodelet::Nodelet {
     try {
       // The single-threaded handles: callbacks of one node never run at the same time, as in a program.
       node_ = std::make_unique<Node>(getNodeHandle(), getPrivateNodeHandle());
+      life_ = std::make_unique<SignsOfLife>(getNodeHandle(), getPrivateNodeHandle().getNamespace());
     } catch (const std::exception& error) {
       if (shuttingDown()) return;
       NODELET_FATAL("%s", error.what());
@@ -53,7 +73,8 @@ class AsNodelet : public nodelet::Nodelet {
     }
   }
 
-  std::unique_ptr<Node> node_;
+  std::unique_ptr<SignsOfLife> life_;
+  std::unique_ptr<Node> node_;  // ends first: it may give signs of life by itself
 };
 
 }  // namespace tactile_clay::nodes
