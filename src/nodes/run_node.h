@@ -13,16 +13,22 @@
 
 namespace tactile_clay::nodes {
 
+constexpr double sign_of_life_period = 0.2;  // s
+// s, shorter than the patience of keep_running: the log has the name of the culprit before the process is
+// ended.
+constexpr double silence_to_tell = 2.0;
+
 /// Signs of life of a node, by the thread that serves its callbacks, while this lives.
 class SignsOfLife {
  public:
   /// \param nh whose queue the callbacks are in \param node its full name
   SignsOfLife(const ros::NodeHandle& nh, const std::string& node)
-      : node_(node), timer_(nh.createWallTimer(ros::WallDuration(0.2), [node](const ros::WallTimerEvent&) {
+      : node_(node),
+        timer_(nh.createWallTimer(ros::WallDuration(sign_of_life_period), [node](const ros::WallTimerEvent&) {
           beat(node);
-          // The keeper ends a process that is silent for longer; the log then has the name of the culprit.
-          const std::string silent = silentFor(2.0);
-          if (!silent.empty()) ROS_WARN_THROTTLE(5.0, "no sign of life for 2 s of %s", silent.c_str());
+          const std::string silent = silentFor(silence_to_tell);
+          if (!silent.empty())
+            ROS_WARN_THROTTLE(5.0, "no sign of life for %.0f s of %s", silence_to_tell, silent.c_str());
         })) {}
   ~SignsOfLife() {
     timer_.stop();

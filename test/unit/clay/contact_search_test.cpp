@@ -61,8 +61,7 @@ std::map<std::uint32_t, std::set<std::uint32_t>> passingGhosts(const Search& s) 
 /// Skin that faces up and a cloud of clay, both in motion. Each contact has as its ghosts all that pass.
 TEST(ContactSearch, FindsTheGhostsThatABruteForceSearchFinds) {
   std::mt19937 random(11);
-  std::vector<Eigen::Vector3f> points;
-  for (const Eigen::Vector3f& p : lattice(8, spacing, 0.3f)) points.push_back(p);
+  const std::vector<Eigen::Vector3f> points = lattice(8, spacing, 0.3f);
   Ghosts skin = ghostPlane({0.0, 0.0, -0.015}, up, 0.03, 0.003);
   for (std::size_t g = 0; g < skin.size(); ++g) {
     skin.position[g] += randomVector(random, 0.003f);
