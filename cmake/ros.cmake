@@ -78,7 +78,7 @@ endfunction()
 
 # Where the development space lies in the checkout, rosrun finds a script there and in scripts/, and asks which one is
 # meant. So those in scripts/ are not executable; catkin makes executable what it installs.
-catkin_install_python(PROGRAMS scripts/calibrate_board scripts/describe_rig scripts/fuzz_topics scripts/record_run scripts/replay
+catkin_install_python(PROGRAMS scripts/calibrate_board scripts/describe_rig scripts/fuzz_topics scripts/replay
   scripts/plot_accuracy scripts/rig_view scripts/show_moment scripts/staircase scripts/start_when_set scripts/trial
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 # Modules of theirs, which stand beside them and are no programs.

@@ -158,7 +158,7 @@ def find_file(name, beside, shipped, ending):
 
 # Bags
 
-COMPRESSIONS = {'none': [], 'lz4': ['--lz4'], 'bz2': ['--bz2']}  # options of rosbag record
+COMPRESSIONS = ('none', 'lz4', 'bz2')  # of bags
 
 
 def opened(path):

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "nodes/topics.h"
+#include "nodes/stamps.h"
 
 namespace tactile_clay::nodes {
 
@@ -14,14 +14,11 @@ constexpr double latest_answer = 1.0;  // s; what is later answers nothing that 
 
 }  // namespace
 
-Answers::Answers(ros::NodeHandle nh, Inbox& inbox) {
-  subscriber_ =
-      inbox.subscribe<ArrayState>(nh, topic::array_state, 0, [this](const ArrayState::ConstPtr& state) {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        answered_.push_back(state->header.stamp);
-        if (answered_.size() > kept) answered_.pop_front();
-        came_.notify_all();
-      });
+void Answers::add(ros::Time stamp) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  answered_.push_back(stamp);
+  if (answered_.size() > kept) answered_.pop_front();
+  came_.notify_all();
 }
 
 bool Answers::wait(ros::Time stamp, ros::WallDuration patience, const std::function<bool()>& give_up) {

@@ -92,7 +92,7 @@ void HandTracking::run() {
   pace_.start(source_->recorded());
   follow();
   if (stopped()) return;
-  if (!passes_by_) pace_.awaitLastAnswer(last_release_);
+  if (!passes_by_ && frames_ > 0) pace_.awaitLastAnswer(last_release_);
   // Recorders and displays get what they have been sent before the process goes.
   ros::WallDuration(0.3).sleep();
   ROS_INFO("hand_tracking: the input ended after %u frames", frames_.load());

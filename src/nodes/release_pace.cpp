@@ -1,5 +1,8 @@
 #include "nodes/release_pace.h"
 
+#include <std_msgs/Header.h>
+#include <tactile_clay/ArrayState.h>
+
 #include <algorithm>
 #include <sstream>
 #include <stdexcept>
@@ -13,6 +16,7 @@ namespace tactile_clay::nodes {
 namespace {
 
 const ros::WallDuration graph_patience(15.0);  // live
+constexpr std::size_t most_unrecorded = 16;    // samples: enough to keep the recorder busy
 const std::vector<std::string> whole_graph = {topic::hands_tracked, topic::hands_skin,
                                               topic::clay_contacts, topic::hands_pressure,
                                               topic::focal_points,  topic::array_state};
@@ -38,13 +42,17 @@ ReleasePace::ReleasePace(ros::NodeHandle nh, const ros::NodeHandle& private_nh, 
       lockstep_(param(private_nh, "lockstep", false)),
       answer_patience_(paramIn(private_nh, "answer_patience", 30.0, 0.1, 1e6)),
       wait_for_graph_(param(private_nh, "wait_for_graph", false) || lockstep_),
-      answers_(nh, inbox) {
+      state_subscriber_(inbox.subscribe<ArrayState>(
+          nh, topic::array_state, 0, [this](const auto& state) { answers_.add(state->header.stamp); })) {
   for (const std::string& name : param(private_nh, "graph", whole_graph))
     graph_.required.push_back(nh.resolveName(name));
   for (const std::string& name : side_topics) graph_.optional.push_back(nh.resolveName(name));
   if (lockstep_) chain_.emplace(nh, graph_.required);
   const auto recorder = param<std::string>(private_nh, "recorder", "");
   if (!recorder.empty()) graph_.recorder = nh.resolveName(recorder);
+  if (lockstep_)
+    recorded_subscriber_ = inbox.subscribe<std_msgs::Header>(
+        nh, topic::recorded, 0, [this](const auto& header) { recorded_.add(header->stamp); });
   for (const std::string& name : param(private_nh, "unrecorded", std::vector<std::string>()))
     graph_.unrecorded.push_back(nh.resolveName(name));
   for (const std::string& name : param(private_nh, "recorded_first", std::vector<std::string>()))
@@ -105,10 +113,23 @@ void ReleasePace::awaitAnswer(const ros::Time& stamp, unsigned frame) {
     throw std::runtime_error("lockstep: no answer on " + nh_.resolveName(topic::array_state) + " to frame " +
                              std::to_string(frame) + " within " + seconds(answer_patience_) + ": " +
                              chain_->whereIs(stamp));
+  unrecorded_.push_back(stamp);
+  for (; unrecorded_.size() > most_unrecorded; unrecorded_.pop_front()) awaitRecorder(unrecorded_.front());
 }
 
 void ReleasePace::awaitLastAnswer(const ros::Time& stamp) {
-  if (!lockstep_) answers_.wait(stamp, ros::WallDuration(2.0), stopped_);
+  if (lockstep_)
+    awaitRecorder(stamp);
+  else
+    answers_.wait(stamp, ros::WallDuration(2.0), stopped_);
+}
+
+/// A recorder that does not tell what it has written, such as `rosbag record`, is not waited for.
+void ReleasePace::awaitRecorder(const ros::Time& stamp) {
+  if (recorded_subscriber_.getNumPublishers() == 0) return;
+  if (!recorded_.wait(stamp, answer_patience_, stopped_) && !stopped_())
+    throw std::runtime_error("lockstep: " + nh_.resolveName(topic::recorded) + " does not tell within " +
+                             seconds(answer_patience_) + " that a sample is in the bag");
 }
 
 }  // namespace tactile_clay::nodes

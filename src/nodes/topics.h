@@ -31,6 +31,7 @@ constexpr char array_measured[] = "array/measured";
 constexpr char array_field[] = "array/field";
 constexpr char array_geometry[] = "array/geometry";
 constexpr char changes[] = "rig/changes";
+constexpr char recorded[] = "rig/recorded";
 }  // namespace topic
 
 namespace frame {

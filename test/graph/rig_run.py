@@ -17,7 +17,6 @@ import xmlrpc.client
 from xml.etree import ElementTree
 
 import rosbag
-import roslib.packages
 import rospkg
 
 PACKAGE = rospkg.RosPack().get_path('tactile_clay')
@@ -139,9 +138,8 @@ class Graph:
     def record(self, topics):
         """Starts to record. Returns once the recorder is known to the master: finish with `recorded`."""
         path = os.path.join(self.folder, 'recorded.bag')
-        # Not by way of `rosbag record`, which on Ctrl-C ends before its child has closed the bag.
-        program = roslib.packages.find_node('rosbag', 'record')[0]
-        recorder = self.start([program, '--buffsize=0', '-O', path] + topics)
+        program = os.path.join(build_space(), 'devel', 'lib', 'tactile_clay', 'record_run')
+        recorder = self.start([program, '__name:=recorder', '_bag:=' + path, '_topics:=' + ' '.join(topics)])
         wait_until(lambda: all(self.subscribed(topic) for topic in topics), 30, 'a recorder')
         return recorder, path
 
