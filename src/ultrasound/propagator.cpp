@@ -146,6 +146,13 @@ TACTILE_CLAY_CLONES void rowProductsOf(const Lanes* const* rows, std::size_t wid
   }
 }
 
+TACTILE_CLAY_CLONES void scaleLanes(ComplexLanes* a, std::size_t count, float factor) {
+  for (std::size_t i = 0; i < count; ++i) {
+    a[i].re *= factor;
+    a[i].im *= factor;
+  }
+}
+
 }  // namespace
 
 TransducerLanes::TransducerLanes(const ArrayLayout& layout) {
@@ -180,13 +187,6 @@ FocusBeam Propagator::addFocus(const TransducerLanes& transducers, const Acousti
       moments[6], moments[8], moments[9];
   beam.spread -= mean * mean.transpose();
   return beam;
-}
-
-TACTILE_CLAY_CLONES void scaleLanes(ComplexLanes* a, std::size_t count, float factor) {
-  for (std::size_t i = 0; i < count; ++i) {
-    a[i].re *= factor;
-    a[i].im *= factor;
-  }
 }
 
 void Propagator::scaleRow(std::size_t m, float factor) {
