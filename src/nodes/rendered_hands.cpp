@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 #include "nodes/array_markers.h"
@@ -30,6 +31,17 @@ double roundScale(double value) {
   for (const double step : {1.0, 2.0, 5.0})
     if (value <= step * power) return step * power;
   return 10.0 * power;
+}
+
+/// Skin around each corner, m^2: a third of each of its triangles.
+std::vector<float> cornerAreas(const surface::TriangleMesh& mesh) {
+  std::vector<float> area(mesh.position.size(), 0.0f);
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vector3f &x = mesh.position[a], &y = mesh.position[b], &z = mesh.position[c];
+    const float third = (y - x).cross(z - x).norm() / 6.0f;
+    for (const std::uint32_t corner : {a, b, c}) area[corner] += third;
+  }
+  return area;
 }
 
 }  // namespace
@@ -95,14 +107,17 @@ visualization_msgs::MarkerArray RenderedHands::markers(const std::array<PaintedH
                                                        Transforms& transforms) {
   std::array<std::vector<float>, 2> gives;
   std::vector<double> wants_amplitude, gives_amplitude;  // of the skin around contacts, for the error
+  double force = 0.0;                                    // N, on all skin that faces the array
   highest_wanted_ *= forgotten;
   highest_given_ *= forgotten;
   for (std::size_t s = 0; s < hands.size(); ++s) {
     std::vector<char> facing;
     gives[s] = given(hands[s].mesh, transforms, facing);
+    const std::vector<float> area = cornerAreas(hands[s].mesh);
     for (std::size_t c = 0; c < gives[s].size(); ++c) {
       highest_wanted_ = std::max(highest_wanted_, hands[s].pressure[c]);
       highest_given_ = std::max(highest_given_, gives[s][c]);
+      force += static_cast<double>(gives[s][c]) * area[c];
       if (!facing[c] || !isNear(hands[s].mesh.position[c], touch_now.position, counted)) continue;
       wants_amplitude.push_back(std::sqrt(static_cast<double>(hands[s].pressure[c])));
       gives_amplitude.push_back(std::sqrt(static_cast<double>(gives[s][c])));
@@ -132,13 +147,14 @@ visualization_msgs::MarkerArray RenderedHands::markers(const std::array<PaintedH
           surfaceMarker(mesh, mesh.color, mesh.triangles, 1.0f, header, name, static_cast<int>(s)));
     }
     std::string title = is_given ? "given by the array, Pa" : "wanted by the clay, kPa";
-    if (is_given && played_.drives().empty())
+    if (is_given && played_.drives().empty()) {
       title += ": silent";
-    else if (is_given && !touch_now.position.empty())
-      title +=
-          ": " +
-          std::to_string(std::lround(100.0 * ultrasound::fieldFit(wants_amplitude, gives_amplitude).error)) +
-          " % error";
+    } else if (is_given && !touch_now.position.empty()) {
+      char words[64];
+      std::snprintf(words, sizeof words, ": %.0f %% error, %.1f mN",
+                    100.0 * ultrasound::fieldFit(wants_amplitude, gives_amplitude).error, 1e3 * force);
+      title += words;
+    }
     addColorBar(markers,
                 {name, title, scale, at + Vector3f(0.0f, is_given ? -0.19f : 0.19f, -0.09f),
                  Vector3f(0.0f, is_given ? -0.014f : 0.014f, 0.0f), Vector3f(0.0f, 0.0f, 0.16f)},

@@ -1,13 +1,14 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
-#include <cstdint>
 #include <vector>
 
 #include "ultrasound/acoustic_field.h"
+#include "ultrasound/field_cells.h"
 
 namespace tactile_clay::ultrasound {
+
+class DrivenGroups;
 
 /// Finds where in a box the field of a drive is strongest, whatever the drive.
 ///
@@ -44,46 +45,31 @@ class FieldMaximum {
   std::size_t cells() const { return cells_.size(); }
 
  private:
-  using Ratio = std::array<std::uint8_t, 3>;  // parts of a cell along x, y, z
-
-  struct Cell {
-    Eigen::Vector3f centre, half;  // m
-    float reach = 0.0f;            // Pa, at most, with the whole array at full drive
-    std::vector<Ratio> ratios;     // into how many each of its cells is divided for the groups of a depth
-  };
   struct Part {  // of a cell
     Eigen::Vector3f centre, half;
-    const Cell* cell;
+    const FieldCell* cell;
   };
   struct Lobe {
     Part part;
     float pressure;
   };
-  struct Spreads;
-  struct Sources;
   struct Search;
 
-  void order(std::vector<std::uint32_t>::iterator begin, std::vector<std::uint32_t>::iterator end,
-             std::size_t depth);
-  Spreads spreads(const Eigen::Vector3f& centre, float slack) const;
-  void divide(const Eigen::Vector3f& centre, const Eigen::Vector3f& half);
-  Sources sources(const Drive& drive) const;
-  std::vector<Lobe> follow(const Sources& sources, std::size_t depth, const std::vector<Part>& open,
+  std::vector<Lobe> follow(const DrivenGroups& sources, std::size_t depth, const std::vector<Part>& open,
                            Search& search) const;
-  std::vector<Lobe> lobes(const Sources& sources, float strongest, Search& search) const;
-  void climbAll(const Sources& sources, float strongest, Search& search) const;
-  static void split(const Part& part, const Ratio& ratio, std::vector<Part>& parts);
-  Peak climb(const Sources& sources, const Lobe& from, Effort& effort) const;
+  std::vector<Lobe> lobes(const DrivenGroups& sources, float strongest, Search& search) const;
+  void climbAll(const DrivenGroups& sources, float strongest, Search& search) const;
+  static void split(const Part& part, const FieldCell::Ratio& ratio, std::vector<Part>& parts);
+  Peak climb(const DrivenGroups& sources, const Lobe& from, Effort& effort) const;
 
   ArrayLayout layout_;
   Acoustics acoustics_;
   Eigen::Vector3f low_, high_;
   double floor_;
-  std::vector<std::uint32_t> order_;              // transducers, neighbours with neighbours
-  std::vector<std::vector<std::uint32_t>> ends_;  // of the groups in order_: the whole array first
-  std::vector<float> nearest_;                    // Pa, of each transducer at full drive, at most in the box
-  std::vector<Cell> cells_;
-  bool simple_ = false;  // in one plane, looking along z, and the air takes little
+  TransducerGroups groups_;
+  std::vector<FieldCell> cells_;
+  std::vector<float> nearest_;  // Pa, of each transducer at full drive, at most in the box
+  bool simple_ = false;         // in one plane, looking along z, and the air takes little
 };
 
 }  // namespace tactile_clay::ultrasound

@@ -7,7 +7,6 @@
 namespace tactile_clay::ultrasound {
 namespace {
 
-constexpr std::size_t block = 4;      // targets that are worked on together: their lanes fit the registers
 constexpr double enough_width = 0.5;  // d of the objective
 constexpr auto two_pi = static_cast<float>(2.0 * M_PI);
 
@@ -21,38 +20,6 @@ TACTILE_CLAY_CLONES float fillRow(const TransducerLanes& t, const PistonConstant
     total += w.amplitude;
   }
   return sum(total);
-}
-
-/// p = G q of `block` rows.
-TACTILE_CLAY_CLONES void pressuresOf(const ComplexLanes* rows, const ComplexLanes* q, std::size_t width,
-                                     float* re, float* im) {
-  Lanes sum_re[block] = {};
-  Lanes sum_im[block] = {};
-  for (std::size_t i = 0; i < width; ++i) {
-    for (std::size_t m = 0; m < block; ++m) {
-      const ComplexLanes& g = rows[m * width + i];
-      sum_re[m] += g.re * q[i].re - g.im * q[i].im;
-      sum_im[m] += g.re * q[i].im + g.im * q[i].re;
-    }
-  }
-  for (std::size_t m = 0; m < block; ++m) {
-    re[m] = sum(sum_re[m]);
-    im[m] = sum(sum_im[m]);
-  }
-}
-
-/// Adds G^T u of `block` rows to z.
-TACTILE_CLAY_CLONES void addTransposed(const ComplexLanes* rows, std::size_t width, const float* re,
-                                       const float* im, ComplexLanes* z) {
-  for (std::size_t i = 0; i < width; ++i) {
-    ComplexLanes a = z[i];
-    for (std::size_t m = 0; m < block; ++m) {
-      const ComplexLanes& g = rows[m * width + i];
-      a.re += g.re * re[m] - g.im * im[m];
-      a.im += g.re * im[m] + g.im * re[m];
-    }
-    z[i] = a;
-  }
 }
 
 TACTILE_CLAY_CLONES void toUnit(const Turns& turns, LaneArray<ComplexLanes>& q) {
@@ -77,8 +44,8 @@ FieldObjective::FieldObjective(const ArrayLayout& layout, const Acoustics& acous
       patterns_(static_cast<std::size_t>(options.patterns)),
       width_(lanesFor(layout.size())),
       count_(targets.size()),
-      rows_((count_ + block - 1) / block * block),
-      g_(rows_ * width_, ComplexLanes{}),
+      rows_((count_ + FixedPropagator::block - 1) / FixedPropagator::block * FixedPropagator::block),
+      g_(rows_, width_),
       wanted_(rows_, 0.0f),
       intensity_(rows_, 0.0f),
       re_(rows_ * patterns_, 0.0f),
@@ -87,15 +54,18 @@ FieldObjective::FieldObjective(const ArrayLayout& layout, const Acoustics& acous
       z_(width_ * patterns_) {
   const TransducerLanes transducers(layout);
   const PistonConstants air(acoustics);
+  LaneArray<ComplexLanes> row(width_);
   for (std::size_t m = 0; m < count_; ++m) {
     const Eigen::Vector3f at = targets[m].position.cast<float>();
-    reach_.push_back(fillRow(transducers, air, static_cast<float>(acoustics.reference_pressure), at.data(),
-                             &g_[m * width_]));
+    const float reach =
+        fillRow(transducers, air, static_cast<float>(acoustics.reference_pressure), at.data(), row.data());
+    reach_.push_back(reach);
+    if (reach > 0.0f) g_.setRow(m, row.data(), reach);
     unit_ = std::max(unit_, targets[m].intensity * reach_[m]);
   }
   if (!(unit_ > 0.0)) return;
+  g_.scale(static_cast<float>(options.amplitude / unit_));
   for (std::size_t m = 0; m < count_; ++m) {
-    scaleLanes(&g_[m * width_], width_, static_cast<float>(options.amplitude / unit_));
     wanted_[m] = static_cast<float>(std::pow(targets[m].intensity * reach_[m] / unit_, 2));
     weight_.push_back(static_cast<float>(targets[m].weight));
     plain_ = plain_ && targets[m].weight == 1.0;
@@ -131,13 +101,12 @@ Turns FieldObjective::start() {
   constexpr double golden = 0.6180339887498949;  // parts that no pattern repeats
   for (std::size_t k = 0; k < patterns_; ++k) {
     ComplexLanes* z = &z_[k * width_];
-    std::fill(z, z + width_, ComplexLanes{});
     for (std::size_t m = 0; m < rows_; ++m) {
       const double angle = 2.0 * M_PI * std::fmod(golden * static_cast<double>(k * (m + 1)), 1.0);
       re_[m] = std::sqrt(wanted_[m]) * static_cast<float>(std::cos(angle));
       im_[m] = std::sqrt(wanted_[m]) * static_cast<float>(std::sin(angle));
     }
-    for (std::size_t m = 0; m < rows_; m += block) addTransposed(row(m), width_, &re_[m], &im_[m], z);
+    g_.transposed(re_.data(), im_.data(), z);
     toTurns(z, width_, &turns[k * width_]);
   }
   // What arrives in phase was sent earlier by the way: the phases of G^H, the negative ones of G^T.
@@ -152,8 +121,7 @@ double FieldObjective::operator()(const Turns& turns, Turns* gradient) {
   for (std::size_t k = 0; k < patterns_; ++k) {
     float* re = &re_[k * rows_];
     float* im = &im_[k * rows_];
-    for (std::size_t m = 0; m < rows_; m += block)
-      pressuresOf(row(m), &q_[k * width_], width_, re + m, im + m);
+    g_.pressures(&q_[k * width_], re, im);
     for (std::size_t m = 0; m < rows_; ++m) intensity_[m] += share * (re[m] * re[m] + im[m] * im[m]);
   }
   double both = 0.0;
@@ -177,7 +145,6 @@ double FieldObjective::operator()(const Turns& turns, Turns* gradient) {
   const double on_wanted = (-2.0 * both / had - strength_ * price_slope / both) / wanted_square_;
   const double on_intensity = 2.0 * std::pow(both / had, 2) / wanted_square_;
   setSlopes(on_wanted, on_intensity);
-  std::fill(z_.begin(), z_.end(), ComplexLanes{});
   for (std::size_t k = 0; k < patterns_; ++k) {
     float* re = &re_[k * rows_];
     float* im = &im_[k * rows_];
@@ -185,8 +152,7 @@ double FieldObjective::operator()(const Turns& turns, Turns* gradient) {
       re[m] *= slope_[m];
       im[m] *= -slope_[m];
     }
-    for (std::size_t m = 0; m < rows_; m += block)
-      addTransposed(row(m), width_, re + m, im + m, &z_[k * width_]);
+    g_.transposed(re, im, &z_[k * width_]);
   }
   // dI/dphi = 2 Re(conj(p) i G q) = -2 Im(conj(p) G q), and 2 pi of them a turn.
   imaginaryPart(q_, z_, -2.0f * two_pi * share, *gradient);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "ultrasound/field_solver.h"
+#include "ultrasound/fixed_propagator.h"
 #include "ultrasound/lanes.h"
 #include "ultrasound/skin_blur.h"
 
@@ -39,14 +40,12 @@ class FieldObjective {
   double amplitude(std::size_t m) const { return unit_ * std::sqrt(static_cast<double>(intensity_[m])); }
 
  private:
-  const ComplexLanes* row(std::size_t m) const { return &g_[m * width_]; }
-
   const std::vector<float>& felt(const std::vector<float>& values, std::vector<float>& blurred) const;
   void setSlopes(double on_wanted, double on_intensity);
 
   double strength_;
   std::size_t patterns_, width_, count_, rows_;  // rows: targets, and some of nothing up to a whole block
-  LaneArray<ComplexLanes> g_;
+  FixedPropagator g_;
   std::vector<double> reach_;
   std::vector<float> wanted_, intensity_;  // squares of amplitudes
   bool plain_ = true;

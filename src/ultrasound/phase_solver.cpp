@@ -148,6 +148,74 @@ Drive driveOf(const DriveLanes& q, std::size_t transducers, const LaneArray<Lane
   return drive;
 }
 
+/// The points that take part, a row of the propagator each, divided by their targets: then every focus has to
+/// reach 1.
+struct Foci {
+  std::vector<std::size_t> active;  // points
+  std::vector<FocusBeam> beams;
+  Propagator g;
+};
+
+/// Sets the targets of a solution too.
+Foci fociOf(const ArrayLayout& layout, const Acoustics& acoustics, const std::vector<FocalPoint>& points,
+            PhaseSolution& solution) {
+  const TransducerLanes transducers(layout);
+  Foci foci{{}, {}, Propagator(points.size(), transducers.x.size())};
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (points[k].intensity < least_intensity) continue;
+    const FocusBeam beam = foci.g.addFocus(transducers, acoustics, points[k].position);
+    if (!(beam.reach > 0.0f)) continue;
+    solution.target[k] = points[k].intensity * beam.reach;  // over sqrt(M) below
+    foci.active.push_back(k);
+    foci.beams.push_back(beam);
+  }
+  const double sharing = std::sqrt(static_cast<double>(foci.active.size()));
+  for (std::size_t m = 0; m < foci.active.size(); ++m) {
+    double& target = solution.target[foci.active[m]];
+    target /= sharing;
+    foci.g.scaleRow(m, static_cast<float>(1.0 / target));
+  }
+  return foci;
+}
+
+/// Which foci can be peaks; none where that is not asked for, or where there is one.
+std::vector<FocusShape> shapesOf(const Foci& foci, const std::vector<FocalPoint>& points, double wavenumber,
+                                 bool peaks) {
+  const std::vector<std::size_t>& active = foci.active;
+  std::vector<FocusShape> shapes;
+  for (std::size_t m = 0; peaks && active.size() > 1 && m < active.size(); ++m) {
+    FocusShape shape{true, 0.5f * foci.beams[m].spread.topLeftCorner<2, 2>().trace()};
+    for (std::size_t n = 0; n < active.size(); ++n) {
+      const Eigen::Vector3d way = points[active[n]].position - points[active[m]].position;
+      if (n != m && separation(way, foci.beams[m], foci.beams[n], wavenumber) < resolvable)
+        shape.peak = false;
+    }
+    shapes.push_back(shape);
+  }
+  return shapes;
+}
+
+/// Lowers and rounds the drive that a solver has found. \param limit of the phases; null: none
+Drive deviceDrive(const Propagator& g, const PhaseSolverOptions& options, std::size_t transducers,
+                  const PhaseLimit* limit, FocusSolver& solver) {
+  DriveLanes& q = solver.q();
+  const bool own_amplitudes = !options.phase_only && options.amplitude_levels > 0;
+  if (own_amplitudes) {
+    lower(solver.p(), q);
+    roundAmplitudes(options.amplitude_levels, false, q);
+  }
+  LaneArray<Lanes> level;
+  if (options.phase_levels > 0) {
+    level = roundPhases(g, q, options.phase_levels, limit);
+    setPhases(level, options.phase_levels, q);
+  }
+  if (!own_amplitudes) {
+    lower(solver.p(), q);
+    if (options.amplitude_levels > 0) roundAmplitudes(options.amplitude_levels, true, q);
+  }
+  return driveOf(q, transducers, level.empty() ? nullptr : &level, options.phase_levels);
+}
+
 }  // namespace
 
 PhaseMethod phaseMethod(const std::string& name) {
@@ -175,68 +243,28 @@ PhaseSolution solvePhases(const ArrayLayout& layout, const Acoustics& acoustics,
   solution.drive.phase.assign(layout.size(), 0.0f);
   solution.drive.amplitude.assign(layout.size(), 0.0f);
 
-  // Each row over its target: then every focus has to reach 1.
-  const TransducerLanes transducers(layout);
-  Propagator g(points.size(), transducers.x.size());
-  std::vector<std::size_t> active;  // points that take part, a row each
-  std::vector<FocusBeam> beams;
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    if (points[k].intensity < least_intensity) continue;
-    const FocusBeam beam = g.addFocus(transducers, acoustics, points[k].position);
-    if (!(beam.reach > 0.0f)) continue;
-    solution.target[k] = points[k].intensity * beam.reach;  // over sqrt(M) below
-    active.push_back(k);
-    beams.push_back(beam);
-  }
+  const Foci foci = fociOf(layout, acoustics, points, solution);
+  const std::vector<std::size_t>& active = foci.active;
   if (active.empty()) return solution;
-  const double sharing = std::sqrt(static_cast<double>(active.size()));
   Eigen::ArrayXf power(static_cast<Eigen::Index>(active.size()));
-  for (std::size_t m = 0; m < active.size(); ++m) {
-    double& target = solution.target[active[m]];
-    target /= sharing;
-    g.scaleRow(m, static_cast<float>(1.0 / target));
+  for (std::size_t m = 0; m < active.size(); ++m)
     power(static_cast<Eigen::Index>(m)) = static_cast<float>(std::pow(points[active[m]].intensity, 2));
-  }
 
   const double k = acoustics.wavenumber();
-  std::vector<FocusShape> shapes;
-  for (std::size_t m = 0; options.peaks && active.size() > 1 && m < active.size(); ++m) {
-    FocusShape shape{true, 0.5f * beams[m].spread.topLeftCorner<2, 2>().trace()};
-    for (std::size_t n = 0; n < active.size(); ++n) {
-      const Eigen::Vector3d way = points[active[n]].position - points[active[m]].position;
-      if (n != m && separation(way, beams[m], beams[n], k) < resolvable) shape.peak = false;
-    }
-    shapes.push_back(shape);
-  }
-  FocusSolver solver(g, layout.size(), k, std::move(shapes), options);
+  FocusSolver solver(foci.g, layout.size(), k, shapesOf(foci, points, k, options.peaks), options);
   DriveLanes last;
-  PhaseLimit limit;
-  const bool limited = before != nullptr && options.max_phase_change > 0.0;
   if (before != nullptr) {
-    last = driveLanes(*before, g.width);
+    last = driveLanes(*before, foci.g.width);
     solver.start(last);
   }
   solver.solve(power);
+  PhaseLimit limit;
+  const bool limited = before != nullptr && options.max_phase_change > 0.0;
   if (limited) {
-    limit = phaseLimit(*before, options.max_phase_change, g.width);
+    limit = phaseLimit(*before, options.max_phase_change, foci.g.width);
     solver.limit(limit, last);
   }
-  DriveLanes& q = solver.q();
-  const bool own_amplitudes = !options.phase_only && options.amplitude_levels > 0;
-  if (own_amplitudes) {
-    lower(solver.p(), q);
-    roundAmplitudes(options.amplitude_levels, false, q);
-  }
-  LaneArray<Lanes> level;
-  if (options.phase_levels > 0) {
-    level = roundPhases(g, q, options.phase_levels, limited ? &limit : nullptr);
-    setPhases(level, options.phase_levels, q);
-  }
-  if (!own_amplitudes) {
-    lower(solver.p(), q);
-    if (options.amplitude_levels > 0) roundAmplitudes(options.amplitude_levels, true, q);
-  }
-  solution.drive = driveOf(q, layout.size(), level.empty() ? nullptr : &level, options.phase_levels);
+  solution.drive = deviceDrive(foci.g, options, layout.size(), limited ? &limit : nullptr, solver);
   const FocusField& reached = solver.p();
   const Eigen::ArrayXf share = reached.abs();
   for (std::size_t m = 0; m < active.size(); ++m) {

@@ -101,16 +101,29 @@ TACTILE_CLAY_CLONES void shapeMoments(const ComplexLanes* s, const Lanes* along,
   for (std::size_t n = 0; n < 7; ++n) moments[n] = sum(total[n]);
 }
 
-TACTILE_CLAY_CLONES void fillSlopeRow(const ComplexLanes* s, const Lanes* along, std::size_t width, float ux,
-                                      float uy, float mean, float over, Lanes* row) {
-  for (std::size_t i = 0; i < width; ++i) row[i] = over * along[i] * (ux * s[i].re + uy * s[i].im - mean);
+/// A focus along the unit vector u, and what its rows are divided by.
+struct Along {
+  float ux, uy;
+  float mean, square;  // of s u, weighted by a, and its variance
+  float over;          // 1 / sum a
+};
+
+Along along(const FocusParts& parts, std::size_t m, const PeakShape& shape, const Eigen::Vector2f& u) {
+  return {u.x(), u.y(), shape.mean.dot(u), u.dot(shape.width * u),
+          1.0f / std::max(parts.amplitude(static_cast<Eigen::Index>(m)), 1e-20f)};
 }
 
-TACTILE_CLAY_CLONES void fillWidthRow(const ComplexLanes* s, const Lanes* across, std::size_t width, float ux,
-                                      float uy, float mean, float square, float over, Lanes* row) {
+TACTILE_CLAY_CLONES void fillSlopeRow(const ComplexLanes* s, const Lanes* along, std::size_t width, Along u,
+                                      Lanes* row) {
+  for (std::size_t i = 0; i < width; ++i)
+    row[i] = u.over * along[i] * (u.ux * s[i].re + u.uy * s[i].im - u.mean);
+}
+
+TACTILE_CLAY_CLONES void fillWidthRow(const ComplexLanes* s, const Lanes* across, std::size_t width, Along u,
+                                      Lanes* row) {
   for (std::size_t i = 0; i < width; ++i) {
-    const Lanes aside = ux * s[i].re + uy * s[i].im - mean;
-    row[i] = over * across[i] * (aside * aside - square);
+    const Lanes aside = u.ux * s[i].re + u.uy * s[i].im - u.mean;
+    row[i] = u.over * across[i] * (aside * aside - u.square);
   }
 }
 
@@ -130,6 +143,13 @@ TACTILE_CLAY_CLONES void rowProductsOf(const Lanes* const* rows, std::size_t wid
     Lanes total{};
     for (std::size_t i = 0; i < width; ++i) total += row[i] * rows[k][i];
     products[k] = sum(total);
+  }
+}
+
+TACTILE_CLAY_CLONES void scaleLanes(ComplexLanes* a, std::size_t count, float factor) {
+  for (std::size_t i = 0; i < count; ++i) {
+    a[i].re *= factor;
+    a[i].im *= factor;
   }
 }
 
@@ -167,13 +187,6 @@ FocusBeam Propagator::addFocus(const TransducerLanes& transducers, const Acousti
       moments[6], moments[8], moments[9];
   beam.spread -= mean * mean.transpose();
   return beam;
-}
-
-TACTILE_CLAY_CLONES void scaleLanes(ComplexLanes* a, std::size_t count, float factor) {
-  for (std::size_t i = 0; i < count; ++i) {
-    a[i].re *= factor;
-    a[i].im *= factor;
-  }
 }
 
 void Propagator::scaleRow(std::size_t m, float factor) {
@@ -233,15 +246,13 @@ PeakShape peakShape(const Propagator& g, const FocusParts& parts, std::size_t m)
 void slopeRow(const Propagator& g, const FocusParts& parts, std::size_t m, const PeakShape& shape,
               const Eigen::Vector2f& u, Lanes* row) {
   const std::size_t at = m * g.width;
-  fillSlopeRow(&g.s[at], &parts.along[at], g.width, u.x(), u.y(), shape.mean.dot(u),
-               1.0f / std::max(parts.amplitude(static_cast<Eigen::Index>(m)), 1e-20f), row);
+  fillSlopeRow(&g.s[at], &parts.along[at], g.width, along(parts, m, shape, u), row);
 }
 
 void widthRow(const Propagator& g, const FocusParts& parts, std::size_t m, const PeakShape& shape,
               const Eigen::Vector2f& u, Lanes* row) {
   const std::size_t at = m * g.width;
-  fillWidthRow(&g.s[at], &parts.across[at], g.width, u.x(), u.y(), shape.mean.dot(u), u.dot(shape.width * u),
-               1.0f / std::max(parts.amplitude(static_cast<Eigen::Index>(m)), 1e-20f), row);
+  fillWidthRow(&g.s[at], &parts.across[at], g.width, along(parts, m, shape, u), row);
 }
 
 Eigen::MatrixXd rowProducts(const std::vector<const Lanes*>& rows, std::size_t width) {

@@ -43,9 +43,6 @@ TACTILE_CLAY_INLINE LaneWaves wavesAt(const TransducerLanes& t, std::size_t i, c
   return w;
 }
 
-/// Multiplies the lanes of a row.
-void scaleLanes(ComplexLanes* row, std::size_t width, float factor);
-
 /// G of p = G q: a row a focus, its transducers in lanes (propagator scaled as its user likes).
 struct Propagator {
   std::size_t foci = 0;

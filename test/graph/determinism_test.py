@@ -9,8 +9,8 @@ MAX_POINTS = 4
 
 def knead(**arguments):
     # Both hands are in the clay after 3.5 s.
-    return rig_run.Run(dict(rig_run.LOCKSTEP, hands='bag', file=rig_run.bag('knead'), quality='fast', duration='3.5',
-                            max_points=str(MAX_POINTS), **arguments))
+    return rig_run.Run(dict(rig_run.LOCKSTEP, modulation='am', hands='bag', file=rig_run.bag('knead'), quality='fast',
+                            duration='3.5', max_points=str(MAX_POINTS), **arguments))
 
 
 class Determinism(unittest.TestCase):

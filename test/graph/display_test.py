@@ -138,7 +138,7 @@ def kneading():
     for program in ('Xvfb', 'import'):
         if not shutil.which(program):
             raise AssertionError('%s is missing, expected the packages of scripts/setup' % program)
-    run = rig_run.Run(dict(rig_run.LOCKSTEP, hands='bag', file=rig_run.bag('knead'), duration=MOMENT),
+    run = rig_run.Run(dict(rig_run.LOCKSTEP, modulation='am', hands='bag', file=rig_run.bag('knead'), duration=MOMENT),
                       rig_run.CHAIN + ['/tf_static', '/clay/particles', '/array/drive', '/array/geometry'])
     last = {topic: found[-1] for topic, found in run.messages.by_topic.items() if topic != '/tf_static'}
     frames = run.messages['/tf_static'][-1]
@@ -269,7 +269,7 @@ class Display(unittest.TestCase):
         bars = {m.ns: m for m in markers if m.id == 15}  # its last number
         titles = {m.ns: m.text for m in markers if m.id == 16}
         self.assertIn('kPa', titles['wanted'])
-        self.assertRegex(titles['given'], r'^given by the array, Pa: \d+ % error$')
+        self.assertRegex(titles['given'], r'^given by the array, Pa: \d+ % error, \d+\.\d mN$')
         for side in ('wanted', 'given'):
             bar = next(m for m in markers if m.ns == side and m.id == 10)
             height = max(p.z for p in bar.points)

@@ -46,7 +46,7 @@ class KneadingField(unittest.TestCase):
             recording = graph.record(['/array/focal_points'])
             clock = time.time() - time.monotonic()
             # Where the boards may be no louder at the head than 110 dB, a dozen of their channels is all that plays.
-            rig = graph.rig(dict(rig_run.LOCKSTEP, hands=hands, file=file, device='sonic_surface', quality='fast',
+            rig = graph.rig(dict(rig_run.LOCKSTEP, modulation='am', hands=hands, file=file, device='sonic_surface', quality='fast',
                                  port=emulator.link, head_spl_cap='200', **arguments))
             self.assertEqual(rig.wait(200), 0, graph.words())
             graph.recorded(recording)

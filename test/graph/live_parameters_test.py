@@ -30,7 +30,7 @@ class Rig:
 
     def __init__(self, graph, bag, **arguments):
         self.graph, self.pid = graph, None
-        self.process = graph.rig(dict(rig_run.LOCKSTEP, hands='bag', file=rig_run.bag('knead'), record=bag,
+        self.process = graph.rig(dict(rig_run.LOCKSTEP, modulation='am', hands='bag', file=rig_run.bag('knead'), record=bag,
                                       quality='accurate', clean='true', duration='5', **arguments))
 
     def command(self, *words, code=0):

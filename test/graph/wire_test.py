@@ -118,7 +118,7 @@ class Rig(unittest.TestCase):
     def test_the_whole_rig_through_the_wire(self):
         """`scripts/rig device:=sonic_surface wire:=PORT` makes the port, the boards behind it and the driver before it."""
         with tempfile.TemporaryDirectory(prefix='wire_') as folder:
-            run = rig_run.Run(dict(hands='bag', file=rig_run.bag('press_deeper'), quality='fast', device='sonic_surface', max_points='1',
+            run = rig_run.Run(dict(hands='bag', file=rig_run.bag('press_deeper'), quality='fast', device='sonic_surface', max_points='1', modulation='am',
                                    wire=os.path.join(folder, 'port'), head_spl_cap='200', duration='3.5'),
                               ['/array/focal_points', '/array/state', '/array/wire_state', '/array/drive', '/array/measured'])
         self.assertEqual(run.code, 0, run.words)
