@@ -71,35 +71,16 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const
   require(ghosts.size() <= mostGhosts(s.config.spacing), "number of ghosts",
           static_cast<double>(ghosts.size()),
           "at most " + std::to_string(mostGhosts(s.config.spacing)) + " at this spacing");
-  for (Stage& stage : s.statistics.stages) stage.ms = 0.0;
-  s.iterations_done = s.rounds_done = 0;
-  s.statistics.ghosts_looked_at = 0;
   const double dt = s.config.timeStep();
   s.carry += duration;
   const int steps = std::max(static_cast<int>(std::lround(s.carry / dt)), 0);
   s.carry -= steps * dt;
-  ++s.statistics.step;
-  if (steps == 0) {
-    auto& forces = s.ghost_forces;
-    forces.erase(std::remove_if(forces.begin(), forces.end(),
-                                [&](const GhostForce& f) { return f.ghost >= ghosts.size(); }),
-                 forces.end());
-    return;
-  }
-
-  s.ghost_sum.assign(ghosts.size(), Eigen::Vector3d::Zero());
-  s.ghost_pressed.assign(ghosts.size(), 0.0);
-  s.ghost_slip.assign(ghosts.size(), 0.0);
-  s.ghost_touched.assign(ghosts.size(), false);
-  s.solid_forces.assign(solids.size(), Eigen::Vector3d::Zero());
-  s.takeGhosts(ghosts);
+  s.beginFrame(ghosts, solids.size(), steps);
+  if (steps == 0) return;
   s.posesAt(motion, s.time, solids.size());
   s.team.execute([&] {
     for (int k = 0; k < steps; ++k) {
-      const float remaining = static_cast<float>((steps - 1 - k) * dt);
-      for (std::size_t g = 0; g < ghosts.size(); ++g) {
-        s.moved.position[g] = s.target.position[g] - remaining * s.target.velocity[g];
-      }
+      s.moveGhosts(static_cast<float>((steps - 1 - k) * dt));
       s.start_poses.swap(s.end_poses);
       s.posesAt(motion, s.time + (k + 1) * dt, solids.size());
       const Surroundings around = s.surroundings(solids);
@@ -112,30 +93,7 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const
     s.publishAwake();
   });
   s.time += steps * dt;
-  double error = 0.0, largest = 0.0;
-  for (const float ratio : s.everyone.density_ratio) {
-    const double excess = std::max(ratio - 1.0, 0.0);
-    error += excess;
-    largest = std::max(largest, excess);
-  }
-  s.statistics.density_error_mean = s.everyone.size() ? error / s.everyone.size() : 0.0;
-  s.statistics.density_error_max = largest;
-  s.statistics.awake = s.particles.size();
-  s.statistics.iterations = static_cast<double>(s.iterations_done) / steps;
-  s.statistics.rounds = static_cast<double>(s.rounds_done) / steps;
-  s.statistics.rejected_displacements = s.rejected;
-  s.countLumps();
-  s.countStrays();
-  s.statistics.bonds = s.bond_constraint.size() + s.sleeping_bonds.size() / 2;
-  s.statistics.contacts = s.contact_constraint.contacts().size() + s.sleeping_contacts.size();
-  s.ghost_forces.clear();
-  for (std::size_t g = 0; g < ghosts.size(); ++g) {
-    if (s.ghost_touched[g]) {
-      const double slip = s.ghost_pressed[g] > 0.0 ? s.ghost_slip[g] / s.ghost_pressed[g] : 0.0;
-      s.ghost_forces.push_back(
-          {static_cast<std::uint32_t>(g), s.ghost_sum[g].cast<float>(), static_cast<float>(slip)});
-    }
-  }
+  s.endFrame(steps);
   if (s.sleeps() && s.sleep.settle(s.particles, s.near, s.surroundings(solids), steps * dt)) s.regroup();
 }
 

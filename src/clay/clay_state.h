@@ -3,15 +3,15 @@
 #include <atomic>
 #include <vector>
 
-#include "clay/bonds.h"
 #include "clay/clay.h"
-#include "clay/contacts.h"
+#include "clay/contact/contacts.h"
+#include "clay/forces/bonds.h"
 #include "clay/kernel.h"
-#include "clay/minimiser.h"
 #include "clay/neighbourhood.h"
-#include "clay/projection.h"
+#include "clay/paper/projection.h"
 #include "clay/range_sums.h"
 #include "clay/sleep.h"
+#include "clay/solver/minimiser.h"
 #include "clay/thread_team.h"
 
 namespace tactile_clay::clay {
@@ -27,20 +27,28 @@ struct Clay::State {
   double& ms(StageIndex stage) { return statistics.stages[stage].ms; }
   bool sleeps() const { return config.sleeping && config.budget.method != Method::paper; }
 
+  // What comes in, and what is told of a frame: clay_state.cpp.
+  void takeParticles(const std::vector<InitialParticle>& initial);
+  void setWalls();
   void takeGhosts(const Ghosts& ghosts);
+  void moveGhosts(float remaining);
   Surroundings withWalls(const Surroundings& around, double farthest);
   void posesAt(const SolidMotion& motion, double t, std::size_t solids);
   Surroundings surroundings(const std::vector<Solid>& solids) const;
+  void beginFrame(const Ghosts& ghosts, std::size_t solids, int steps);
+  void endFrame(int steps);
+  void countLumps();
+  void countStrays();
+  // A step: clay_step.cpp.
   void step(const Surroundings& around);
   void updateBonds();
+  void endStep(float dt);
+  void collectForces(int steps, float dt);
+  // What is kept, and what sleeps: clay_sculpture.cpp.
   void publishAwake();
   Sculpture sculpture() const;
   void restore(const Sculpture& sculpture);
   void regroup();
-  void endStep(float dt);
-  void collectForces(int steps, float dt);
-  void countLumps();
-  void countStrays();
 
   ClayConfig config;
   std::vector<Material> materials;
@@ -75,9 +83,12 @@ struct Clay::State {
   std::vector<Solid> walled;                 // solids of the step and walls, and their poses then
   std::vector<Eigen::Isometry3d> walled_start, walled_end;
   std::vector<Eigen::Isometry3d> start_poses, end_poses;  // of the solids, in the step
-  std::vector<Eigen::Vector3d> ghost_sum;                 // N
-  std::vector<double> ghost_pressed, ghost_slip;          // N, sum of magnitudes; N m/s, the same times slip
-  std::vector<bool> ghost_touched;
+  struct GhostSum {                                       // over the steps of the frame
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();      // N
+    double pressed = 0.0, slip = 0.0;                     // N, of magnitudes; N m/s, the same times slip
+    bool touched = false;
+  };
+  std::vector<GhostSum> ghost_sums;
   std::vector<GhostForce> ghost_forces;
   std::vector<Eigen::Vector3d> solid_forces;
   Statistics statistics;

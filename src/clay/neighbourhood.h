@@ -22,6 +22,12 @@ struct CellRow {
   bool meets(int from, int to) const { return from < first + count && to >= first; }  // cells
 };
 
+/// Pairs as loops over lanes see them.
+struct NeighbourPairs {
+  const std::uint32_t *begin, *end, *slot;  // of each particle, end: of whole lanes; slot of j of each pair
+  const float *x, *y, *z, *distance;        // x_i - x_j of each pair, and its norm, m
+};
+
 /// All pairs closer than the support radius, and the grid that found them. There is no cap on neighbours.
 ///
 /// Each list is padded to whole lanes with the particle itself at an offset beyond the support radius, where
@@ -44,14 +50,10 @@ class Neighbourhood {
   std::uint32_t other(std::uint32_t pair) const { return slot_[pair] / slot_size; }  // j of the pair (i, j)
   /// x_i - x_j of a pair, m.
   Eigen::Vector3f offset(std::uint32_t pair) const { return {x_[pair], y_[pair], z_[pair]}; }
-  // The same as arrays, for pair loops, with j's slot instead of j.
-  const std::uint32_t* begins() const { return begin_.data(); }
-  const std::uint32_t* paddeds() const { return padded_.data(); }
-  const std::uint32_t* slots() const { return slot_.data(); }
-  const float* x() const { return x_.data(); }
-  const float* y() const { return y_.data(); }
-  const float* z() const { return z_.data(); }
-  const float* distances() const { return distance_.data(); }  // m
+  /// The same as arrays, for loops over lanes.
+  NeighbourPairs arrays() const {
+    return {begin_.data(), padded_.data(), slot_.data(), x_.data(), y_.data(), z_.data(), distance_.data()};
+  }
 
   std::size_t cells() const { return cell_begin_.size() - 1; }  // of the grid
 

@@ -98,6 +98,37 @@ constexpr int longest_window = 1'000'000;  // steps
 
 constexpr std::size_t vector_bytes = 12, bond_bytes = 8, contact_bytes = 65;  // as written
 
+void loadBonds(Reader& reader, const std::string& file, Sculpture& s) {
+  const std::size_t n = s.material.size();
+  s.bond_begin = reader.values<std::uint32_t>();
+  s.bonds.resize(reader.count(bond_bytes));
+  for (Bond& bond : s.bonds) {
+    bond.other = reader.get<std::uint32_t>(), bond.rest_length = reader.in(0.0f, longest_bond, "a bond of");
+    if (bond.other >= n) fail(file, "is damaged: a bond to particle " + std::to_string(bond.other));
+  }
+  bool rising = s.bond_begin.empty() ? s.bonds.empty() : s.bond_begin.size() == n + 1;
+  for (std::size_t i = 0; rising && i + 1 < s.bond_begin.size(); ++i)
+    rising = s.bond_begin[i] <= s.bond_begin[i + 1];
+  if (!rising ||
+      (!s.bond_begin.empty() && (s.bond_begin.front() != 0 || s.bond_begin.back() != s.bonds.size())))
+    fail(file, "is damaged: its bonds are not those of " + std::to_string(n) + " particles");
+}
+
+void loadContacts(Reader& reader, const std::string& file, Sculpture& s) {
+  s.contacts.resize(reader.count(contact_bytes));
+  for (Contact& c : s.contacts) {
+    c.particle = reader.get<std::uint32_t>(), c.solid = reader.get<std::uint32_t>();
+    const auto state = reader.get<std::uint8_t>();
+    if (c.particle >= s.material.size() || state > static_cast<std::uint8_t>(Contact::State::stick))
+      fail(file, "is damaged: a contact");
+    c.state = static_cast<Contact::State>(state);
+    c.normal = reader.vector(2.0f, "a normal of"), c.anchor = reader.vector(farthest, "an anchor at");
+    c.stiffness = reader.in(0.0f, strongest, "a stiffness of");
+    c.density = reader.in(-most_density, most_density, "a density of");
+    c.friction = reader.vector(strongest, "a friction of"), c.force = reader.vector(strongest, "a force of");
+  }
+}
+
 }  // namespace
 
 Sculpture woken(Sculpture sculpture) {
@@ -171,30 +202,8 @@ Sculpture loadSculpture(const std::string& file) {
     if (!(c >= 0.0f)) fail(file, "is damaged: a compression of " + std::to_string(c));
   for (const std::uint32_t lump : s.sleep.lump)
     if (lump > n) fail(file, "is damaged: sleeping lump " + std::to_string(lump));
-  s.bond_begin = reader.values<std::uint32_t>();
-  s.bonds.resize(reader.count(bond_bytes));
-  for (Bond& bond : s.bonds) {
-    bond.other = reader.get<std::uint32_t>(), bond.rest_length = reader.in(0.0f, longest_bond, "a bond of");
-    if (bond.other >= n) fail(file, "is damaged: a bond to particle " + std::to_string(bond.other));
-  }
-  bool rising = s.bond_begin.empty() ? s.bonds.empty() : s.bond_begin.size() == n + 1;
-  for (std::size_t i = 0; rising && i + 1 < s.bond_begin.size(); ++i)
-    rising = s.bond_begin[i] <= s.bond_begin[i + 1];
-  if (!rising ||
-      (!s.bond_begin.empty() && (s.bond_begin.front() != 0 || s.bond_begin.back() != s.bonds.size())))
-    fail(file, "is damaged: its bonds are not those of " + std::to_string(n) + " particles");
-  s.contacts.resize(reader.count(contact_bytes));
-  for (Contact& c : s.contacts) {
-    c.particle = reader.get<std::uint32_t>(), c.solid = reader.get<std::uint32_t>();
-    const auto state = reader.get<std::uint8_t>();
-    if (c.particle >= n || state > static_cast<std::uint8_t>(Contact::State::stick))
-      fail(file, "is damaged: a contact");
-    c.state = static_cast<Contact::State>(state);
-    c.normal = reader.vector(2.0f, "a normal of"), c.anchor = reader.vector(farthest, "an anchor at");
-    c.stiffness = reader.in(0.0f, strongest, "a stiffness of");
-    c.density = reader.in(-most_density, most_density, "a density of");
-    c.friction = reader.vector(strongest, "a friction of"), c.force = reader.vector(strongest, "a force of");
-  }
+  loadBonds(reader, file, s);
+  loadContacts(reader, file, s);
   if (reader.left() > 0) fail(file, "is damaged: " + std::to_string(reader.left()) + " bytes after its end");
   return s;
 }

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "clay/bonds.h"
-#include "clay/contact.h"
+#include "clay/contact/contact.h"
+#include "clay/forces/bonds.h"
 #include "clay/particles.h"
 #include "clay/sleep.h"
 

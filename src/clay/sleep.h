@@ -4,20 +4,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "clay/ghosts.h"
+#include "clay/contact/obstacles.h"
 #include "clay/neighbourhood.h"
 #include "clay/particles.h"
-#include "clay/solid.h"
 
 namespace tactile_clay::clay {
-
-/// What may touch clay in a step.
-struct Surroundings {
-  const Ghosts& ghosts;  // at the end of the step
-  const std::vector<Solid>& solids;
-  const std::vector<Eigen::Isometry3d>&start, &end;  // poses of the solids then; one a solid
-  float dt;                                          // s
-};
 
 /// Clay that has come to rest sleeps: it is left out of the solver, and costs nothing, until something comes
 /// near. What sleeps and wakes is a lump, clay within each other's reach, so that no force crosses between

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "clay/clay.h"
-#include "clay/contacts.h"
+#include "clay/contact/contacts.h"
 #include "support/setups.h"
 
 namespace tactile_clay::clay {

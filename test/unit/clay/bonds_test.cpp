@@ -1,4 +1,4 @@
-#include "clay/bonds.h"
+#include "clay/forces/bonds.h"
 
 #include <gtest/gtest.h>
 

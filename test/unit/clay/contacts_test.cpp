@@ -1,4 +1,4 @@
-#include "clay/contacts.h"
+#include "clay/contact/contacts.h"
 
 #include <gtest/gtest.h>
 
@@ -42,7 +42,7 @@ struct Loose {
       end.push_back(poseAfter(s, dt));
     }
     near.build(particles.position);
-    contacts.detect(near, particles, free, ghosts, solids, start, end, dt);
+    contacts.detect(near, particles, free, {ghosts, solids, start, end, dt});
     u = free;
     for (int k = 0; k < rounds; ++k) {
       contacts.prescribe(u);
@@ -222,7 +222,9 @@ TEST(Obstacles, PlacesInFleshAreNotFree) {
   Ghosts skin = ghostPlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.03, 0.004);
   append(skin, ghostBall(Eigen::Vector3d::Zero(), radius, 0.6 * spacing));
   Obstacles obstacles(spacing);
-  obstacles.begin(skin, {}, {}, {}, dt);
+  const std::vector<Solid> none;
+  const std::vector<Eigen::Isometry3d> nowhere;
+  obstacles.begin({skin, none, nowhere, nowhere, dt});
   const Eigen::Vector3f x(0.0f, 0.0f, -0.9f * spacing);
   std::int64_t looks = 1'000'000;
   const auto place = obstacles.nearestFree(x, 0.25f * spacing, 6.0f * spacing, looks);

@@ -1,4 +1,4 @@
-#include "clay/minimiser.h"
+#include "clay/solver/minimiser.h"
 
 #include <gtest/gtest.h>
 
@@ -29,11 +29,10 @@ struct Step {
     std::vector<Eigen::Isometry3d> poses;
     for (const Solid& s : solids) poses.push_back(s.pose);
     near.build(particles.position);
-    contacts.detect(near, particles, free, ghosts, solids, poses, poses, dt);
+    contacts.detect(near, particles, free, {ghosts, solids, poses, poses, dt});
     bonds.update(near, particles, particles.velocity, true);
     u = zeros(particles.size());
-    minimiser.begin(&bonds, free, contacts, dt);
-    return minimiser.solve(g, iterations, exact, u);
+    return minimiser.solve(&bonds, free, contacts, dt, {g, iterations, exact}, u).iterations;
   }
   void shake(float speed, unsigned seed) {
     std::mt19937 random(seed);

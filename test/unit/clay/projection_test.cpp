@@ -1,4 +1,4 @@
-#include "clay/projection.h"
+#include "clay/paper/projection.h"
 
 #include <gtest/gtest.h>
 
@@ -29,7 +29,6 @@ struct Bench {
         particles(particlesAt(points, 1600.0f * spacing * spacing * spacing)),
         near(kernel.h),
         bonds(spacing, materials),
-        contacts(spacing, materials),
         projection(kernel, spacing, materials) {
     near.build(particles.position);
     bonds.update(near, particles, particles.velocity, true);
@@ -37,8 +36,8 @@ struct Bench {
 
   VectorField solve(const VectorField& free, int iterations) {
     VectorField u;
-    projection.solve(near, particles, materials[0].stiffness > 0.0 ? &bonds : nullptr, free, iterations, dt,
-                     contacts, u);
+    const Bonds* const held = materials[0].stiffness > 0.0 ? &bonds : nullptr;
+    projection.solve({near, particles, held, free, dt}, iterations, {}, u);
     return u;
   }
 
@@ -63,7 +62,6 @@ struct Bench {
   Particles particles;
   Neighbourhood near;
   Bonds bonds;
-  Contacts contacts;
   Projection projection;
 };
 

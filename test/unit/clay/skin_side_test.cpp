@@ -1,4 +1,4 @@
-#include "clay/skin_side.h"
+#include "clay/contact/skin_side.h"
 
 #include <gtest/gtest.h>
 

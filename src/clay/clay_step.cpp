@@ -1,0 +1,121 @@
+#include <algorithm>
+#include <cmath>
+
+#include "clay/clay_state.h"
+#include "clay/stopwatch.h"
+#include "clay/threads.h"
+
+namespace tactile_clay::clay {
+void Clay::State::step(const Surroundings& around) {
+  const float dt = around.dt;
+  const Eigen::Vector3f gravity = config.gravity.cast<float>();
+  const Sums ways = range_sums.of(particles.size(), [&](std::size_t first, std::size_t last) {
+    Sums sums;
+    for (std::size_t i = first; i < last; ++i) {
+      const Eigen::Vector3f x = particles.position.at(i),
+                            way = dt * (particles.velocity.at(i) + dt * gravity);
+      free.set(i, way);
+      sums.largest = std::max({sums.largest, x.cwiseAbs().maxCoeff(), (x + way).cwiseAbs().maxCoeff()});
+    }
+    return sums;
+  });
+  const Surroundings walled_in = withWalls(around, ways.largest);
+  {
+    const Stopwatch watch(ms(neighbours));
+    near.build(particles.position);
+  }
+  {
+    const Stopwatch watch(ms(contact_search));
+    contact_constraint.detect(near, particles, free, walled_in);
+  }
+  if (bonded) {
+    const Stopwatch watch(ms(bonds));
+    updateBonds();
+  }
+  const Bonds* const of_particles = bonded ? &bond_constraint : nullptr;
+  if (config.budget.method == Method::paper) {
+    const Stopwatch watch(ms(iterations));
+    contact_constraint.restore(projection.solve({near, particles, of_particles, free, dt},
+                                                config.budget.iterations, contact_constraint.contacts(), u));
+  } else {
+    const Minimiser::Goal goal{gravity, config.budget.iterations, config.tolerance};
+    double whole_ms = 0.0;
+    Minimiser::Solved solved;
+    {
+      const Stopwatch watch(whole_ms);
+      solved = minimiser.solve(of_particles, free, contact_constraint, dt, goal, u);
+    }
+    ms(setup) += solved.setup_ms, ms(iterations) += whole_ms - solved.setup_ms;
+    iterations_done += solved.iterations, rounds_done += solved.rounds;
+    statistics.ghosts_looked_at += contact_constraint.looks();
+  }
+  endStep(dt);
+}
+
+/// Whether bonds form or break is decided by how far a pair has parted in a frame, not by the velocities of a
+/// step: these carry the noise of the solver, and a threshold that is looked at more often is crossed more
+/// often. A bond breaks as soon as its frame is sure to be too fast; what forms does so at the end of one.
+void Clay::State::updateBonds() {
+  const float per_frame = static_cast<float>(1.0 / config.frame);
+  const bool ends = window_steps >= config.budget.substeps;
+  VectorField& mean_velocity = u;  // which is free until the step is solved
+  parallelRanges(particles.size(), range_size, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      mean_velocity[i] = per_frame * (particles.position[i] - window_start[i]);
+      if (ends) window_start[i] = particles.position[i];
+    }
+  });
+  bond_constraint.update(near, particles, mean_velocity, ends, static_cast<float>(config.timeStep()),
+                         contact_constraint.contacts());
+  window_steps = ends ? 1 : window_steps + 1;
+}
+
+void Clay::State::endStep(float dt) {
+  const Stopwatch watch(ms(finish));
+  const float world = static_cast<float>(config.world);
+  const bool minimised = config.budget.method != Method::paper;
+  const VectorField* const recovery = minimised ? minimiser.recovery() : nullptr;
+  parallelRanges(particles.size(), range_size, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      // A displacement that is not finite, or larger than the world, is a lost particle: it stops where it
+      // is.
+      Eigen::Vector3f step = u.at(i);
+      if (!(step.norm() < 2.0f * world)) step.setZero(), ++rejected;
+      Eigen::Vector3f next = particles.position.at(i) + step;
+      if (recovery != nullptr && recovery->at(i).norm() < world) next += recovery->at(i);
+      const Eigen::Vector3f inside = next.cwiseMax(-world).cwiseMin(world);
+      particles.position.set(i, inside);
+      particles.velocity.set(i, (inside.array() == next.array()).select(step / dt, 0.0f));
+      if (minimised) particles.compression[i] = minimiser.compression(i);
+    }
+  });
+}
+
+/// Of the last step: an anchor that holds does not slide, one that is dragged along moves with its particle.
+void Clay::State::collectForces(int steps, float dt) {
+  for (const Contact& c : sleeping_contacts)
+    if (c.solid < solid_forces.size()) solid_forces[c.solid] -= c.force.cast<double>() / steps;
+  for (const Contact& c : contact_constraint.contacts()) {
+    const Eigen::Vector3d force = -c.force.cast<double>() / steps;
+    if (c.solid != Contact::skin) {
+      if (c.solid < solid_forces.size()) solid_forces[c.solid] += force;
+      continue;
+    }
+    if (c.force.isZero(0.0f)) continue;
+    const Eigen::Vector3f way = u.at(c.particle) - c.drift;
+    const double size = force.norm();
+    const bool slides = c.state == Contact::State::slide || !(c.stiffness > 0.0f);  // or nothing holds it
+    double slip = slides ? c.along(way).norm() / dt : 0.0;
+    if (!std::isfinite(slip)) slip = 0.0;  // of a particle that is lost in this step
+    for (std::uint32_t s = c.first_ghost; s < c.first_ghost + c.ghost_count; ++s) {
+      const GhostShare& share = contact_constraint.shares()[s];
+      GhostSum& sum = ghost_sums[share.ghost];
+      sum.force += share.share * force;
+      sum.pressed += share.share * size;
+      sum.slip += share.share * size * slip;
+      sum.touched = true;
+    }
+  }
+}
+
+}  // namespace tactile_clay::clay

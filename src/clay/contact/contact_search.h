@@ -1,0 +1,84 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "clay/contact/contact.h"
+#include "clay/contact/obstacles.h"
+#include "clay/contact/skin_candidates.h"
+#include "clay/contact/skin_side.h"
+#include "clay/ghosts.h"
+#include "clay/neighbourhood.h"
+#include "clay/particles.h"
+
+namespace tactile_clay::clay {
+
+/// Finds where clay may touch solids and the skin in a step (paper, section III-D).
+///
+/// The skin is the weighted mean of the tangent planes of the ghosts within R of a particle (an implicit
+/// moving least squares surface), so it is smooth between ghosts; it is one-sided, as in Macklin et al. 2014
+/// ("Unified particle physics"): clay is pushed out along the ghosts' outward normals, never drawn in. Clay
+/// particles stay half a spacing off every surface. Where ghosts of opposite sides are near (two fingers),
+/// each side is a contact.
+class ContactSearch {
+ public:
+  struct Found {
+    std::vector<ContactGeometry> contacts;
+    std::vector<GhostShare> shares;
+  };
+
+  /// m/s, at which an old penetration is undone, so that none explodes. Skin is quicker: what started inside
+  /// of two solids has nowhere to go, and stores what they squeeze it by.
+  static constexpr double solid_recovery_speed = 0.1;
+
+  /// \param spacing m
+  explicit ContactSearch(float spacing) : spacing_(spacing), candidates_(Obstacles::reach * spacing) {}
+
+  /// What may touch in a step, in the order of the particles, and of each the skin first. The guess must
+  /// outlive the step. \param before contacts of the step before, by particle \param guess as in
+  /// Contacts::detect \return the caller's, until the next search
+  Found& findAtStart(const std::vector<Contact>& before, const Neighbourhood& near,
+                     const Particles& particles, const VectorField& guess, const Obstacles& obstacles,
+                     float dt);
+
+  /// In the same step, what touches particles where they go through the skin or end, if u leads them
+  /// elsewhere than the guess or far, in the order of the particles. \return good until the next search
+  const Found& findStrays(const Particles& particles, const Obstacles& obstacles, const VectorField& u,
+                          float dt);
+
+ private:
+  struct Step {                  // of the clay and what it may touch; everything moves straight
+    const Particles& particles;  // at its start
+    const VectorField& u;        // m, their displacements
+    const Obstacles& obstacles;
+    const Ghosts& ghosts;  // of the obstacles, at its end
+    float dt;              // s
+  };
+
+  void touchSkin(const std::vector<Contact>& before, const Step& step, std::size_t i, Found& found) const;
+  double allowedDepth(double before, float dt) const;
+  void touchSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
+  void strayIntoSkin(const Step& step, std::size_t i, Found& found) const;
+  void findCrossed(const Step& step, std::size_t i, std::vector<NearGhost>& crossed) const;
+  void strayIntoSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
+  /// m, of x over a ghost's plane at the start of the step.
+  static float heightAtStart(const Step& step, const Eigen::Vector3f& x, std::size_t ghost) {
+    const Eigen::Vector3f at = step.ghosts.position[ghost] - step.dt * step.ghosts.velocity[ghost];
+    return step.ghosts.normal[ghost].dot(x - at);
+  }
+  template <typename F>
+  void touchSides(const Step& step, std::size_t i, const Eigen::Vector3f& x, std::vector<NearGhost>& rest,
+                  Found& found, const F& touches) const;
+  template <typename F>
+  void findEach(std::size_t n, std::size_t chunk_size, const F& find);
+
+  float spacing_;
+  const VectorField* guess_ = nullptr;  // of the step
+  Found found_;
+  // Kept for their memory.
+  std::vector<Found> chunks_;
+  SkinCandidates candidates_;
+};
+
+}  // namespace tactile_clay::clay

@@ -1,0 +1,276 @@
+#include "clay/contact/obstacles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "clay/contact/contact.h"
+
+namespace tactile_clay::clay {
+namespace {
+
+constexpr float disc = 1.0f;     // spacings, radius of the skin that is one ghost's
+constexpr float flesh = 0.012f;  // m, that hands are thick everywhere
+// Spacings, of the boxes about ghosts in their own order, on average. Those of hands are 9 to 15 spacings
+// wide.
+constexpr float scattered = 20.0f;
+
+using Vector = Eigen::Vector3f;
+
+/// The point of a disc that is nearest to x.
+Vector nearestOnDisc(const Vector& centre, const Vector& normal, float radius, const Vector& x) {
+  const Vector from = x - centre;
+  Vector along = from - normal.dot(from) * normal;
+  const float off = along.norm();
+  if (off > radius) along *= radius / off;
+  return centre + along;
+}
+
+/// Some ghosts in cells, so that a look at a place costs what is there, not what is anywhere near.
+class GhostCells {
+ public:
+  /// \param of in ascending order; those farther than `reach` from the centre are left out \param edge m, of
+  /// a cell at least
+  void build(const Ghosts& ghosts, const std::vector<std::uint32_t>& of, const Vector& centre, float reach,
+             float edge) {
+    constexpr float most_cells = 16.0f;  // along an axis
+    edge_ = std::max(edge, 2.0f * reach / (most_cells - 1.0f));
+    low_ = centre - Vector::Constant(reach);
+    size_ = static_cast<int>(2.0f * reach / edge_) + 1;
+    begin_.assign(static_cast<std::size_t>(size_) * size_ * size_ + 1, 0);
+    cells_.clear();
+    for (const std::uint32_t g : of) {
+      const Eigen::Array3i at = cellAt(ghosts.position[g]);
+      const bool inside = at.minCoeff() >= 0 && at.maxCoeff() < size_;
+      cells_.push_back(inside ? index(at.x(), at.y(), at.z()) : none);
+      if (inside) ++begin_[cells_.back() + 1];
+    }
+    for (std::size_t c = 1; c < begin_.size(); ++c) begin_[c] += begin_[c - 1];
+    next_.assign(begin_.begin(), begin_.end() - 1);
+    ghosts_.resize(begin_.back());
+    for (std::size_t k = 0; k < of.size(); ++k)
+      if (cells_[k] != none) ghosts_[next_[cells_[k]]++] = of[k];
+  }
+
+  /// Calls f(ghost) for all that are within a radius of a place, and others near it. \return how many
+  template <typename F>
+  std::int64_t forNear(const Vector& place, float radius, const F& f) const {
+    const Eigen::Array3i from = cellAt(place - Vector::Constant(radius)).max(0);
+    const Eigen::Array3i to = cellAt(place + Vector::Constant(radius)).min(size_ - 1);
+    std::int64_t count = 0;
+    if ((from > to).any()) return count;
+    for (int z = from.z(); z <= to.z(); ++z) {
+      for (int y = from.y(); y <= to.y(); ++y) {
+        const std::uint32_t first = begin_[index(from.x(), y, z)], last = begin_[index(to.x(), y, z) + 1];
+        for (std::uint32_t k = first; k < last; ++k) f(ghosts_[k]);
+        count += last - first;
+      }
+    }
+    return count;
+  }
+
+ private:
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  Eigen::Array3i cellAt(const Vector& x) const {
+    constexpr float far = 1e6f;  // cells; what a whole number holds
+    return ((x - low_).array() / edge_).max(-far).min(far).floor().cast<int>();
+  }
+  std::uint32_t index(int x, int y, int z) const {
+    return static_cast<std::uint32_t>((z * size_ + y) * size_ + x);
+  }
+
+  float edge_ = 0.0f;  // m
+  Vector low_ = Vector::Zero();
+  int size_ = 0;  // cells, along an axis
+  std::vector<std::uint32_t> begin_, ghosts_, cells_, next_;
+};
+
+}  // namespace
+
+Obstacles::MovingSolid::MovingSolid(const Solid& solid_in, const Eigen::Isometry3d& start,
+                                    const Eigen::Isometry3d& end_in)
+    : solid(solid_in), end(end_in), to_start(start.inverse()), to_end(end_in.inverse()) {
+  const Eigen::AlignedBox3d bounds = boundsOf(solid);
+  for (int k = 0; k < 8; ++k) {
+    const Eigen::Vector3d corner = bounds.corner(static_cast<Eigen::AlignedBox3d::CornerType>(k));
+    box.extend(start * corner);
+    travel = std::max(travel, (end * corner - start * corner).norm());
+  }
+}
+
+bool Obstacles::MovingSolid::mayMeet(const Eigen::Vector3d& point, double way, double near) const {
+  return box.exteriorDistance(point) <= near + way + travel;
+}
+
+void Obstacles::begin(const Surroundings& around) {
+  ghosts_ = &around.ghosts;
+  solids_.clear();
+  for (std::size_t s = 0; s < around.solids.size(); ++s)
+    solids_.emplace_back(around.solids[s], around.start[s], around.end[s]);
+  order_.clear();
+  boxGhosts(around.dt);
+  if (!isScattered()) return;
+  sortGhosts();
+  boxGhosts(around.dt);
+}
+
+void Obstacles::boxGhosts(float dt) {
+  ghost_boxes_.assign((ghosts_->size() + ghosts_a_box - 1) / ghosts_a_box, Eigen::AlignedBox3f());
+  for (std::size_t k = 0; k < ghosts_->size(); ++k) {
+    const std::size_t g = order_.empty() ? k : order_[k];
+    if (!ghosts_->exists(g)) continue;
+    Eigen::AlignedBox3f& box = ghost_boxes_[k / ghosts_a_box];
+    box.extend(ghosts_->position[g]);
+    box.extend(ghosts_->position[g] - dt * ghosts_->velocity[g]);
+  }
+}
+
+/// Whether ghosts that follow each other are not beside each other, as those of hands are.
+bool Obstacles::isScattered() const {
+  float sizes = 0.0f;
+  for (const Eigen::AlignedBox3f& box : ghost_boxes_)
+    if (!box.isEmpty()) sizes += box.diagonal().norm();
+  return sizes > scattered * spacing_ * static_cast<float>(ghost_boxes_.size());
+}
+
+/// Orders them along a curve that fills space (Morton's).
+void Obstacles::sortGhosts() {
+  Eigen::AlignedBox3f all;
+  for (std::size_t g = 0; g < ghosts_->size(); ++g)
+    if (ghosts_->exists(g)) all.extend(ghosts_->position[g]);
+  if (all.isEmpty()) return;
+  const float cells_a_metre = 1023.0f / std::max(all.sizes().maxCoeff(), spacing_);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> keys;
+  for (std::size_t g = 0; g < ghosts_->size(); ++g) {
+    std::uint32_t key = 0xffffffffu;
+    if (ghosts_->exists(g)) {
+      const Eigen::Array3i cell =
+          ((ghosts_->position[g] - all.min()).array() * cells_a_metre).min(1023.0f).cast<int>();
+      key = 0;
+      for (int bit = 0; bit < 10; ++bit)
+        for (int axis = 0; axis < 3; ++axis)
+          key |= (static_cast<std::uint32_t>(cell[axis]) >> bit & 1u) << (3 * bit + axis);
+    }
+    keys.emplace_back(key, static_cast<std::uint32_t>(g));
+  }
+  std::sort(keys.begin(), keys.end());
+  for (const auto& [key, g] : keys) order_.push_back(g);
+}
+
+/// Calls f(distance, normal) for the sides of the skin that ghosts make at a place.
+/// \param rest those within reach of it, in order; is used up
+template <typename F>
+void Obstacles::forSides(std::vector<NearGhost>& rest, const Vector& place, const F& f) const {
+  thread_local std::vector<NearGhost> side;
+  thread_local std::vector<GhostShare> shares;
+  while (!rest.empty()) {
+    takeSide(*ghosts_, rest, side);
+    shares.clear();
+    const SkinPlane plane = planeOf(*ghosts_, side, place, reach * spacing_, 0.0f, shares);
+    f(plane.distance, plane.normal);
+  }
+}
+
+/// The ghosts whose flesh may come as near as that. \return good until the thread's next call
+const std::vector<std::uint32_t>& Obstacles::ghostsBeside(const Vector& x, float most) const {
+  thread_local std::vector<std::uint32_t> beside;
+  beside.clear();
+  const float far = std::max(most + flesh, reach * spacing_);
+  forGhostsNear(x, x, far, [&](std::size_t g) {
+    if ((x - ghosts_->position[g]).norm() < far) beside.push_back(static_cast<std::uint32_t>(g));
+  });
+  if (!order_.empty()) std::sort(beside.begin(), beside.end());
+  return beside;
+}
+
+bool Obstacles::covers(std::uint32_t ghost, const Vector& place, float clearance) const {
+  const float around = disc * spacing_;
+  const Vector from = place - ghosts_->position[ghost];
+  const float height = ghosts_->normal[ghost].dot(from);
+  return height < clearance && height > -flesh && from.squaredNorm() - height * height < around * around;
+}
+
+bool Obstacles::isInFlesh(const Vector& x) const {
+  const std::vector<std::uint32_t>& beside = ghostsBeside(x, 0.0f);
+  if (std::none_of(beside.begin(), beside.end(), [&](std::uint32_t g) { return covers(g, x, 0.0f); }))
+    return false;
+  const float radius = reach * spacing_;
+  thread_local std::vector<NearGhost> rest;
+  rest.clear();
+  for (const std::uint32_t g : beside) {
+    const float square = (x - ghosts_->position[g]).squaredNorm();
+    if (square < radius * radius) rest.push_back({g, square});
+  }
+  bool beneath = false;
+  forSides(rest, x, [&](float distance, const Vector&) { beneath = beneath || distance < 0.0f; });
+  return beneath;
+}
+
+bool Obstacles::isInSolid(const Vector& x) const {
+  return std::any_of(solids_.begin(), solids_.end(), [&](const MovingSolid& moving) {
+    return surface(moving.solid, moving.to_end * x.cast<double>()).distance < 0.0;
+  });
+}
+
+/// Discs and sides both tell only roughly what is covered; what is free is so by both.
+std::optional<Vector> Obstacles::nearestFree(const Vector& x, float clearance, float most,
+                                             std::int64_t& looks) const {
+  const float around = disc * spacing_, rounding = 1e-2f * spacing_, radius = reach * spacing_;
+  const std::vector<std::uint32_t>& beside = ghostsBeside(x, most);
+  looks -= static_cast<std::int64_t>(beside.size());
+  thread_local GhostCells cells;
+  cells.build(*ghosts_, beside, x, std::max(most + flesh, radius), radius);
+  // Calls f(distance, normal) for the skin's sides and the solids at a place.
+  const auto forObstacles = [&](const Vector& place, const auto& f) {
+    thread_local std::vector<NearGhost> rest;
+    rest.clear();
+    looks -= cells.forNear(place, radius, [&](std::uint32_t g) {
+      const float square = (place - ghosts_->position[g]).squaredNorm();
+      if (square < radius * radius) rest.push_back({g, square});
+    });
+    std::sort(rest.begin(), rest.end(),
+              [](const NearGhost& a, const NearGhost& b) { return a.ghost < b.ghost; });
+    forSides(rest, place, f);
+    for (const MovingSolid& moving : solids_) {
+      const SurfacePoint touch = surface(moving.solid, moving.to_end * place.cast<double>());
+      f(static_cast<float>(touch.distance), Vector((moving.end.linear() * touch.normal).cast<float>()));
+    }
+    looks -= static_cast<std::int64_t>(solids_.size());
+  };
+  const auto pushedOut = [&](Vector place) {
+    for (int k = 0; k < 3; ++k) {
+      Vector by = Vector::Zero();
+      forObstacles(place, [&](float distance, const Vector& normal) {
+        by += std::max(clearance - distance - normal.dot(by), 0.0f) * normal;
+      });
+      place += by;
+    }
+    return place;
+  };
+  const auto isFree = [&](const Vector& place) {
+    bool covered = false;
+    looks -= cells.forNear(place, std::hypot(around, std::max(flesh, clearance)),
+                           [&](std::uint32_t g) { covered = covered || covers(g, place, 0.0f); });
+    if (covered) return false;
+    forObstacles(
+        place, [&](float distance, const Vector&) { covered = covered || distance < clearance - rounding; });
+    return !covered;
+  };
+  std::optional<Vector> nearest;
+  float least = most;
+  const auto consider = [&](const Vector& about) {
+    const Vector place = pushedOut(about);
+    const float away = (place - x).norm();
+    if (away < least && isFree(place)) nearest = place, least = away;
+  };
+  if (looks > 0) consider(x);
+  for (const std::uint32_t g : beside) {
+    if (looks <= 0) break;
+    const Vector on_skin = nearestOnDisc(ghosts_->position[g], ghosts_->normal[g], around, x);
+    if ((on_skin - x).norm() < least) consider(on_skin + clearance * ghosts_->normal[g]);
+  }
+  return nearest;
+}
+
+}  // namespace tactile_clay::clay

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "clay/contact/contact.h"
+#include "clay/ghosts.h"
+
+namespace tactile_clay::clay {
+
+/// Ghost that may be part of the skin at a place.
+struct NearGhost {
+  std::uint32_t ghost;
+  float nearest;  // m^2, the least squared distance to it in the step
+};
+
+/// The tangent plane of one side of the skin near a place.
+struct SkinPlane {
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit
+  float distance = 0.0f, before = 0.0f;  // m, of the place from it at the end and the start of the step
+  Eigen::Vector3f drift = Eigen::Vector3f::Zero();  // m, displacement of the skin in the step
+};
+
+/// Moves the ghosts that face as the nearest does from `rest`, which must not be empty, to `side`.
+void takeSide(const Ghosts& ghosts, std::vector<NearGhost>& rest, std::vector<NearGhost>& side);
+
+/// The tangent plane of a side of the skin near x, the mean of its ghosts by weights that fall with the
+/// distance to the particle's way; these are added to `shares`. \param radius m, R, where weights vanish
+/// \param dt s, of the step
+SkinPlane planeOf(const Ghosts& ghosts, const std::vector<NearGhost>& side, const Eigen::Vector3f& x,
+                  float radius, float dt, std::vector<GhostShare>& shares);
+
+}  // namespace tactile_clay::clay

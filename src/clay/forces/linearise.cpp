@@ -1,0 +1,167 @@
+#include "clay/forces/linearise.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lanes/lanes.h"
+
+namespace tactile_clay::clay {
+namespace {
+
+constexpr float slowest = 0.1f;           // 1/s, shear rate below which a viscosity no longer grows
+constexpr float fewest_dashpots = 0.25f;  // of the lattice's; a crumb that has fewer is no stiffer than that
+
+/// Stiffness of a dashpot over x x^T falls with the distance like this: (1 - q^2)^3, q = r / h. With it the
+/// initial lattice is isotropic within 5 %, which it is far from with the usual -W'/r^3.
+/// \param per_square 1 / h^2
+TACTILE_CLAY_INLINE Lane dashpotWeight(float per_square, const Lane& square) {
+  const Lane a = positive(1.0f - square * per_square);
+  return a * a * a;
+}
+
+/// Of particles [first, last): rho / rho_0, and how much stronger dashpots are for those that a surface takes
+/// away. Of their pairs: the gradients g, and g over x where the springs will be.
+TACTILE_CLAY_MULTIVERSION
+void measureDensities(const Setup s, std::size_t first, std::size_t last) {
+  // The compiler may not take these out of the loop.
+  const float per_lattice_sum = 1.0f / s.lattice_sum, per_square = 1.0f / (s.kernel.h * s.kernel.h);
+  const Lane shortest = all(1e-4f * s.kernel.h);
+  // So that springs can be told per square of a gradient; C does not notice.
+  const Lane least_compression = all(1e-8f * per_square);
+  for (std::size_t i = first; i < last; ++i) {
+    Lane density{}, dashpots{}, steepness{};
+    for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.end[i]; p += lane_width) {
+      const Lane r = load(s.pairs.distance + p), square = r * r;
+      density += s.kernel.value(r);
+      dashpots += dashpotWeight(per_square, square) * square * square;
+      if (!s.dense) continue;
+      const Lane compression =
+          greatest(-s.kernel.slope(r) * per_lattice_sum / greatest(r, shortest), least_compression);
+      const LaneVector g = times(compression, loadVector(s.pairs.x, s.pairs.y, s.pairs.z, p));
+      store(s.of_pairs.x + p, g.x), store(s.of_pairs.y + p, g.y), store(s.of_pairs.z + p, g.z);
+      store(s.of_pairs.spring + p, compression);
+      steepness += dot(g, g);
+    }
+    s.steepness[i] = std::sqrt(sum(steepness));
+    s.ratio[i] = (sum(density) + s.kernel.sigma) * per_lattice_sum;
+    // A particle at a surface has fewer pairs, but no less clay.
+    s.amend[i] = 1.0f / std::max(sum(dashpots) / s.viscous.lattice, fewest_dashpots);
+  }
+}
+
+/// Viscosity that thins with the shear rate, Herschel & Bulkley's eta rate^(n - 1), of particles [first,
+/// last). Their rate is the one at which a Newtonian fluid would dissipate what the dashpots do at the guess:
+/// for an isotropic fluid, sum_j w (x.v)^2 = rate^2 sum_j w r^4 / 15.
+TACTILE_CLAY_MULTIVERSION
+void thinDashpots(const Setup s, std::size_t first, std::size_t last) {
+  const float per_square = 1.0f / (s.kernel.h * s.kernel.h);
+  for (std::size_t i = first; i < last; ++i) {
+    const float n = s.viscous.flow_index[s.material[i]];
+    if (n == 1.0f) continue;
+    const LaneVector guess = allOf(s.guess + slot_size * i);
+    Lane squares{};
+    for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.end[i]; p += lane_width) {
+      const LaneVector x = loadVector(s.pairs.x, s.pairs.y, s.pairs.z, p);
+      const Lane r = load(s.pairs.distance + p);
+      const Lane along = dot(x, difference(gather(s.guess, s.pairs.slot + p), guess));
+      squares += dashpotWeight(per_square, r * r) * along * along;
+    }
+    const float rate = std::sqrt(15.0f * s.amend[i] * sum(squares) / s.viscous.lattice) / s.viscous.dt;
+    s.amend[i] *= std::pow(std::max(rate, slowest), n - 1.0f);
+  }
+}
+
+/// Springs and density of particles [first, last).
+template <bool alike>
+TACTILE_CLAY_INLINE void linearise(const Setup s, std::size_t first, std::size_t last) {
+  const Kernel& kernel = s.kernel;
+  const float per_square = 1.0f / (kernel.h * kernel.h);
+  const Lane shortest = all(1e-8f * kernel.h * kernel.h);
+  for (std::size_t i = first; i < last; ++i) {
+    const LaneVector guess = allOf(s.guess + slot_size * i);
+    const Lane own = all(s.amend[i]);
+    const float* dashpots = s.viscous.dashpot + s.material[i] * s.materials;
+    const BondRule* rules = s.elastic.bonds != nullptr ? s.elastic.bonds->rules(s.material[i]) : nullptr;
+    Lane damping = all(dashpots[0]), stiffness = all(rules != nullptr ? rules->stiffness : 0.0f);
+    const Lane own_secant = all(rules != nullptr ? s.elastic.secant[i] : 0.0f);
+    LaneVector forces{};
+    Lane guessed{}, lag{};
+    for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.end[i]; p += lane_width) {
+      const LaneVector x = loadVector(s.pairs.x, s.pairs.y, s.pairs.z, p);
+      const LaneVector d = difference(gather(s.guess, s.pairs.slot + p), guess);
+      const Lane r = load(s.pairs.distance + p), square = r * r;
+      const Lane compression = s.dense ? load(s.of_pairs.spring + p) : all(1.0f);
+      const Lane inverse = 1.0f / (greatest(square, shortest) * compression);  // one division for two
+      const Lane inverse_square = inverse * compression;
+      const Lane along = dot(x, d);
+      const LaneVector e = difference(x, d);
+      const Lane length = root(dot(e, e));
+      if (s.dense) {
+        guessed += kernel.value(length);
+        lag += compression * along;
+      }
+      if (s.sprung) {
+        if (!alike) {
+          for (int k = 0; k < lane_width; ++k) {
+            const std::uint8_t with = s.material[s.pairs.slot[p + k] / slot_size];
+            damping[k] = dashpots[with];
+            stiffness[k] = rules != nullptr ? rules[with].stiffness : 0.0f;
+          }
+        }
+        const Lane both = 0.5f * (own + gatherNumbers(s.amend, s.pairs.slot + p));
+        const Lane dashpot = damping * dashpotWeight(per_square, square) * both;
+        // The length at u = 0, were it as linear there as it is near the guess.
+        const Lane start = length + along * r * inverse_square;
+        Lane spring = dashpot, push = dashpot * (r - start);
+        if (rules != nullptr) {
+          const Lane kept = load(s.elastic.rest_length + p);
+          // What flowed after the last step flows on in this one: its elongation shrinks again, and it is as
+          // much less stiff (the secant of its force), so that it stores no more at u = 0 than it did.
+          const Lane secant = 0.5f * (own_secant + gatherNumbers(s.elastic.secant, s.pairs.slot + p));
+          const Lane bond = (kept > 0.0f ? secant * stiffness : Lane{}) * inverse_square;
+          spring += bond, push += bond * (kept - start);
+        }
+        const Lane per_compression = greatest(square, shortest) * inverse;
+        store(s.of_pairs.spring + p, spring * per_compression * per_compression);
+        push *= r;
+        add(forces, times(push, x));
+      }
+    }
+    storeSlot(s.force + slot_size * i, sums(forces));
+    s.excess[i] = (sum(guessed) + kernel.sigma) / s.lattice_sum - 1.0f - sum(lag);
+  }
+}
+TACTILE_CLAY_MULTIVERSION
+void lineariseAlike(const Setup s, std::size_t first, std::size_t last) {
+  linearise<true>(s, first, last);
+}
+TACTILE_CLAY_MULTIVERSION
+void lineariseMixed(const Setup s, std::size_t first, std::size_t last) {
+  linearise<false>(s, first, last);
+}
+
+}  // namespace
+
+void measureSurroundings(const Setup& setup, std::size_t first, std::size_t last) {
+  measureDensities(setup, first, last);
+  if (setup.viscous.flow_index != nullptr) thinDashpots(setup, first, last);
+}
+
+void linearisePairs(const Setup& setup, std::size_t first, std::size_t last) {
+  (setup.materials == 1 ? lineariseAlike : lineariseMixed)(setup, first, last);
+}
+
+double latticeDashpots(const Kernel& kernel, float spacing) {
+  double total = 0.0;
+  for (int x = -1; x <= 1; ++x) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int z = -1; z <= 1; ++z) {
+        const double square = static_cast<double>(spacing) * spacing * (x * x + y * y + z * z);
+        total += std::pow(1.0 - square / (static_cast<double>(kernel.h) * kernel.h), 3.0) * square * square;
+      }
+    }
+  }
+  return total;
+}
+
+}  // namespace tactile_clay::clay

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "clay/forces/bonds.h"
+#include "clay/neighbourhood.h"
+#include "clay/particles.h"
+#include "clay/vector_field.h"
+
+namespace tactile_clay::clay {
+
+/// What a solver gets of a step. All must stay until it is solved.
+struct StepInput {
+  const Neighbourhood& near;   // of the particles where they are
+  const Particles& particles;  // at the start of the step
+  const Bonds* bonds;          // null: there are none
+  const VectorField& free;     // m, displacements without internal and contact forces
+  float dt;                    // s
+};
+
+}  // namespace tactile_clay::clay
