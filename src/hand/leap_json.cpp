@@ -86,6 +86,14 @@ const Json* find(const Json& object, const char* key) {
   return field == object.end() ? nullptr : &*field;
 }
 
+/// What stands for the key, or where nothing does, `none`, whose type it must have.
+const Json& childOf(const Json& parent, const char* key, const Json& none, const char* expected) {
+  const Json* value = find(parent, key);
+  if (value == nullptr) return none;
+  if (value->type() != none.type()) throw wrongType(key, expected);
+  return *value;
+}
+
 }  // namespace
 
 Json parse(const std::string& text, const Limits& limits) {
@@ -118,18 +126,12 @@ bool flag(const Json& object, const char* key, bool fallback) {
 
 const Json& object(const Json& parent, const char* key) {
   static const Json none = Json::object();
-  const Json* value = find(parent, key);
-  if (value == nullptr) return none;
-  if (!value->is_object()) throw wrongType(key, "an object");
-  return *value;
+  return childOf(parent, key, none, "an object");
 }
 
 const Json& array(const Json& object, const char* key) {
   static const Json none = Json::array();
-  const Json* value = find(object, key);
-  if (value == nullptr) return none;
-  if (!value->is_array()) throw wrongType(key, "an array");
-  return *value;
+  return childOf(object, key, none, "an array");
 }
 
 std::string id(const Json& object, const char* key) {

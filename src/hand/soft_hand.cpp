@@ -16,15 +16,6 @@ using Eigen::Vector3f;
 
 constexpr double longest_frame = 0.1;  // s simulated for one sample
 constexpr double resize_from = 0.01;   // relative change of the person's size
-constexpr float healing = 0.3F;        // of the way back, a step and inverted tetrahedron
-constexpr int healing_time = 16;       // steps, before flesh that stays inside out counts as caught
-constexpr int trial = 8;               // steps, in which its least volume is to help what is caught
-constexpr float room = 0.6F;           // volume, of that at rest, with which flesh no longer turns inside out
-// Where flesh is inside out for as long, the pose is one that no hand takes.
-constexpr double patience = 0.1;     // s
-constexpr double forgetting = 0.02;  // s of it that a second takes away in which none is
-constexpr double yielding = 3.0;     // share of its reach that a finger gives up, or gets back, in a second
-constexpr double elsewhere = 5e-3;   // m that a joint moves in the palm, so that the pose is another one
 
 std::array<double, body_count> gyrations(const TrackedHand& rest) {
   std::array<double, body_count> g;
@@ -120,7 +111,7 @@ void SoftHand::place(const TrackedHand& tracked) {
 }
 
 void SoftHand::advance(const TrackedHand& tracked, double dt) {
-  const TrackedHand hand = reachable(tracked);
+  const TrackedHand hand = withinReach(tracked, yields_);
   const double scale = handScale(hand);
   if (std::abs(scale / scale_ - 1.0) > resize_from) resize(scale);
   const BodyPoses from = target_, to = bodyPoses(hand, anatomy_->rest);
@@ -135,34 +126,10 @@ void SoftHand::advance(const TrackedHand& tracked, double dt) {
     before = target;
   }
   target_ = to;
-  yield(tracked, duration);
+  yield(yields_, tracked, palmPose(tracked, anatomy_->rest), duration);
   if (!sane()) {
     place(tracked);
     ++restarts_;
-  }
-}
-
-TrackedHand SoftHand::reachable(const TrackedHand& tracked) const {
-  std::array<double, finger_count> share;
-  for (int f = 0; f < finger_count; ++f) share[f] = yields_[f].reach;
-  return withinReach(tracked, share);
-}
-
-// Within reach of each bone, a pose may still be one that leaves flesh no room. The finger then yields until
-// its flesh has some, and gets its reach back when it is tracked elsewhere.
-void SoftHand::yield(const TrackedHand& tracked, double dt) {
-  const BodyPose pose = palmPose(tracked, anatomy_->rest);
-  for (int f = 0; f < finger_count; ++f) {
-    Yield& y = yields_[f];
-    Eigen::Matrix<double, 3, 5> joints = Eigen::Matrix<double, 3, 5>::Zero();
-    for (int i = 0; i < fingers[f].count; ++i)
-      joints.col(i) = pose.rotation.conjugate() * (tracked.joints[fingers[f][i]].position - pose.position);
-    if (y.inside_out >= patience) {
-      y.reach = std::max(0.0, y.reach - yielding * dt);
-      y.joints = joints;
-    } else if ((joints - y.joints).colwise().norm().maxCoeff() > elsewhere) {
-      y.reach = std::min(1.0, y.reach + yielding * dt);
-    }
   }
 }
 
@@ -195,61 +162,8 @@ void SoftHand::step(const BodyPoses& target, const BodyPoses& before, double h) 
   bodies_.finish(h);
   carryFlesh(predicted);
   carryBones();
-  findInverted(h);
-  heal();
-}
-
-// Flesh that was torn inside out, as by a pose that no hand can take, is led back to where its bones would
-// put it (`heal`). In the fold of a bent finger they would put it inside out as well: what stays so, though
-// it had time to heal, is caught, and gets its least volume (`collect`) until it has room by itself and its
-// bones leave it some. Where they do and it finds none, as in a tangle, it is led back again.
-void SoftHand::findInverted(double h) {
-  std::array<bool, finger_count> inside_out{};
-  for (const int t : flesh_.inverted(nodes_)) {
-    inverted_.try_emplace(t, 0);
-    for (const int n : flesh_.corners(t))
-      for (const int b : {anatomy_->bindings[n].body, anatomy_->bindings[n].other})
-        if (b != palm_body) inside_out[fingerOf(b)] = true;
-  }
-  for (int f = 0; f < finger_count; ++f)
-    yields_[f].inside_out =
-        std::clamp(yields_[f].inside_out + (inside_out[f] ? h : -forgetting * h), 0.0, patience);
-  for (auto it = inverted_.begin(); it != inverted_.end();) {
-    auto& [t, steps] = *it;
-    const float share = flesh_.volumeShare(t, nodes_);
-    const bool caught = steps > healing_time, tried = steps > healing_time + trial;
-    const bool right = share > 0.0F, has_room = right && caught && hasRoomAtHome(t);
-    if (right && (!caught || (has_room && share > room))) {
-      it = inverted_.erase(it);
-      continue;
-    }
-    if (right && !has_room)
-      steps = healing_time + 1;
-    else
-      steps = tried ? 1 : steps + 1;
-    ++it;
-  }
-}
-
-bool SoftHand::hasRoomAtHome(int tetrahedron) const {
-  std::array<Vector3f, 4> home;
-  const std::array<int, 4> corners = flesh_.corners(tetrahedron);
-  for (int k = 0; k < 4; ++k) home[k] = skinned(corners[k], bodies_.poses()).cast<float>();
-  return flesh_.volumeShare(tetrahedron, home) > room;
-}
-
-// Not on a bone that the clay presses: what leads flesh back there would carry the load beside the bone.
-void SoftHand::heal() {
-  const std::array<bool, body_count> pressed = loads_.pressed();
-  for (const auto& [t, steps] : inverted_) {
-    if (steps > healing_time) continue;
-    for (const int n : flesh_.corners(t)) {
-      const NodeBinding& binding = anatomy_->bindings[n];
-      if (binding.rigid || pressed[binding.body]) continue;
-      const Vector3f home = skinned(n, bodies_.poses()).cast<float>();
-      nodes_[n].head<3>() += healing * (home - nodes_[n].head<3>());
-    }
-  }
+  const auto home = [this](int n) -> Vector3f { return skinned(n, bodies_.poses()).cast<float>(); };
+  addStep(yields_, inverted_.step(flesh_, anatomy_->bindings, home, loads_.pressed(), nodes_), h);
 }
 
 // Flesh goes where its bones have gone since `from`.
@@ -295,9 +209,7 @@ void SoftHand::collect(double h) {
     each[i] = bodies_.mass(b) * node_share_[b] * (node.head<3>().cast<double>() - at);
     node << at.cast<float>(), 0.0F;
   }
-  const bool caught = std::any_of(inverted_.begin(), inverted_.end(),
-                                  [](const auto& it) { return it.second > healing_time; });
-  if (caught || (!loads_.empty() && !squeezed_.empty())) {
+  if (inverted_.caught() || (!loads_.empty() && !squeezed_.empty())) {
     reaction_.assign(nodes_.size(), Vector3f::Zero());
     flesh_.limit(squeezed_, nodes_, reaction_);
     // Flesh hands on what presses it; what it lacks for another reason, as in a leap, throws no bone.

@@ -2,12 +2,13 @@
 
 #include <array>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <vector>
 
 #include "hand/bound_skin.h"
+#include "hand/finger_yield.h"
 #include "hand/hand_bodies.h"
+#include "hand/inverted_flesh.h"
 #include "hand/neo_hookean.h"
 #include "hand/skin.h"
 #include "hand/skin_loads.h"
@@ -71,24 +72,12 @@ class SoftHand {
   int restarts() const { return restarts_; }
 
  private:
-  /// How far a finger yields to its flesh.
-  struct Yield {
-    double reach = 1.0;       // share of it that is left
-    double inside_out = 0.0;  // s for which flesh has been, lately
-    /// The tracked finger in the palm, joint by joint, when its flesh was inside out last.
-    Eigen::Matrix<double, 3, 5> joints = Eigen::Matrix<double, 3, 5>::Zero();  // m
-  };
-  TrackedHand reachable(const TrackedHand& tracked) const;
-  void yield(const TrackedHand& tracked, double dt);
   void resize(double scale);
   void step(const BodyPoses& target, const BodyPoses& before, double h);
   void carryFlesh(const BodyPoses& from);
   void carryBones();
   void rememberPoints();
   void collect(double h);
-  void findInverted(double h);
-  bool hasRoomAtHome(int tetrahedron) const;
-  void heal();
   Eigen::Vector3d skinned(int node, const BodyPoses& poses) const;
   bool sane() const;
 
@@ -105,8 +94,8 @@ class SoftHand {
   std::array<double, body_count> flesh_stiffness_;  // N/m, with which flesh carries the body along
   std::vector<Eigen::Vector3d> in_body_;            // m, of each node of bone
   BodyPoses target_;
-  std::array<Yield, finger_count> yields_;
-  std::map<int, int> inverted_;            // tetrahedra, and for how many steps they have been
+  FingerYields yields_;
+  InvertedFlesh inverted_;
   std::vector<int> squeezed_;              // tetrahedra, in the last step
   std::vector<Eigen::Vector3f> reaction_;  // N, of squeezed flesh on the nodes of bone, in the last step
   BoundSkin skin_;

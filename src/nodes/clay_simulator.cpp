@@ -5,16 +5,13 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <stdexcept>
+#include <utility>
 
 #include "clay/live_pace.h"
-#include "clay/sculpture_file.h"
 #include "clay/skin_path.h"
-#include "nodes/cloud.h"
 #include "nodes/conversions.h"
 #include "nodes/exit_code.h"
-#include "nodes/file_service.h"
 #include "nodes/frame_name.h"
 #include "nodes/kept.h"
 #include "nodes/params.h"
@@ -29,39 +26,46 @@ constexpr double skin_lifetime = 0.15;     // s; a hand without news is out of t
 constexpr double longest_gap = 1.0;        // s; lockstep simulates at most this between two skins
 constexpr std::size_t lockstep_queue = 0;  // unlimited
 
+scene::Scene sceneOf(const ros::NodeHandle& private_nh) {
+  scene::Scene scene =
+      scene::loadScene(param<std::string>(private_nh, "scene", "kindergarten"), packageFolder(), 0.0,
+                       folderOfPackage, param<std::string>(private_nh, "material", ""));
+  scene.config.threads = paramIn(private_nh, "threads", 0, 0, 1024);
+  return scene;
+}
+
+/// The clay collides with what the rest of the graph knows as the robot.
+std::unique_ptr<scene::Solids> solidsOf(const ros::NodeHandle& nh, const scene::Scene& scene) {
+  std::string urdf, source = "parameter " + nh.resolveName("robot_description");
+  if (!nh.getParam("robot_description", urdf)) urdf = scene::loadRobotModel(source = scene.urdf);
+  std::unique_ptr<scene::Solids> solids;
+  try {
+    solids = std::make_unique<scene::Solids>(urdf, scene.motions, folderOfPackage);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(source + ": " + error.what());
+  }
+  for (const std::string& remark : solids->remarks()) ROS_WARN("clay_simulator: %s", remark.c_str());
+  return solids;
+}
+
 }  // namespace
 
 ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : node_(private_nh.getNamespace()),
       lockstep_(param(private_nh, "lockstep", false)),
       period_(1.0 / paramIn(private_nh, "rate", 60.0, 1.0, 1000.0)),
-      scene_(scene::loadScene(param<std::string>(private_nh, "scene", "kindergarten"), packageFolder(), 0.0,
-                              folderOfPackage, param<std::string>(private_nh, "material", ""))),
-      past_(private_nh, lockstep_),
+      run_(private_nh, sceneOf(private_nh), lockstep_),
+      of_files_{run_.scene().config, "", run_.scene().materials},
+      solids_(solidsOf(nh, run_.scene())),
       skins_(lockstep_),
       inbox_(private_nh) {
-  scene_.config.threads = paramIn(private_nh, "threads", 0, 0, 1024);
-  of_files_ = {scene_.config, "", scene_.materials};
-  // The clay collides with what the rest of the graph knows as the robot.
-  std::string urdf, source = "parameter " + nh.resolveName("robot_description");
-  if (!nh.getParam("robot_description", urdf)) urdf = scene::loadRobotModel(source = scene_.urdf);
-  try {
-    solids_ = std::make_unique<scene::Solids>(urdf, scene_.motions, folderOfPackage);
-  } catch (const std::runtime_error& error) {
-    throw std::runtime_error(source + ": " + error.what());
-  }
-  for (const std::string& remark : solids_->remarks()) ROS_WARN("clay_simulator: %s", remark.c_str());
-  fit_ = std::make_unique<QualityFit>(private_nh, lockstep_, period_, scene_, *solids_);
+  fit_ = std::make_unique<QualityFit>(private_nh, lockstep_, period_, run_.scene(), *solids_);
   live_ = std::make_unique<LiveParameters>(nh, private_nh, [this](Settings& s) { return read(s); });
-  past_.goOn(*clay_);
+  run_.goOn();
 
   skin_subscriber_ = inbox_.subscribe<Cloud>(nh, topic::hands_skin, lockstep_ ? lockstep_queue : 1,
                                              [this](const auto& skin) { receive(skin); });
-  reset_server_ = private_nh.advertiseService("reset", &ClaySimulator::reset, this);
-  save_server_ = private_nh.advertiseService("save", &ClaySimulator::save, this);
-  overwrite_server_ = private_nh.advertiseService("overwrite", &ClaySimulator::overwrite, this);
-  load_server_ = private_nh.advertiseService("load", &ClaySimulator::load, this);
-  undo_server_ = private_nh.advertiseService("undo", &ClaySimulator::undo, this);
+  services_.emplace(private_nh, run_);
   const unsigned queue = lockstep_ ? lockstep_queue : 2;
   particles_ = nh.advertise<Cloud>(topic::clay_particles, queue);
   status_ = nh.advertise<ClayStatus>(topic::clay_status, queue);
@@ -87,88 +91,12 @@ ClaySimulator::~ClaySimulator() {
 /// Between two frames.
 void ClaySimulator::take(const scene::Quality& coarser) {
   live_->change({{"quality", coarser.name}, {"substeps", 0}, {"iterations", 0}});
-  const std::lock_guard<std::mutex> lock(clay_mutex_);
-  ++lowered_;
+  run_.lower();
 }
 
 LiveParameters::Apply ClaySimulator::read(Settings& settings) {
   ClayChoice choice = readClay(settings, of_files_.config, of_files_.materials);
-  return [this, choice = std::move(choice)] {
-    const std::lock_guard<std::mutex> lock(clay_mutex_);
-    scene_.config = choice.config;
-    scene_.materials = choice.materials;
-    quality_ = choice.quality;
-    if (!clay_) return restart();
-    // The clay goes on from what it is, as from a sculpture that was saved; what sleeps may not hold any
-    // more.
-    past_.parametersChanged();
-    const clay::Sculpture sculpture = woken(clay_->sculpture());
-    restart();
-    clay_->restore(sculpture);
-  };
-}
-
-void ClaySimulator::restart() {
-  clay_ = std::make_unique<clay::Clay>(scene_.config, scene_.materials, scene_.particles);
-  report_.restart();
-}
-
-bool ClaySimulator::reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  const std::lock_guard<std::mutex> lock(clay_mutex_);
-  past_.keep(clay_->sculpture());
-  restart();
-  response.success = true;
-  response.message = "scene '" + scene_.name + "' starts again";
-  return true;
-}
-
-bool ClaySimulator::save(SculptureFile::Request& request, SculptureFile::Response& response) {
-  write(request.file, files::Existing::keep, response);
-  return true;
-}
-
-bool ClaySimulator::overwrite(SculptureFile::Request& request, SculptureFile::Response& response) {
-  write(request.file, files::Existing::replace, response);
-  return true;
-}
-
-void ClaySimulator::write(const std::string& file, files::Existing existing,
-                          SculptureFile::Response& response) {
-  clay::Sculpture sculpture;
-  {
-    const std::lock_guard<std::mutex> lock(clay_mutex_);
-    sculpture = clay_->sculpture();
-  }
-  answer(response, [&] {
-    requireAbsolute("sculpture", file);
-    clay::save(sculpture, file, existing);
-    return "scene '" + scene_.name + "' saved in " + file;
-  });
-}
-
-bool ClaySimulator::load(SculptureFile::Request& request, SculptureFile::Response& response) {
-  answer(response, [&] {
-    requireAbsolute("sculpture", request.file);
-    const clay::Sculpture sculpture = clay::loadSculpture(request.file);
-    const std::lock_guard<std::mutex> lock(clay_mutex_);
-    const clay::Sculpture before = clay_->sculpture();
-    clay_->restore(sculpture);
-    past_.keep(before);
-    return "scene '" + scene_.name + "' goes on from " + request.file;
-  });
-  return true;
-}
-
-bool ClaySimulator::undo(Undo::Request& request, Undo::Response& response) {
-  answer(response, [&] {
-    const std::lock_guard<std::mutex> lock(clay_mutex_);
-    response.went_back = past_.undo(request.seconds, *clay_);
-    char text[80];
-    std::snprintf(text, sizeof text, "the clay is what it was %.2f s ago, at %.2f s", response.went_back,
-                  clay_->time());
-    return std::string(text);
-  });
-  return true;
+  return [this, choice = std::move(choice)] { run_.change(choice); };
 }
 
 void ClaySimulator::receive(const Cloud::ConstPtr& skin) {
@@ -179,24 +107,12 @@ void ClaySimulator::receive(const Cloud::ConstPtr& skin) {
 
 clay::Ghosts ClaySimulator::read(const Cloud& skin) {
   try {
-    return ghosts(skin, clay::mostGhosts(scene_.config.spacing));
+    return ghosts(skin, clay::mostGhosts(run_.scene().config.spacing));
   } catch (const std::runtime_error& error) {
     ROS_WARN_THROTTLE(1.0, "clay_simulator: skin left out: %s", error.what());
-    const std::lock_guard<std::mutex> lock(clay_mutex_);
     ++bad_skins_;
     return {};
   }
-}
-
-double ClaySimulator::step(const clay::Ghosts& ghosts, double duration, double dropped) {
-  const std::lock_guard<std::mutex> lock(clay_mutex_);
-  const ros::WallTime start = ros::WallTime::now();
-  past_.before(*clay_);
-  clay_->advance(ghosts, solids_->solids(), solids_->motion(), duration);
-  past_.after(*clay_, duration);
-  const double computing = (ros::WallTime::now() - start).toSec();
-  report_.frame(*clay_, duration, dropped, computing);
-  return computing;
 }
 
 void ClaySimulator::runLockstep() {
@@ -204,7 +120,7 @@ void ClaySimulator::runLockstep() {
   for (std::vector<Cloud::ConstPtr> skins; skins_.wait({}, skins);) {
     const Cloud::ConstPtr& skin = skins.front();
     const ros::Time stamp = skin->header.stamp;
-    double duration = before.isZero() ? scene_.config.frame : secondsBetween(before, stamp);
+    double duration = before.isZero() ? run_.scene().config.frame : secondsBetween(before, stamp);
     if (duration < 0.0 || duration > longest_gap)
       ROS_WARN_THROTTLE(1.0, "clay_simulator: %.3f s between two skins, expected 0 to %.0f s", duration,
                         longest_gap);
@@ -212,9 +128,10 @@ void ClaySimulator::runLockstep() {
     before = stamp;
     live_->begin(stamp);
     const clay::Ghosts ghosts = read(*skin);
-    step(ghosts, duration, 0.0);
+    run_.step(ghosts, *solids_, duration, 0.0);
     publishState(stamp);
-    publishContacts(*skin, ghosts);  // last: the answer from the array means that all was published
+    // Last: the answer from the array means that all was published.
+    contacts_.publish(run_.contacts(ghosts, *skin));
   }
 }
 
@@ -222,7 +139,7 @@ void ClaySimulator::runLive() {
   using Clock = SkinQueue::Clock;
   Clock::time_point before = Clock::now(), skin_at = before - std::chrono::hours(1);
   clay::SkinPath path;
-  double step_length = scene_.config.timeStep();
+  double step_length = run_.scene().config.timeStep();
   clay::LivePace pace(period_, step_length);
   // Skins at the tracker's rate start the frames; half a period of grace keeps the two clocks from beating.
   const auto patience =
@@ -232,8 +149,8 @@ void ClaySimulator::runLive() {
     const Cloud::ConstPtr skin = skins.empty() ? nullptr : skins.back();
     const Clock::time_point now = Clock::now();
     live_->begin(skin ? skin->header.stamp : ros::Time::now());
-    if (scene_.config.timeStep() != step_length)
-      pace = clay::LivePace(period_, step_length = scene_.config.timeStep());
+    if (run_.scene().config.timeStep() != step_length)
+      pace = clay::LivePace(period_, step_length = run_.scene().config.timeStep());
     const double elapsed = std::chrono::duration<double>(now - before).count();
     const double duration = pace.next(elapsed);
     before = now;
@@ -243,56 +160,35 @@ void ClaySimulator::runLive() {
     else if (std::chrono::duration<double>(now - skin_at).count() > skin_lifetime)
       path = {};
     const clay::Ghosts ghosts = path.frame(duration);
-    const double computing = step(ghosts, duration, pace.takeDropped());
+    const double computing = run_.step(ghosts, *solids_, duration, pace.takeDropped());
     pace.took(duration, computing);
     if (const scene::Quality* const coarser =
-            fit_->coarser(elapsed, duration, computing, scene_.config.budget, quality_))
+            fit_->coarser(elapsed, duration, computing, run_.scene().config.budget, run_.quality()))
       take(*coarser);
-    if (skin) publishContacts(*skin, ghosts);
+    if (skin) contacts_.publish(run_.contacts(ghosts, *skin));
     publishState(skin ? skin->header.stamp : ros::Time::now());
   }
 }
 
-void ClaySimulator::publishContacts(const Cloud& skin, const clay::Ghosts& ghosts) {
-  const std::lock_guard<std::mutex> lock(clay_mutex_);
-  // A reset between the step and here leaves no forces, which is right.
-  contacts_.publish(contactCloud(clay_->ghostForces(), ghosts, skin));
-}
-
 void ClaySimulator::publishState(ros::Time stamp) {
-  const std::lock_guard<std::mutex> lock(clay_mutex_);
   std_msgs::Header header;
   header.stamp = stamp;
   header.frame_id = frame::world;
-  if (particles_.getNumSubscribers() > 0) particles_.publish(particleCloud(*clay_, scene_, header));
+  const ClayRun::State state = run_.state(header, particles_.getNumSubscribers() > 0);
+  if (state.particles) particles_.publish(state.particles);
 
-  const auto joints = solids_->joints(clay_->time());
+  const auto joints = solids_->joints(state.time);
   // Joints are for robot_state_publisher: it complains of states as old as a recording, and makes transforms
   // that go back of states that do.
   if (!joints.empty()) joints_.publish(jointState(joints, ros::Time::now()));
-
-  auto status = boost::make_shared<ClayStatus>(report_.status(*clay_, header));
-  status->quality = quality_;
-  status->lowered = lowered_;
-  status_.publish(status);
+  status_.publish(state.status);
 }
 
 void ClaySimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
   using Level = diagnostic_msgs::DiagnosticStatus;
-  const std::lock_guard<std::mutex> lock(clay_mutex_);
-  const bool late = report_.diagnose(*clay_, status);
-  if (!late && bad_skins_ > 0)
-    status.summary(Level::WARN, "skins left out");
-  else if (!late && lowered_ > 0)
-    status.summary(Level::OK, "simulating, at the lower quality '" + quality_ + "' to be on time");
-  else if (!late)
-    status.summary(Level::OK, "simulating");
-  status.add("scene", scene_.name);
-  status.add("quality", quality_);
-  status.add("quality lowered, times", lowered_);
-  status.add("skins left out", bad_skins_);
-  status.add("undo, states", past_.states().size());
-  status.add("undo, MB", 1e-6 * static_cast<double>(past_.states().bytes()));
+  run_.diagnose(status);
+  if (status.level == Level::OK && bad_skins_ > 0) status.summary(Level::WARN, "skins left out");
+  status.add("skins left out", bad_skins_.load());
   status.add("skins overtaken by newer ones", skins_.overtaken());
   inbox_.report(status);
 }

@@ -69,9 +69,8 @@ void ClaySurface::show(const Cloud& cloud) {
   const SurfaceParticles particles = surfaceParticles(cloud);
   const surface::TriangleMesh& mesh = surface_.update(particles.position, particles.color);
   publisher_.publish(surfaceMarker(mesh, lit(mesh), mesh.triangles, 1.0f, cloud.header, "clay", 0));
-  ++frames_;
   triangles_ = mesh.triangles.size();
-  time_ += (ros::SteadyTime::now() - start).toSec();
+  times_.add((ros::SteadyTime::now() - start).toSec());
 }
 
 void ClaySurface::write(const std::string& file, files::Existing existing,
@@ -93,12 +92,10 @@ void ClaySurface::write(const std::string& file, files::Existing existing,
 
 void ClaySurface::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
   using Level = diagnostic_msgs::DiagnosticStatus;
-  status.summary(Level::OK, subscriber_ ? frames_ > 0 ? "showing" : "no particles" : "nobody looks");
-  status.add("frames", frames_);
+  status.summary(Level::OK, subscriber_ ? times_.frames > 0 ? "showing" : "no particles" : "nobody looks");
+  times_.report(status);
   status.add("triangles", triangles_);
-  status.add("time for a frame, mean, ms", frames_ > 0 ? 1e3 * time_ / frames_ : 0.0);
-  frames_ = 0;
-  time_ = 0.0;
+  times_ = {};
   inbox_.report(status);
 }
 

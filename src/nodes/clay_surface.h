@@ -5,6 +5,7 @@
 #include <tactile_clay/SculptureFile.h>
 
 #include "files/output_file.h"
+#include "nodes/frame_times.h"
 #include "nodes/health.h"
 #include "nodes/inbox.h"
 #include "surface/clay_surface.h"
@@ -34,9 +35,8 @@ class ClaySurface {
   ros::NodeHandle nh_;
   surface::ClaySurface surface_;
   Cloud::ConstPtr latest_;  // not shown yet
-  unsigned frames_ = 0;     // since the last report
+  FrameTimes times_;
   std::size_t triangles_ = 0;
-  double time_ = 0.0;  // s, for them
 
   Inbox inbox_;
   ros::Subscriber subscriber_;  // only while somebody looks

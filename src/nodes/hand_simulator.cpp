@@ -100,9 +100,7 @@ void HandSimulator::simulate(const TrackedHands& message) {
   const double processor_start = processorTime();
   const hand::Skin& skin =
       soft_ ? soft_->update(frame.hands, frame.stamp) : kinematic_->update(frame.hands, frame.stamp);
-  const double seconds = (ros::SteadyTime::now() - start).toSec();
-  time_ += seconds;
-  longest_ = std::max(longest_, seconds);
+  times_.add((ros::SteadyTime::now() - start).toSec());
   processor_time_ += processorTime() - processor_start;
 
   std_msgs::Header header;
@@ -116,7 +114,6 @@ void HandSimulator::simulate(const TrackedHands& message) {
     broadcaster_.send(transformMessage(world_, name, pose, header.stamp));
   }
   showBones(frame, header);
-  ++frames_;
   samples_ = skin.size();
 }
 
@@ -144,12 +141,11 @@ void HandSimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
   else if (bad_forces_ > 0)
     status.summary(Level::WARN, "forces of the clay left out");
   else
-    status.summary(Level::OK, frames_ > 0 ? "simulating" : "no frames");
-  status.add("frames", frames_);
+    status.summary(Level::OK, times_.frames > 0 ? "simulating" : "no frames");
+  times_.report(status);
   status.add("skin samples", samples_);
-  status.add("time for a frame, mean, ms", frames_ > 0 ? 1e3 * time_ / frames_ : 0.0);
-  status.add("time for a frame, most, ms", 1e3 * longest_);
-  status.add("processor time for a frame, mean, ms", frames_ > 0 ? 1e3 * processor_time_ / frames_ : 0.0);
+  status.add("time for a frame, most, ms", 1e3 * times_.longest);
+  status.add("processor time for a frame, mean, ms", 1e3 * times_.mean(processor_time_));
   status.add("hands left out", bad_hands_);
   status.add("fingers left out", bad_fingers_);
   status.add("hands only repeated", repeated_hands_);
@@ -169,9 +165,10 @@ void HandSimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
     }
   }
   inbox_.report(status);
-  frames_ = bad_hands_ = bad_fingers_ = repeated_hands_ = 0;
+  times_ = {};
+  processor_time_ = 0.0;
+  bad_hands_ = bad_fingers_ = repeated_hands_ = 0;
   bad_forces_ = 0;
-  time_ = longest_ = processor_time_ = 0.0;
 }
 
 }  // namespace tactile_clay::nodes

@@ -13,6 +13,7 @@
 #include "hand/kinematic_hand.h"
 #include "hand/repeated_hands.h"
 #include "hand/soft_hands.h"
+#include "nodes/frame_times.h"
 #include "nodes/health.h"
 #include "nodes/inbox.h"
 #include "nodes/placement.h"
@@ -57,9 +58,10 @@ class HandSimulator {
   std::optional<ros::Time> awaited_;  // soft and lockstep: stamp of the skin that the clay has yet to answer
   Transforms transforms_;
   MovingTransforms broadcaster_;
-  unsigned frames_ = 0, bad_hands_ = 0, bad_fingers_ = 0, repeated_hands_ = 0;
+  FrameTimes times_;             // for the skin
+  double processor_time_ = 0.0;  // s, for them
+  unsigned bad_hands_ = 0, bad_fingers_ = 0, repeated_hands_ = 0;
   std::size_t samples_ = 0, bad_forces_ = 0;
-  double time_ = 0.0, longest_ = 0.0, processor_time_ = 0.0;  // s, for the skin, since the last report
 
   Inbox inbox_;
   ros::Subscriber subscriber_, contacts_;

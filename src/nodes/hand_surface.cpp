@@ -202,17 +202,15 @@ void HandSurface::show() {
     publisher_.publish(markers);
   }
   if (rendered_.wanted()) rendered_.publish(hands, touch_now, header, transforms_);
-  ++frames_;
-  time_ += (ros::SteadyTime::now() - start).toSec();
+  times_.add((ros::SteadyTime::now() - start).toSec());
 }
 
 void HandSurface::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
   using Level = diagnostic_msgs::DiagnosticStatus;
-  status.summary(Level::OK, tracked_subscriber_ ? frames_ > 0 ? "showing" : "no hands" : "nobody looks");
-  status.add("frames", frames_);
-  status.add("time for a frame, mean, ms", frames_ > 0 ? 1e3 * time_ / frames_ : 0.0);
-  frames_ = 0;
-  time_ = 0.0;
+  status.summary(Level::OK,
+                 tracked_subscriber_ ? times_.frames > 0 ? "showing" : "no hands" : "nobody looks");
+  times_.report(status);
+  times_ = {};
   inbox_.report(status);
 }
 

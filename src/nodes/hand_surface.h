@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "nodes/frame_times.h"
 #include "nodes/health.h"
 #include "nodes/inbox.h"
 #include "nodes/rendered_hands.h"
@@ -49,8 +50,7 @@ class HandSurface {
   TrackedHands::ConstPtr tracked_;
   Cloud::ConstPtr skin_, pressure_;
   bool news_ = false;
-  unsigned frames_ = 0;  // since the last report
-  double time_ = 0.0;    // s, for them
+  FrameTimes times_;
   Transforms transforms_;
 
   Inbox inbox_;

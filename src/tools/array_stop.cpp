@@ -7,7 +7,6 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <exception>
 #include <memory>
 #include <mutex>
 #include <set>
@@ -171,8 +170,7 @@ int serve(const std::string& path) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (tactile_clay::tools::askedForHelp(argc, argv, usage)) return 0;
-  try {
+  return tactile_clay::tools::runTool("array_stop", usage, argc, argv, [&] {
     // Remappings and names, such as __ns:=, are ROS's.
     std::vector<char*> ours{argv[0]}, ros_own{argv[0]};
     for (int i = 1; i < argc; ++i)
@@ -185,8 +183,5 @@ int main(int argc, char** argv) {
     ros::start();  // waits for a master
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, [](int) { interrupted = 1; });
     return serve(arguments["switch"]);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "array_stop: %s\n", error.what());
-    return 1;
-  }
+  });
 }

@@ -3,7 +3,6 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <iterator>
 #include <sstream>
@@ -154,8 +153,7 @@ void run(const tactile_clay::tools::Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (tactile_clay::tools::askedForHelp(argc, argv, usage)) return 0;
-  try {
+  return tactile_clay::tools::runTool("calibrate_tracker", usage, argc, argv, [&] {
     int nothing = 0;  // of the arguments is for ROS, which takes := for a remapping
     ros::init(nothing, argv, "calibrate_tracker",
               ros::init_options::NoSigintHandler | ros::init_options::AnonymousName);
@@ -170,9 +168,5 @@ int main(int argc, char** argv) {
                                                     {"rest", "0.7"},
                                                     {"most", "0.01"}});
     run(arguments);
-    return 0;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "calibrate_tracker: %s\n", error.what());
-    return 1;
-  }
+  });
 }

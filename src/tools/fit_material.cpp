@@ -102,7 +102,7 @@ void run(int argc, char** argv) {
                          {"quality", "balanced"},
                          {"evaluations", "150"},
                          {"share", ""}});
-  const std::string share = given["share"].empty() ? shareFolder() : given["share"];
+  const std::string share = shareFolder(given["share"]);
   const std::string out =
       given["out"].empty() ? std::filesystem::path(file).stem().string() + ".yaml" : given["out"];
   const auto existing = given.flag("overwrite") ? files::Existing::replace : files::Existing::keep;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <exception>
 #include <functional>
 #include <limits>
 #include <string>
@@ -122,16 +121,12 @@ void writeAll(const std::string& folder) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (tactile_clay::tools::askedForHelp(argc, argv, usage)) return 0;
-  if (argc != 2) {
-    std::fprintf(stderr, "usage: make_bags FOLDER\n");
-    return 2;
-  }
-  try {
+  return tactile_clay::tools::runTool("make_bags", usage, argc, argv, [&] {
+    if (argc != 2) {
+      std::fprintf(stderr, "usage: make_bags FOLDER\n");
+      return 2;
+    }
     writeAll(argv[1]);
     return 0;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "make_bags: %s\n", error.what());
-    return 1;
-  }
+  });
 }

@@ -51,7 +51,7 @@ void run(int argc, char** argv) {
                          {"live", "false"},
                          {"slowness", "0"},
                          {"share", ""}});
-  const std::string share = given["share"].empty() ? shareFolder() : given["share"];
+  const std::string share = shareFolder(given["share"]);
   scene::Scene scene = scene::loadScene(given["scene"], share, given.number("spacing", 0.0, 0.1));
   scene.config.budget = scene::loadQuality(given["quality"], share);
   const scene::Solids solids(scene::loadRobotModel(scene.urdf), scene.motions);

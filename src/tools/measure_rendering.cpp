@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <exception>
 #include <string>
 #include <vector>
 
@@ -136,8 +135,7 @@ bool option(const std::string& word, const char* name, double& value) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (tactile_clay::tools::askedForHelp(argc, argv, usage)) return 0;
-  try {
+  return tactile_clay::tools::runTool("measure_rendering", usage, argc, argv, [&] {
     double step = 10.0, peaks = 1.0;
     FocalPointConfig config;
     PhaseSolverOptions options;
@@ -169,8 +167,5 @@ int main(int argc, char** argv) {
       all.add(figures);
     }
     print("all", all);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "measure_rendering: %s\n", error.what());
-    return 1;
-  }
+  });
 }

@@ -11,7 +11,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <exception>
 #include <random>
 #include <stdexcept>
 #include <string>
@@ -197,8 +196,7 @@ int measure(const tools::Arguments& arguments, const std::string& port) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (tactile_clay::tools::askedForHelp(argc, argv, usage)) return 0;
-  try {
+  return tactile_clay::tools::runTool("measure_stop", usage, argc, argv, [&] {
     const tools::Arguments arguments(argc, argv,
                                      {{"rounds", "100"},
                                       {"busy", "2"},
@@ -222,8 +220,5 @@ int main(int argc, char** argv) {
     const int code = measure(arguments, std::string(folder) + "/boards");
     ::rmdir(folder);
     return code;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "measure_stop: %s\n", error.what());
-    return 1;
-  }
+  });
 }

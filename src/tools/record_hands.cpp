@@ -10,7 +10,6 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <exception>
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
@@ -237,8 +236,7 @@ class Recorder {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (tactile_clay::tools::askedForHelp(argc, argv, usage)) return 0;
-  try {
+  return tactile_clay::tools::runTool("record_hands", usage, argc, argv, [&] {
     int nothing = 0;  // of the arguments is for ROS, which takes := for a remapping
     ros::init(nothing, argv, "record_hands",
               ros::init_options::NoSigintHandler | ros::init_options::AnonymousName);
@@ -255,9 +253,5 @@ int main(int argc, char** argv) {
                                                     {"clean", "true"},
                                                     {"tracker_pose", ""}});
     Recorder(arguments).run();
-    return 0;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "record_hands: %s\n", error.what());
-    return 1;
-  }
+  });
 }

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 namespace tactile_clay::tools {
 
@@ -32,12 +33,15 @@ inline bool askedForHelp(int argc, char** argv, const char* usage) {
 }
 
 /// The main function of a tool: `--help` or `-h` prints the usage; what `run` throws is told in one line,
-/// with the tool's name, and ends it with 1.
+/// with the tool's name, and ends it with 1. \param run returns the exit code, or nothing
 template <typename Run>
 int runTool(const char* name, const char* usage, int argc, char** argv, const Run& run) {
   try {
     if (askedForHelp(argc, argv, usage)) return 0;
-    run();
+    if constexpr (std::is_void_v<decltype(run())>)
+      run();
+    else
+      return run();
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s: %s\n", name, error.what());

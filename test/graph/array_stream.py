@@ -82,10 +82,12 @@ class States:
 
 
 class Driver:
-    """An array_driver, or another program, with private parameters. Use in a `with` statement: the end stops it."""
+    """An array_driver, or another program, with private parameters. Use in a `with` statement: the end stops it.
+    `command`, with `environment` in addition to ours: what starts it, such as faketime."""
 
-    def __init__(self, program='array_driver', **parameters):
+    def __init__(self, program='array_driver', command=(), environment=None, **parameters):
         self.program, self.parameters = program, parameters
+        self.command, self.environment = command, dict(os.environ, **(environment or {}))
 
     def __enter__(self):
         # An earlier driver leaves its parameters on the server.
@@ -93,23 +95,36 @@ class Driver:
             rospy.delete_param('/' + self.program)
         for name, value in self.parameters.items():
             rospy.set_param('/%s/%s' % (self.program, name), value)
-        self.process = subprocess.Popen([os.path.join(PROGRAMS, self.program)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                                        stderr=subprocess.STDOUT, start_new_session=True, errors='replace')
-        self.lines = []
-        self.reader = threading.Thread(target=lambda: self.lines.extend(self.process.stdout), daemon=True)
+        self.process = subprocess.Popen([*self.command, os.path.join(PROGRAMS, self.program)], env=self.environment,
+                                        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                        start_new_session=True, errors='replace')
+        self.read = []  # (when it came, line)
+        self.reader = threading.Thread(target=self.run, daemon=True)
         self.reader.start()
         return self
 
+    def run(self):
+        for line in self.process.stdout:
+            self.read.append((time.monotonic(), line))
+
     def __exit__(self, *_):
         if self.process.poll() is None:
-            self.process.send_signal(signal.SIGCONT)
-            self.process.send_signal(signal.SIGINT)
+            os.killpg(self.process.pid, signal.SIGCONT)
+            os.killpg(self.process.pid, signal.SIGINT)
             try:
                 self.process.wait(10)
             except subprocess.TimeoutExpired:
-                self.process.kill()
+                os.killpg(self.process.pid, signal.SIGKILL)
                 self.process.wait()
         self.reader.join(5)
 
+    @property
+    def lines(self):
+        return [line for _, line in list(self.read)]
+
     def words(self):
         return ''.join(self.lines)
+
+    def said(self, words, since=0.0):
+        """When it first said that; None where it has not."""
+        return next((when for when, line in list(self.read) if when >= since and words in line), None)

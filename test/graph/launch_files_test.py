@@ -38,6 +38,7 @@ class LaunchFiles(unittest.TestCase):
     def test_roslaunch_check(self):
         files = sorted(glob.glob(os.path.join(FOLDER, '*.launch')))
         self.assertIn(os.path.join(FOLDER, 'rig.launch'), files)
+        files.remove(os.path.join(FOLDER, 'node.launch'))  # a part of rig.launch, which is checked with it
         for path in files:
             with self.subTest(os.path.basename(path)):
                 # Arguments without a default, such as a bag to show, are the caller's.
@@ -139,6 +140,11 @@ class LaunchFiles(unittest.TestCase):
                     self.assertEqual([os.path.basename(word) for word in words], self.prefix(variant, node), node.name)
                     self.assertIn(['/tf', 'tf'], node.remap_args, node.name)
                     self.assertIn(['/tf_static', 'tf_static'], node.remap_args, node.name)
+
+    def test_names_of_nodes_are_not_taken_from_arguments(self):
+        # Those of node.launch have plain names, which a launch file that includes the rig may have as well.
+        names = lambda config: sorted((node.name, node.type) for node in config.nodes)
+        self.assertEqual(names(load('name:=mine', 'type:=mine', 'node:=mine')), names(load()))
 
 
 if __name__ == '__main__':

@@ -2,10 +2,8 @@
 """Two hosts, each a network namespace: see two_hosts.test."""
 import os
 import shutil
-import signal
 import subprocess
 import sys
-import threading
 import time
 import unittest
 
@@ -44,38 +42,6 @@ class There:
         self.process.wait()
 
 
-class Driver:
-    """An array_driver on the other host, and when it said what."""
-
-    def __init__(self, there, *command, **environment):
-        self.lines = []
-        self.process = subprocess.Popen(
-            there.enter + list(command) + [os.path.join(rig_run.build_space(), 'devel', 'lib', 'tactile_clay', 'array_driver'),
-                                           '_device:=debug', '_check_stamps:=true'],
-            env=dict(os.environ, ROS_MASTER_URI=MASTER, ROS_IP=THERE, **environment), stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, errors='replace', start_new_session=True)
-        threading.Thread(target=self.read, daemon=True).start()
-
-    def read(self):
-        for line in self.process.stdout:
-            self.lines.append((time.monotonic(), line))
-
-    def said(self, words, since=0.0):
-        """When it first said that."""
-        return next((when for when, line in list(self.lines) if when >= since and words in line), None)
-
-    def words(self):
-        return ''.join(line for _, line in list(self.lines))
-
-    def stop(self):
-        os.killpg(self.process.pid, signal.SIGINT)
-        try:
-            self.process.wait(20)
-        except subprocess.TimeoutExpired:
-            os.killpg(self.process.pid, signal.SIGKILL)
-            self.process.wait()
-
-
 class TwoHosts(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -97,9 +63,10 @@ class TwoHosts(unittest.TestCase):
         cls.addClassCleanup(cls.stream.stop)
 
     def driver(self, *command, **environment):
-        driver = Driver(self.there, *command, **environment)
-        self.addCleanup(driver.stop)
-        return driver
+        """An array_driver on the other host."""
+        from array_stream import Driver
+        return Driver(command=[*self.there.enter, *command], environment=dict(environment, ROS_IP=THERE),
+                      device='debug', check_stamps='true')
 
     def expect_sound(self, driver, since):
         try:
@@ -109,18 +76,18 @@ class TwoHosts(unittest.TestCase):
 
     def test_a_cable_that_is_pulled(self):
         since = time.monotonic()
-        driver = self.driver()
-        self.expect_sound(driver, since)
-        time.sleep(1.0)
-        pulled = time.monotonic()
-        run('ip link set here down')
-        wait_until(lambda: driver.said('is silent', pulled), 10, 'silence; the driver says\n' + driver.words())
-        self.assertLess(driver.said('is silent', pulled) - pulled, SILENT_WITHIN + SLACK, driver.words())
-        time.sleep(2.0)
-        self.assertIsNone(driver.process.poll(), driver.words())
-        put_back = time.monotonic()
-        run('ip link set here up')
-        self.expect_sound(driver, put_back)
+        with self.driver() as driver:
+            self.expect_sound(driver, since)
+            time.sleep(1.0)
+            pulled = time.monotonic()
+            run('ip link set here down')
+            wait_until(lambda: driver.said('is silent', pulled), 10, 'silence; the driver says\n' + driver.words())
+            self.assertLess(driver.said('is silent', pulled) - pulled, SILENT_WITHIN + SLACK, driver.words())
+            time.sleep(2.0)
+            self.assertIsNone(driver.process.poll(), driver.words())
+            put_back = time.monotonic()
+            run('ip link set here up')
+            self.expect_sound(driver, put_back)
 
     def test_clocks_that_are_apart(self):
         if shutil.which('faketime') is None:
@@ -128,14 +95,14 @@ class TwoHosts(unittest.TestCase):
         for ahead in (5, -5):
             with self.subTest(ahead=ahead):
                 since = time.monotonic()
-                driver = self.driver('faketime', '-f', '%+ds' % ahead, FAKETIME_DONT_FAKE_MONOTONIC='1')
-                _, state = self.states.wait(lambda state: 'stale' in state.silent_reason, since)
-                self.assertRegex(state.silent_reason, r"stamps are [45]\.[0-9]+ s %s this computer's clock: compare the hosts' clocks"
-                                 % ('behind' if ahead > 0 else 'ahead of'))
-                time.sleep(0.3)
-                with self.states.came:
-                    self.assertFalse([state for when, state in self.states.states if when > since and state.emitting])
-                self.doCleanups()
+                with self.driver('faketime', '-f', '%+ds' % ahead, FAKETIME_DONT_FAKE_MONOTONIC='1'):
+                    _, state = self.states.wait(lambda state: 'stale' in state.silent_reason, since)
+                    self.assertRegex(state.silent_reason, r"stamps are [45]\.[0-9]+ s %s this computer's clock: "
+                                     "compare the hosts' clocks" % ('behind' if ahead > 0 else 'ahead of'))
+                    time.sleep(0.3)
+                    with self.states.came:
+                        self.assertFalse([state for when, state in self.states.states
+                                          if when > since and state.emitting])
 
 
 if __name__ == '__main__':

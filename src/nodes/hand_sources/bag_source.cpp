@@ -74,6 +74,23 @@ void requireTrackedHands(const std::string& file, const rosbag::ConnectionInfo& 
         "): play it with the release that recorded it, or convert it by rules for `rosbag fix`");
 }
 
+/// What `work` reads of a bag. \throws std::runtime_error with one line, which is its own or tells of damage
+template <typename Work>
+auto reading(const std::string& file, const Work& work) {
+  const auto damaged = [&](const std::exception& error) {
+    return std::runtime_error(file + ": damaged bag: " + error.what());
+  };
+  try {
+    return work();
+  } catch (const ros::Exception& error) {
+    throw damaged(error);
+  } catch (const std::runtime_error&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw damaged(error);  // sizes that are wrong ask rosbag for more memory than there is
+  }
+}
+
 }  // namespace
 
 void BagSource::open(const hand::SourceOptions& options) {
@@ -92,24 +109,17 @@ void BagSource::open(const hand::SourceOptions& options) {
     // Sizes that are wrong ask rosbag for more memory than there is.
     throw std::runtime_error(file_ + ": not a readable bag: " + error.what());
   }
-  try {
+  reading(file_, [&] {
     const std::string topic = topicOfHands(bag_, file_, options.topic);
     view_ = std::make_unique<rosbag::View>(bag_, rosbag::TopicQuery(topic));
     for (const rosbag::ConnectionInfo* connection : view_->getConnections())
       requireTrackedHands(file_, *connection);
     next_ = view_->begin();
-  } catch (const rosbag::BagException& error) {
-    throw std::runtime_error(file_ + ": damaged bag: " + error.what());
-  } catch (const std::runtime_error&) {
-    throw;  // one of the lines above
-  } catch (const std::exception& error) {
-    // Sizes that are wrong ask rosbag for more memory than there is.
-    throw std::runtime_error(file_ + ": not a readable bag: " + error.what());
-  }
+  });
 }
 
 hand::HandSource::Read BagSource::read(hand::TrackedFrame& frame, std::chrono::milliseconds) {
-  try {
+  return reading(file_, [&] {
     if (next_ == view_->end()) {
       if (!loop_) return Read::ended;
       stamps_.rewind();
@@ -128,13 +138,7 @@ hand::HandSource::Read BagSource::read(hand::TrackedFrame& frame, std::chrono::m
     ++next_;
     frame.stamp = stamps_(frame.stamp);
     return Read::frame;
-  } catch (const ros::Exception& error) {
-    throw std::runtime_error(file_ + ": damaged bag: " + error.what());
-  } catch (const std::runtime_error&) {
-    throw;  // one of the lines above
-  } catch (const std::exception& error) {
-    throw std::runtime_error(file_ + ": damaged bag: " + error.what());
-  }
+  });
 }
 
 }  // namespace tactile_clay::nodes

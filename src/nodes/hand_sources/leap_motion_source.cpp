@@ -1,17 +1,15 @@
-#include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <pluginlib/class_list_macros.hpp>
 
 #include <array>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <utility>
 
-#include "hand/hand_source.h"
 #include "hand/leap_frame.h"
 #include "nodes/conversions.h"
 #include "nodes/hand_sources/foreign_messages.h"
 #include "nodes/hand_sources/leap_motion_message.h"
+#include "nodes/hand_sources/topic_hands.h"
 #include "nodes/topics.h"
 
 namespace tactile_clay::nodes {
@@ -54,7 +52,7 @@ void add(const Human::Hand& hand, const char* side, json& frame) {
 }  // namespace
 
 /// Hands of the driver ros-drivers/leap_motion.
-class LeapMotionSource : public hand::HandSource {
+class LeapMotionSource : public TopicHands {
  public:
   void open(const hand::SourceOptions& options) override {
     ros::NodeHandle nh;
@@ -69,19 +67,10 @@ class LeapMotionSource : public hand::HandSource {
         [this](const std::string& reason) { fault_ = "message on " + name_ + " left out: " + reason; });
   }
 
-  Read read(hand::TrackedFrame& frame, std::chrono::milliseconds timeout) override {
-    queue_.callAvailable(ros::WallDuration(std::chrono::duration<double>(timeout).count()));
-    if (!newest_) return Read::nothing;
-    frame = *std::exchange(newest_, std::nullopt);
-    return Read::frame;
-  }
-
-  bool recorded() const override { return false; }
-
   std::string takeFault() override {
     if (subscriber_.getNumPublishers() == 0 && fault_.empty())
       return "nobody publishes " + name_ + ", expected leap_motion/Human";
-    return std::exchange(fault_, {});
+    return TopicHands::takeFault();
   }
 
  private:
@@ -97,10 +86,8 @@ class LeapMotionSource : public hand::HandSource {
     newest_->received = now;
   }
 
-  ros::CallbackQueue queue_;
   ros::Subscriber subscriber_;
-  std::optional<hand::TrackedFrame> newest_;
-  std::string name_, fault_;
+  std::string name_;
 };
 
 }  // namespace tactile_clay::nodes
