@@ -30,11 +30,10 @@ struct Moments {
 };
 
 TACTILE_CLAY_MULTIVERSION
-void addNeighbours(const float* x, const float* y, const float* z, std::uint32_t begin, std::uint32_t end,
-                   float per_radius2, Moments& m) {
+void addNeighbours(const clay::NeighbourPairs pairs, std::size_t i, float per_radius2, Moments& m) {
   Lane w{}, wx{}, wy{}, wz{}, xx{}, xy{}, xz{}, yy{}, yz{}, zz{};
-  for (std::uint32_t pair = begin; pair < end; pair += lane_width) {
-    const LaneVector d = loadVector(x, y, z, pair);
+  for (std::uint32_t pair = pairs.begin[i]; pair < pairs.end[i]; pair += lane_width) {
+    const LaneVector d = loadVector(pairs.x, pairs.y, pairs.z, pair);
     const Lane a = positive(1.0f - dot(d, d) * per_radius2);
     const Lane k = a * a * a;
     const LaneVector kd = times(k, d);
@@ -49,11 +48,10 @@ void addNeighbours(const float* x, const float* y, const float* z, std::uint32_t
 
 /// Sum of the kernel of that shape over the particle itself and its neighbours.
 TACTILE_CLAY_MULTIVERSION
-float kernelSum(const float* x, const float* y, const float* z, std::uint32_t begin, std::uint32_t end,
-                const float (&s)[6]) {
+float kernelSum(const clay::NeighbourPairs pairs, std::size_t i, const float (&s)[6]) {
   Lane w{};
-  for (std::uint32_t pair = begin; pair < end; pair += lane_width) {
-    const LaneVector d = loadVector(x, y, z, pair);
+  for (std::uint32_t pair = pairs.begin[i]; pair < pairs.end[i]; pair += lane_width) {
+    const LaneVector d = loadVector(pairs.x, pairs.y, pairs.z, pair);
     const Lane q = d.x * (s[0] * d.x + 2.0f * (s[1] * d.y + s[2] * d.z)) +
                    d.y * (s[3] * d.y + 2.0f * s[4] * d.z) + s[5] * d.z * d.z;
     const Lane a = positive(1.0f - q);
@@ -92,7 +90,7 @@ const std::vector<EllipsoidKernel>& Kernels::update(const clay::VectorField& pos
   const float alone = 1.0f / lattice_sum_;
   for (std::size_t i = 0; i < position.size(); ++i) {
     Moments m;
-    addNeighbours(near_.x(), near_.y(), near_.z(), near_.begin(i), near_.padded(i), per_radius2, m);
+    addNeighbours(near_.arrays(), i, per_radius2, m);
     const Eigen::Vector3f mean = m.x / m.w;
     Eigen::Matrix3f covariance;
     covariance << m.xx, m.xy, m.xz, m.xy, m.yy, m.yz, m.xz, m.yz, m.zz;
@@ -107,7 +105,7 @@ const std::vector<EllipsoidKernel>& Kernels::update(const clay::VectorField& pos
     kernel.reach = square.diagonal().cwiseSqrt();
     const float shape[6] = {kernel.shape(0, 0), kernel.shape(0, 1), kernel.shape(0, 2),
                             kernel.shape(1, 1), kernel.shape(1, 2), kernel.shape(2, 2)};
-    kernel.weight = 1.0f / kernelSum(near_.x(), near_.y(), near_.z(), near_.begin(i), near_.padded(i), shape);
+    kernel.weight = 1.0f / kernelSum(near_.arrays(), i, shape);
   }
   return kernels_;
 }

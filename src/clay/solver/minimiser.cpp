@@ -9,7 +9,7 @@ namespace {
 
 // Fewer would leave nothing to be conjugate to, more would solve with contacts that are wrong by then.
 constexpr int iterations_a_round = 4;
-// Rounds beyond the budget, at most, where contacts pulled: after them none of 4000 clinging blocks gains.
+// Rounds beyond the budget, at most, where contacts pulled: they bound the cost of a step.
 constexpr int most_rounds_more = 8;
 // Times that what was pushed out of one side of the skin may be pushed out of another; then it is released.
 constexpr int most_sides = 8;
