@@ -139,7 +139,7 @@ class Graph:
         """Starts to record. Returns once the recorder is known to the master: finish with `recorded`."""
         path = os.path.join(self.folder, 'recorded.bag')
         program = os.path.join(build_space(), 'devel', 'lib', 'tactile_clay', 'record_run')
-        recorder = self.start([program, '__name:=recorder', '_bag:=' + path, '_topics:=' + ' '.join(topics)])
+        recorder = self.start([program, '__name:=record_of_test', '_bag:=' + path, '_topics:=' + ' '.join(topics)])
         wait_until(lambda: all(self.subscribed(topic) for topic in topics), 30, 'a recorder')
         return recorder, path
 
