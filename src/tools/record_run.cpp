@@ -109,7 +109,6 @@ class Recorder {
     path_ = newBag(private_nh);
     bag_.open(path_ + ".active", rosbag::bagmode::Write);
     bag_.setCompression(compression);
-    recorded_ = nh_.advertise<std_msgs::Header>(nodes::topic::recorded, 0);
     for (const std::string& topic : named_) subscribe(nh_.resolveName(topic));
     ROS_INFO("record: to '%s'", path_.c_str());
   }
@@ -141,6 +140,8 @@ class Recorder {
   }
 
   void subscribe(const std::string& topic) {
+    // Only a recorder that can tell is waited for.
+    if (topic == answers_) recorded_ = nh_.advertise<std_msgs::Header>(nodes::topic::recorded, 0);
     ros::SubscribeOptions options;
     options.topic = topic;
     options.queue_size = 0;  // unlimited

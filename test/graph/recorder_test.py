@@ -42,6 +42,12 @@ class Recorder(unittest.TestCase):
             self.assertEqual(messages.stamps(topic), stamps, topic)
         self.assertEqual(len(messages['/rig/description']), 1)
 
+    def test_a_lockstep_run_does_not_wait_for_a_recorder_of_other_topics(self):
+        run = rig_run.Run(dict(rig_run.LOCKSTEP, file=rig_run.bag('knead'), quality='draft', duration='1'),
+                          topics=['/hands/skin'])
+        self.assertEqual(run.code, 0, run.words)
+        self.assertEqual(len(run.messages['/hands/skin']), 60)
+
     def test_what_was_sent_before_it_is_asked_to_end_is_in_the_bag(self):
         """Of so many messages rosbag's queue of 100 would drop some."""
         bag = os.path.join(self.folder, 'sent.bag')
