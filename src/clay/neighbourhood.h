@@ -43,7 +43,6 @@ class Neighbourhood {
   /// Range [begin, end) of particle i in the pair arrays; it is not its own neighbour.
   std::uint32_t begin(std::size_t i) const { return begin_[i]; }
   std::uint32_t end(std::size_t i) const { return begin_[i] + count_[i]; }
-  std::uint32_t padded(std::size_t i) const { return padded_[i]; }
   std::uint32_t count(std::size_t i) const { return count_[i]; }
   std::size_t pairs() const { return slot_.size(); }  // padding and gaps included
 

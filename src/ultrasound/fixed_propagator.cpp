@@ -60,11 +60,10 @@ TACTILE_CLAY_CLONES void addScaled(const LaneBits* re, const LaneBits* im, std::
 /// Pairs (re, -im) and (im, re) of each u, in whole numbers. \param unit of each, times `scale`
 TACTILE_CLAY_CLONES void roundPairs(const float* re, const float* im, const float* unit, float scale,
                                     std::size_t count, std::int32_t* pairs) {
-  constexpr float shift = 12582912.0f;  // as of nearest
   for (std::size_t m = 0; m < count; ++m) {
     const float here = scale * unit[m];
-    const auto a = static_cast<std::int32_t>((here * re[m] + shift) - shift);
-    const auto b = static_cast<std::int32_t>((here * im[m] + shift) - shift);
+    const auto a = static_cast<std::int32_t>(nearest(here * re[m]));
+    const auto b = static_cast<std::int32_t>(nearest(here * im[m]));
     pairs[2 * m] = (a & 0xffff) - b * 65536;
     pairs[2 * m + 1] = (b & 0xffff) + a * 65536;
   }

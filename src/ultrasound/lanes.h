@@ -80,19 +80,21 @@ TACTILE_CLAY_INLINE Lanes inverseRoot(Lanes a) {
   return y;
 }
 
-/// Nearest whole number, for |a| < 2^22.
-TACTILE_CLAY_INLINE Lanes nearest(Lanes a) {
-  constexpr float shift = 12582912.0f;  // 1.5 2^23: below it floats are whole
-  return (a + shift) - shift;
+/// 1.5 2^23: there floats are whole, so that adding it to a number rounds it.
+constexpr float whole_shift = 12582912.0f;
+
+/// Nearest whole number, for |a| < 2^22. \tparam Number float or Lanes
+template <typename Number>
+TACTILE_CLAY_INLINE Number nearest(Number a) {
+  return (a + whole_shift) - whole_shift;
 }
 
 /// cos and sin of a whole turn times t, within 1e-6 for |t| < 1e5 less the rounding of t. Minimax polynomials
 /// of the angle to the nearest half turn (Remez); an odd half turn changes both signs.
 TACTILE_CLAY_INLINE void unitCircle(Lanes t, Lanes& cosine, Lanes& sine) {
-  constexpr float shift = 12582912.0f;
   const Lanes halves = 2.0f * t;
-  const Lanes shifted = halves + shift;
-  const Lanes x = halves - (shifted - shift);
+  const Lanes shifted = halves + whole_shift;
+  const Lanes x = halves - (shifted - whole_shift);
   const LaneBits sign = bits(shifted) << 31;
   const Lanes u = x * x;
   const Lanes s = x * (3.1415820f + u * (-5.1671428f + u * (2.5418990f + u * -0.55463619f)));
