@@ -11,6 +11,7 @@ if(CMAKE_SOURCE_DIR STREQUAL PROJECT_SOURCE_DIR AND NOT DEFINED CATKIN_INSTALL_I
   set(TACTILE_CLAY_INSTALLS_ENVIRONMENT TRUE)
 endif()
 find_package(catkin REQUIRED COMPONENTS ${TACTILE_CLAY_ROS_COMPONENTS})
+find_package(topic_tools REQUIRED)  # messages of any type, for few targets
 if(TACTILE_CLAY_INSTALLS_ENVIRONMENT)
   # catkin makes these files.
   #catkin_lint: ignore MISSING_FILE

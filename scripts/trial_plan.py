@@ -418,7 +418,7 @@ class Plan:
             order[block['name']] = trials
         return order
 
-    def most_trials(self):
+    def max_trials(self):
         """(number of trials, whether staircases may need fewer)"""
         count = sum(map(len, self.order().values()))
         stairs = sum(block['staircase']['trials'] * len(block['conditions']) for block in self.blocks

@@ -37,7 +37,7 @@ void validate(const Material& m) {
   require(m.unbond_rate >= m.bond_rate, "unbond_rate" + of, m.unbond_rate, ">= bond_rate");
 }
 
-std::size_t mostGhosts(double spacing) {
+std::size_t maxGhosts(double spacing) {
   return static_cast<std::size_t>(std::clamp(1.0 / (spacing * spacing), 20e3, 250e3));
 }
 
@@ -68,9 +68,9 @@ void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, doubl
 void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const SolidMotion& motion,
                    double duration) {
   State& s = *state_;
-  require(ghosts.size() <= mostGhosts(s.config.spacing), "number of ghosts",
+  require(ghosts.size() <= maxGhosts(s.config.spacing), "number of ghosts",
           static_cast<double>(ghosts.size()),
-          "at most " + std::to_string(mostGhosts(s.config.spacing)) + " at this spacing");
+          "at most " + std::to_string(maxGhosts(s.config.spacing)) + " at this spacing");
   const double dt = s.config.timeStep();
   s.carry += duration;
   const int steps = std::max(static_cast<int>(std::lround(s.carry / dt)), 0);

@@ -49,7 +49,7 @@ void validate(const ClayConfig& config);
 
 /// Ghosts that `Clay::advance` takes at most: as many as fill 1 m^2 of skin, of which two hands have a tenth,
 /// and not so many that a step, or its memory, has no bound. \param spacing m, of the clay
-std::size_t mostGhosts(double spacing);
+std::size_t maxGhosts(double spacing);
 
 /// Particles to start from.
 struct InitialParticle {
@@ -102,7 +102,7 @@ class Clay {
   /// of the step to its pose at the end; its velocity is what takes it there.
   /// \param solids their shapes; poses and velocities are not read
   /// \param motion their poses, by `time()`; it is asked for times from `time()` on
-  /// \throws std::invalid_argument where there are more than `mostGhosts`, and the clay stays as it was
+  /// \throws std::invalid_argument where there are more than `maxGhosts`, and the clay stays as it was
   void advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const SolidMotion& motion,
                double duration);
   /// The same with solids that move from their poses with their velocities.

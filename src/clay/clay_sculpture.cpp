@@ -16,11 +16,20 @@ void Clay::State::publishAwake() {
 
 Sculpture Clay::State::sculpture() const {
   Sculpture s;
-  s.time = time, s.carry = carry, s.step = statistics.step, s.spacing = config.spacing;
-  s.position = s.window_start = everyone.position, s.velocity = everyone.velocity;
-  s.compression = everyone.compression, s.density_ratio = everyone.density_ratio;
-  s.window_steps = window_steps, s.material = everyone.material, s.body = everyone.body;
-  s.bond_begin = {0}, s.contacts = sleeping_contacts, s.sleep = sleep.state();
+  s.time = time;
+  s.carry = carry;
+  s.step = statistics.step;
+  s.spacing = config.spacing;
+  s.position = s.window_start = everyone.position;
+  s.velocity = everyone.velocity;
+  s.compression = everyone.compression;
+  s.density_ratio = everyone.density_ratio;
+  s.window_steps = window_steps;
+  s.material = everyone.material;
+  s.body = everyone.body;
+  s.bond_begin = {0};
+  s.contacts = sleeping_contacts;
+  s.sleep = sleep.state();
   for (std::size_t k = 0; k < awake.size(); ++k) s.window_start[awake[k]] = window_start[k];
   // Sculptures are kept for undo, a hundred and more: none takes more memory than it needs.
   s.bond_begin.reserve(everyone.size() + 1);
@@ -50,10 +59,12 @@ Sculpture Clay::State::sculpture() const {
 /// Takes over a sculpture, and parts what is awake from what sleeps.
 void Clay::State::restore(const Sculpture& s) {
   constexpr std::uint32_t nobody = 0xffffffffu;
-  time = s.time, carry = s.carry;
+  time = s.time;
+  carry = s.carry;
   statistics.step = s.step;
   window_steps = s.window_steps;
-  everyone.position = s.position, everyone.velocity = s.velocity;
+  everyone.position = s.position;
+  everyone.velocity = s.velocity;
   everyone.compression = s.compression;
   if (!s.density_ratio.empty()) everyone.density_ratio = s.density_ratio;
   sleep.restore(s.sleep, everyone);
@@ -78,7 +89,8 @@ void Clay::State::restore(const Sculpture& s) {
   }
   std::vector<std::uint32_t> begins{0};
   std::vector<Bond> awake_bonds;
-  sleeping_bond_begin.assign(1, 0), sleeping_bonds.clear();
+  sleeping_bond_begin.assign(1, 0);
+  sleeping_bonds.clear();
   for (std::size_t i = 0; i < n; ++i) {
     for (std::uint32_t b = s.bond_begin[i]; b < s.bond_begin[i + 1]; ++b) {
       const Bond& bond = s.bonds[b];

@@ -25,10 +25,13 @@ Clay::State::State(const ClayConfig& config_in, std::vector<Material> materials_
   Sculpture start;
   start.spacing = config.spacing;
   start.position = start.window_start = start.sleep.mark = everyone.position;
-  start.velocity = everyone.velocity, start.compression = everyone.compression;
+  start.velocity = everyone.velocity;
+  start.compression = everyone.compression;
   start.window_steps = config.budget.substeps;
-  start.material = everyone.material, start.body = everyone.body;
-  start.bond_begin.assign(initial.size() + 1, 0), start.sleep.lump.assign(initial.size(), 0);
+  start.material = everyone.material;
+  start.body = everyone.body;
+  start.bond_begin.assign(initial.size() + 1, 0);
+  start.sleep.lump.assign(initial.size(), 0);
   restore(start);
   statistics.stages = {{"neighbours"}, {"contact_search"}, {"bonds"}, {"setup"}, {"iterations"}, {"finish"}};
 }
@@ -36,7 +39,8 @@ Clay::State::State(const ClayConfig& config_in, std::vector<Material> materials_
 /// \throws std::invalid_argument naming the particle
 void Clay::State::takeParticles(const std::vector<InitialParticle>& initial) {
   const std::size_t n = initial.size();
-  everyone.position.resize(n), everyone.velocity.resize(n);
+  everyone.position.resize(n);
+  everyone.velocity.resize(n);
   everyone.density_ratio.assign(n, 1.0f);
   // What the clay starts with may be given back.
   everyone.compression.assign(n, std::numeric_limits<float>::infinity());
@@ -100,10 +104,13 @@ void Clay::State::moveGhosts(float remaining) {
 /// \param farthest coordinate that a particle has or heads for, m
 Surroundings Clay::State::withWalls(const Surroundings& around, double farthest) {
   if (!(farthest > config.world - 2.0 * config.spacing)) return around;
-  walled = around.solids, walled_start = around.start, walled_end = around.end;
+  walled = around.solids;
+  walled_start = around.start;
+  walled_end = around.end;
   for (const Solid& wall : walls) {
     walled.push_back(wall);
-    walled_start.push_back(wall.pose), walled_end.push_back(wall.pose);
+    walled_start.push_back(wall.pose);
+    walled_end.push_back(wall.pose);
   }
   return {around.ghosts, walled, walled_start, walled_end, around.dt};
 }

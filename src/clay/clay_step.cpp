@@ -45,8 +45,10 @@ void Clay::State::step(const Surroundings& around) {
       const Stopwatch watch(whole_ms);
       solved = minimiser.solve(of_particles, free, contact_constraint, dt, goal, u);
     }
-    ms(setup) += solved.setup_ms, ms(iterations) += whole_ms - solved.setup_ms;
-    iterations_done += solved.iterations, rounds_done += solved.rounds;
+    ms(setup) += solved.setup_ms;
+    ms(iterations) += whole_ms - solved.setup_ms;
+    iterations_done += solved.iterations;
+    rounds_done += solved.rounds;
     statistics.ghosts_looked_at += contact_constraint.looks();
   }
   endStep(dt);
@@ -80,7 +82,10 @@ void Clay::State::endStep(float dt) {
       // A displacement that is not finite, or larger than the world, is a lost particle: it stops where it
       // is.
       Eigen::Vector3f step = u.at(i);
-      if (!(step.norm() < 2.0f * world)) step.setZero(), ++rejected;
+      if (!(step.norm() < 2.0f * world)) {
+        step.setZero();
+        ++rejected;
+      }
       Eigen::Vector3f next = particles.position.at(i) + step;
       if (recovery != nullptr && recovery->at(i).norm() < world) next += recovery->at(i);
       const Eigen::Vector3f inside = next.cwiseMax(-world).cwiseMin(world);

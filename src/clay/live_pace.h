@@ -31,7 +31,7 @@ class LivePace {
     else if (late < -enough)
       duration = std::max(usual - quarter_, 0.0);
     owed_ -= duration;
-    const double beyond = std::max(owed_ - most_owed, 0.0);
+    const double beyond = std::max(owed_ - max_owed, 0.0);
     owed_ -= beyond;
     dropped_ += beyond;
     return duration;
@@ -50,7 +50,7 @@ class LivePace {
   // Pace that a longer frame needs. Above 1 it gains time, though it may take more than a period; a tenth is
   // what paces differ from frame to frame.
   static constexpr double room = 1.1;
-  static constexpr double most_owed = 0.1;  // s
+  static constexpr double max_owed = 0.1;  // s
 
   double period_, step_;
   double quarter_;     // s, of a period, in whole steps

@@ -47,7 +47,7 @@ Nearest nearestOf(const Mesh::Face& f, const Eigen::Vector3d& p) {
   return at(p - f.normal.dot(ap) * f.normal, f.normal, &f);
 }
 
-/// The nearest place of a body that is nearer than `most`, m^2, if there is one.
+/// The nearest place of a body that is nearer than `maximum`, m^2, if there is one.
 void findNearest(const Mesh::Body& body, const Eigen::Vector3d& p, Nearest& nearest) {
   struct Rest {
     std::uint32_t node;
@@ -161,11 +161,13 @@ void split(Mesh::Body& body, const std::vector<Mesh::Face>& faces, std::vector<s
   Eigen::AlignedBox3d box, centres;
   for (std::uint32_t k = first; k < last; ++k) {
     const Eigen::AlignedBox3d of_face = boxOf(faces[order[k]]);
-    box.extend(of_face), centres.extend(of_face.center());
+    box.extend(of_face);
+    centres.extend(of_face.center());
   }
   body.nodes[node].box = box;
   if (last - first <= faces_a_leaf) {
-    body.nodes[node].first = first, body.nodes[node].faces = last - first;
+    body.nodes[node].first = first;
+    body.nodes[node].faces = last - first;
     return;
   }
   int axis = 0;
@@ -240,17 +242,17 @@ double Mesh::atLeast(const Eigen::Vector3d& point) const {
 }
 
 SurfacePoint Mesh::surface(const Eigen::Vector3d& point) const {
-  SurfacePoint least{INFINITY, Eigen::Vector3d::UnitZ()};
+  SurfacePoint minimum{INFINITY, Eigen::Vector3d::UnitZ()};
   for (const Body& body : bodies_) {
     // A body whose box is farther off than what was found cannot be nearer, nor can the point be in it.
-    const double farthest = least.distance > 0.0 ? least.distance * least.distance : 0.0;
+    const double farthest = minimum.distance > 0.0 ? minimum.distance * minimum.distance : 0.0;
     if (body.nodes[0].box.squaredExteriorDistance(point) > farthest) continue;
     Nearest nearest{INFINITY, point, nullptr, nullptr};
     findNearest(body, point, nearest);
     const SurfacePoint found = signedBy(nearest, point);
-    if (found.distance < least.distance) least = found;
+    if (found.distance < minimum.distance) minimum = found;
   }
-  return least;
+  return minimum;
 }
 
 }  // namespace tactile_clay::clay

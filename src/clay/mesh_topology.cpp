@@ -32,7 +32,10 @@ std::vector<Eigen::Vector3d> joined(const std::vector<Eigen::Vector3d>& vertices
   for (const Eigen::Vector3d& v : vertices) {
     // What is as near as the tolerance lies in this cell, or beyond the side that the vertex is nearer to.
     std::int64_t low[3], high[3];
-    for (int k = 0; k < 3; ++k) low[k] = index(v[k] - tolerance), high[k] = index(v[k] + tolerance);
+    for (int k = 0; k < 3; ++k) {
+      low[k] = index(v[k] - tolerance);
+      high[k] = index(v[k] + tolerance);
+    }
     auto same = static_cast<std::uint32_t>(places.size());
     for (std::int64_t x = low[0]; x <= high[0]; ++x)
       for (std::int64_t y = low[1]; y <= high[1]; ++y)
@@ -158,11 +161,13 @@ void turnOutwards(ClosedSurface& surface) {
   for (std::uint32_t b = 0; b < surface.bodies; ++b) {
     joins[b] = b;
     if (out * volumes[b] >= 0.0) continue;
-    double least = INFINITY;
+    double minimum = INFINITY;
     for (std::uint32_t around = 0; around < surface.bodies; ++around) {
       const double volume = out * volumes[around];
-      if (volume > 0.0 && volume < least && boxes[around].contains(boxes[b]))
-        least = volume, joins[b] = around;
+      if (volume > 0.0 && volume < minimum && boxes[around].contains(boxes[b])) {
+        minimum = volume;
+        joins[b] = around;
+      }
     }
     if (joins[b] == b) turned[b] = !turned[b];
   }

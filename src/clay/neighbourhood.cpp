@@ -130,8 +130,7 @@ struct Runs {
 /// Neighbourhood::cellAlong along x of eight places.
 TACTILE_CLAY_INLINE LaneOrder cellsAlong(const Lane& x, const Grid& grid) {
   const Lane c = (x - grid.origin[0]) * grid.per_metre[0];
-  return __builtin_convertvector(least(greatest(c, Lane{}), all(static_cast<float>(grid.size[0] - 1))),
-                                 LaneOrder);
+  return __builtin_convertvector(min(max(c, Lane{}), all(static_cast<float>(grid.size[0] - 1))), LaneOrder);
 }
 
 /// The chord of a particle's ball through each row of blocks. \param cy, cz its block
@@ -225,7 +224,8 @@ void Neighbourhood::findIn(Chunk& chunk, std::size_t first, std::size_t last) {
     count_[i] = static_cast<std::uint32_t>(size - before);
     for (; (size - before) % lane_width != 0; ++size) {
       lists.slot[size] = static_cast<std::uint32_t>(slot_size * i);
-      lists.x[size] = 2.0f * h_, lists.y[size] = lists.z[size] = 0.0f;
+      lists.x[size] = 2.0f * h_;
+      lists.y[size] = lists.z[size] = 0.0f;
     }
     padded_[i] = chunk.begin + static_cast<std::uint32_t>(size);
   }

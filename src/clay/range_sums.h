@@ -13,7 +13,8 @@ struct Sums {
   double first = 0.0, second = 0.0;
   float largest = 0.0f;
   Sums& operator+=(const Sums& other) {
-    first += other.first, second += other.second;
+    first += other.first;
+    second += other.second;
     largest = std::max(largest, other.largest);
     return *this;
   }

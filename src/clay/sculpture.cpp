@@ -57,8 +57,9 @@ class Reader {
                       std::to_string(low) + " to " + std::to_string(high));
     return value;
   }
-  Eigen::Vector3f vector(float most, const char* what) {
-    const float x = in(-most, most, what), y = in(-most, most, what), z = in(-most, most, what);
+  Eigen::Vector3f vector(float maximum, const char* what) {
+    const float x = in(-maximum, maximum, what), y = in(-maximum, maximum, what),
+                z = in(-maximum, maximum, what);
     return {x, y, z};
   }
   std::uint64_t count(std::size_t bytes_of_each) {
@@ -91,7 +92,7 @@ constexpr double longest_time = 1e9;   // s
 constexpr double longest_carry = 1.0;  // s; less than a step is left
 constexpr float farthest = 1e6f;       // m
 constexpr float fastest = 1e6f;        // m/s
-constexpr float most_density = 1e6f;
+constexpr float max_density = 1e6f;
 constexpr float longest_bond = 1.0f;       // m
 constexpr float strongest = 1e9f;          // N, and N/m
 constexpr int longest_window = 1'000'000;  // steps
@@ -103,7 +104,8 @@ void loadBonds(Reader& reader, const std::string& file, Sculpture& s) {
   s.bond_begin = reader.values<std::uint32_t>();
   s.bonds.resize(reader.count(bond_bytes));
   for (Bond& bond : s.bonds) {
-    bond.other = reader.get<std::uint32_t>(), bond.rest_length = reader.in(0.0f, longest_bond, "a bond of");
+    bond.other = reader.get<std::uint32_t>();
+    bond.rest_length = reader.in(0.0f, longest_bond, "a bond of");
     if (bond.other >= n) fail(file, "is damaged: a bond to particle " + std::to_string(bond.other));
   }
   bool rising = s.bond_begin.empty() ? s.bonds.empty() : s.bond_begin.size() == n + 1;
@@ -117,15 +119,18 @@ void loadBonds(Reader& reader, const std::string& file, Sculpture& s) {
 void loadContacts(Reader& reader, const std::string& file, Sculpture& s) {
   s.contacts.resize(reader.count(contact_bytes));
   for (Contact& c : s.contacts) {
-    c.particle = reader.get<std::uint32_t>(), c.solid = reader.get<std::uint32_t>();
+    c.particle = reader.get<std::uint32_t>();
+    c.solid = reader.get<std::uint32_t>();
     const auto state = reader.get<std::uint8_t>();
     if (c.particle >= s.material.size() || state > static_cast<std::uint8_t>(Contact::State::stick))
       fail(file, "is damaged: a contact");
     c.state = static_cast<Contact::State>(state);
-    c.normal = reader.vector(2.0f, "a normal of"), c.anchor = reader.vector(farthest, "an anchor at");
+    c.normal = reader.vector(2.0f, "a normal of");
+    c.anchor = reader.vector(farthest, "an anchor at");
     c.stiffness = reader.in(0.0f, strongest, "a stiffness of");
-    c.density = reader.in(-most_density, most_density, "a density of");
-    c.friction = reader.vector(strongest, "a friction of"), c.force = reader.vector(strongest, "a force of");
+    c.density = reader.in(-max_density, max_density, "a density of");
+    c.friction = reader.vector(strongest, "a friction of");
+    c.force = reader.vector(strongest, "a force of");
   }
 }
 
@@ -144,19 +149,35 @@ void save(const Sculpture& s, const std::string& file) {
 
 void save(const Sculpture& s, const std::string& file, files::Existing existing) {
   std::string out = magic;
-  put(out, s.time), put(out, s.carry), put(out, s.step), put(out, s.spacing);
-  put(out, s.sleep.watched), put(out, s.window_steps);
-  put(out, s.material), put(out, s.body), put(out, s.sleep.lump);
+  put(out, s.time);
+  put(out, s.carry);
+  put(out, s.step);
+  put(out, s.spacing);
+  put(out, s.sleep.watched);
+  put(out, s.window_steps);
+  put(out, s.material);
+  put(out, s.body);
+  put(out, s.sleep.lump);
   put(out, s.compression);
   for (const VectorField* field : {&s.position, &s.velocity, &s.window_start, &s.sleep.mark})
     for (std::size_t i = 0; i < field->size(); ++i) put(out, field->at(i));
-  put(out, s.bond_begin), put(out, static_cast<std::uint64_t>(s.bonds.size()));
-  for (const Bond& bond : s.bonds) put(out, bond.other), put(out, bond.rest_length);
+  put(out, s.bond_begin);
+  put(out, static_cast<std::uint64_t>(s.bonds.size()));
+  for (const Bond& bond : s.bonds) {
+    put(out, bond.other);
+    put(out, bond.rest_length);
+  }
   put(out, static_cast<std::uint64_t>(s.contacts.size()));
   for (const Contact& c : s.contacts) {
-    put(out, c.particle), put(out, c.solid), put(out, static_cast<std::uint8_t>(c.state));
-    put(out, c.normal), put(out, c.anchor), put(out, c.stiffness), put(out, c.density);
-    put(out, c.friction), put(out, c.force);
+    put(out, c.particle);
+    put(out, c.solid);
+    put(out, static_cast<std::uint8_t>(c.state));
+    put(out, c.normal);
+    put(out, c.anchor);
+    put(out, c.stiffness);
+    put(out, c.density);
+    put(out, c.friction);
+    put(out, c.force);
   }
   try {
     files::writeWhole(file, out, existing);
@@ -168,7 +189,7 @@ void save(const Sculpture& s, const std::string& file, files::Existing existing)
 Sculpture loadSculpture(const std::string& file) {
   std::string bytes;
   try {
-    bytes = files::readWhole(file, files::most::sculpture);
+    bytes = files::readWhole(file, files::maximum::sculpture);
   } catch (const std::runtime_error& error) {
     fail(file, std::string(error.what()).substr(file.size() + 2));
   }
@@ -178,9 +199,10 @@ Sculpture loadSculpture(const std::string& file) {
                    std::string(magic, head - 1) + "\"");
   Reader reader(bytes, head, file);
   Sculpture s;
-  s.time = reader.in(0.0, longest_time, "a time of"),
+  s.time = reader.in(0.0, longest_time, "a time of");
   s.carry = reader.in(-longest_carry, longest_carry, "a rest of");
-  s.step = reader.get<std::uint64_t>(), s.spacing = reader.in(0.0, 1.0, "a spacing of");
+  s.step = reader.get<std::uint64_t>();
+  s.spacing = reader.in(0.0, 1.0, "a spacing of");
   s.sleep.watched = reader.in(0.0, longest_time, "a watch of");
   s.window_steps = reader.in<std::int32_t>(0, longest_window, "a window of steps");
   s.material = reader.values<std::uint8_t>();

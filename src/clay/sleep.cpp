@@ -17,9 +17,9 @@ constexpr float elsewhere = 1e6f;  // m, mark of a particle that has just woken
 void Sleep::restore(State state, const Particles& particles) {
   state_ = std::move(state);
   lumps_.clear();
-  const std::uint32_t most =
+  const std::uint32_t maximum =
       state_.lump.empty() ? 0 : *std::max_element(state_.lump.begin(), state_.lump.end());
-  std::vector<Lump> all(most);
+  std::vector<Lump> all(maximum);
   for (std::uint32_t i = 0; i < state_.lump.size(); ++i) {
     if (state_.lump[i] == 0) continue;
     Lump& lump = all[state_.lump[i] - 1];
@@ -122,7 +122,7 @@ bool Sleep::settle(const Particles& at, const Neighbourhood& near, const Surroun
   }
   for (std::size_t l = 0; l < candidates.size(); ++l)
     resting[l] =
-        resting[l] && candidates[l].members.size() >= least_ && !disturbed(candidates[l], position, around);
+        resting[l] && candidates[l].members.size() >= minimum_ && !disturbed(candidates[l], position, around);
   // What stays awake keeps awake what it reaches.
   for (bool changed = true; changed;) {
     changed = false;

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "clay/contact/obstacles.h"
+#include "clay/contact/colliders.h"
 #include "clay/neighbourhood.h"
 #include "clay/particles.h"
 
@@ -27,8 +27,8 @@ class Sleep {
     double watched = 0.0;             // s, of the half second
   };
 
-  /// \param spacing m \param least particles that a lump must have to sleep; smaller ones are cheaper awake
-  Sleep(float spacing, std::size_t least) : spacing_(spacing), least_(least) {}
+  /// \param spacing m \param minimum particles that a lump must have to sleep; smaller ones are cheaper awake
+  Sleep(float spacing, std::size_t minimum) : spacing_(spacing), minimum_(minimum) {}
 
   const State& state() const { return state_; }
   /// \param particles all of them
@@ -58,7 +58,7 @@ class Sleep {
                const Eigen::Isometry3d& start, const Eigen::Isometry3d& end) const;
 
   float spacing_;
-  std::size_t least_;
+  std::size_t minimum_;
   State state_;
   std::vector<Lump> lumps_;
   std::vector<Eigen::Isometry3d> poses_;  // of the solids, as last looked at

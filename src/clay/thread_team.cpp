@@ -70,7 +70,8 @@ ThreadTeam::~ThreadTeam() {
 }
 
 void ThreadTeam::begin(std::uint32_t wanted, Call call, const void* job) {
-  call_ = call, job_ = job;
+  call_ = call;
+  job_ = job;
   state_ = ((state_ & number) + (open << 1u)) | open;
   for (std::uint32_t k = 1; k < std::min(wanted, size()); ++k) workers_[k - 1]->bed.wake();
 }

@@ -50,16 +50,16 @@ constexpr std::size_t range_size = 256;
 /// cache, fetching the other one's lines takes longer than the work.
 template <typename F>
 void parallelRanges(std::size_t n, std::size_t grain, const F& f) {
-  constexpr std::uint32_t most_threads = 64;
+  constexpr std::uint32_t max_threads = 64;
   const auto ranges = static_cast<std::uint32_t>((n + grain - 1) / grain);
   const auto run = [&](std::uint32_t k) { f(k * grain, std::min(n, (k + 1) * grain)); };
   ThreadTeam* const team = ThreadTeam::current();
-  const std::uint32_t threads = team == nullptr ? 1 : std::min({ranges, most_threads, team->size()});
+  const std::uint32_t threads = team == nullptr ? 1 : std::min({ranges, max_threads, team->size()});
   if (threads < 2) {
     for (std::uint32_t k = 0; k < ranges; ++k) run(k);
     return;
   }
-  Share shares[most_threads];
+  Share shares[max_threads];
   for (std::uint32_t t = 0; t < threads; ++t)
     shares[t].give(ranges * t / threads, ranges * (t + 1) / threads);
   team->run(threads, [&](std::uint32_t own) {

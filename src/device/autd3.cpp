@@ -19,7 +19,7 @@ namespace {
 using ultrasound::Modulation;
 
 constexpr char self[] = "autd3";
-constexpr std::size_t most_boards = 16;
+constexpr std::size_t max_boards = 16;
 
 /// Poses of boards: six numbers each. \throws std::runtime_error with one line
 std::vector<Eigen::Isometry3d> boardsOf(const std::map<std::string, std::string>& options) {
@@ -29,7 +29,7 @@ std::vector<Eigen::Isometry3d> boardsOf(const std::map<std::string, std::string>
   std::vector<double> numbers;
   for (double number = 0.0; stream >> number;) numbers.push_back(number);
   const bool good = stream.eof() && !numbers.empty() && numbers.size() % 6 == 0 &&
-                    numbers.size() / 6 <= most_boards &&
+                    numbers.size() / 6 <= max_boards &&
                     std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::abs(x) <= 10.0; });
   if (!good)
     throw std::runtime_error(
@@ -127,10 +127,10 @@ void Autd3::submit(const Sound& sound) {
       // A field of one pattern is there all the time.
       if (sound.parts.size() == 1) next.patterns.resize(1);
     }
-    if (next.patterns.size() > Autd3Boards::most_patterns)
+    if (next.patterns.size() > Autd3Boards::max_patterns)
       throw std::runtime_error("autd3: " + std::to_string(next.patterns.size()) +
                                " patterns in a period, expected at most " +
-                               std::to_string(Autd3Boards::most_patterns));
+                               std::to_string(Autd3Boards::max_patterns));
   }
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!fault_.empty()) throw std::runtime_error(fault_);
@@ -188,7 +188,10 @@ void Autd3::run() {
       sounds_ = !now.patterns.empty();
       fault_ = fault;
       if (!fault.empty() && !ending_) changed_.wait_for(lock, hold_, [this] { return ending_; });
-      if (!fault.empty()) new_ = !ending_, wanted_ = {};  // silence, until it can be had
+      if (!fault.empty()) {
+        new_ = !ending_;
+        wanted_ = {};
+      }  // silence, until it can be had
       continue;
     }
     if (ending_) return;

@@ -18,7 +18,7 @@ class Autd3Boards {
   static constexpr int phase_levels = 256;       // of a turn
   static constexpr int amplitude_levels = 255;   // of the amplitude, above 0
   static constexpr double sample_rate = 4000.0;  // Hz, of the modulation
-  static constexpr std::size_t most_patterns = 1024;
+  static constexpr std::size_t max_patterns = 1024;
 
   /// Transducers of boards at these poses, in the order of the library: board after board, 249 each.
   static ultrasound::ArrayLayout layoutOf(const std::vector<Eigen::Isometry3d>& boards);

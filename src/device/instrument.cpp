@@ -11,22 +11,22 @@ namespace {
 class Loudest {
  public:
   void add(const Loudness& now) {
-    if (louder(now.pressure, most_.pressure)) {
-      most_.pressure = now.pressure;
-      most_.where = now.where;
+    if (louder(now.pressure, maximum_.pressure)) {
+      maximum_.pressure = now.pressure;
+      maximum_.where = now.where;
     }
-    if (louder(now.head, most_.head)) most_.head = now.head;
+    if (louder(now.head, maximum_.head)) maximum_.head = now.head;
     first_ = false;
   }
-  const Loudness& get() const { return most_; }
+  const Loudness& get() const { return maximum_; }
 
  private:
-  bool louder(const std::optional<double>& now, const std::optional<double>& most) const {
+  bool louder(const std::optional<double>& now, const std::optional<double>& maximum) const {
     if (first_) return true;
-    return most && (!now || (!(*now <= *most) && !std::isnan(*most)));
+    return maximum && (!now || (!(*now <= *maximum) && !std::isnan(*maximum)));
   }
 
-  Loudness most_;
+  Loudness maximum_;
   bool first_ = true;
 };
 

@@ -128,9 +128,9 @@ bool SafetyGate::limitSlew(Verdict& verdict, double since_last) const {
   std::vector<ultrasound::FocalPoint>& points = verdict.sound.emission.points;
   const std::vector<double> before = intensities_.of(points);
   for (std::size_t k = 0; k < points.size(); ++k) {
-    const double most = before[k] + config_.intensity_slew * time;
-    if (points[k].intensity <= most) continue;
-    points[k].intensity = most;
+    const double maximum = before[k] + config_.intensity_slew * time;
+    if (points[k].intensity <= maximum) continue;
+    points[k].intensity = maximum;
     verdict.lowered = "slew: intensity rises by at most " + text(config_.intensity_slew) + " a second";
     limited = true;
   }
@@ -146,8 +146,8 @@ double SafetyGate::rise(const ultrasound::FieldSolution& field,
     double before = 0.0;
     for (const Given& given : given_)
       if ((given.position - targets[k].position).norm() <= same_place) before = std::max(before, given.share);
-    const double most = (before + config_.intensity_slew * time) * field.reach[k];
-    if (field.reached[k] > most) factor = std::min(factor, most / field.reached[k]);
+    const double maximum = (before + config_.intensity_slew * time) * field.reach[k];
+    if (field.reached[k] > maximum) factor = std::min(factor, maximum / field.reached[k]);
   }
   return factor;
 }

@@ -47,11 +47,11 @@ void writeAll(int port, const std::uint8_t* bytes, std::size_t count) {
 }
 
 [[noreturn]] void guardProcess(int port, int pipe, const std::uint8_t* silence, std::size_t size,
-                               int patience, int most_descriptors) {
+                               int patience, int max_descriptors) {
   ::setsid();
   for (const int ignored : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGQUIT}) ::signal(ignored, SIG_IGN);
   ::prctl(PR_SET_NAME, "silence_guard");
-  for (int other = 3; other < most_descriptors; ++other)
+  for (int other = 3; other < max_descriptors; ++other)
     if (other != port && other != pipe) ::close(other);
   for (int standard = 0; standard < 3; ++standard)
     if (standard != port && standard != pipe) ::close(standard);
@@ -88,10 +88,10 @@ SilenceGuard::SilenceGuard(int port, const std::vector<std::uint8_t>& silence,
     throw std::runtime_error(std::string("silence guard: no pipe: ") + std::strerror(errno));
   rlimit limit{};
   ::getrlimit(RLIMIT_NOFILE, &limit);
-  const int most = static_cast<int>(limit.rlim_cur < 65536 ? limit.rlim_cur : 65536);
+  const int maximum = static_cast<int>(limit.rlim_cur < 65536 ? limit.rlim_cur : 65536);
   process_ = ::fork();
   if (process_ == 0)
-    guardProcess(port, ends[1], silence.data(), silence.size(), static_cast<int>(patience.count()), most);
+    guardProcess(port, ends[1], silence.data(), silence.size(), static_cast<int>(patience.count()), maximum);
   const int error = errno;
   ::close(ends[1]);
   pipe_ = ends[0];

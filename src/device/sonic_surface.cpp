@@ -17,9 +17,9 @@ using sonic_surface::Firmware;
 using Clock = std::chrono::steady_clock;
 
 constexpr char self[] = "sonic_surface";
-constexpr auto retry = 250ms;            // between tries to open a lost port
-constexpr auto open_patience = 1000ms;   // for the guard of a driver that has just died
-constexpr std::size_t most_points = 16;  // of a board, at a time: 16 transducers each
+constexpr auto retry = 250ms;           // between tries to open a lost port
+constexpr auto open_patience = 1000ms;  // for the guard of a driver that has just died
+constexpr std::size_t max_points = 16;  // of a board, at a time: 16 transducers each
 
 Clock::duration duration(double seconds) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
@@ -87,7 +87,7 @@ Capabilities SonicSurface::capabilities() const {
   Capabilities capabilities;
   capabilities.input = Input::drives;
   capabilities.layout = array_.layout;
-  capabilities.max_points = boards_.count * most_points;
+  capabilities.max_points = boards_.count * max_points;
   capabilities.max_rate = 1.0 / sonic_surface::secondsOnWire(bytes);
   capabilities.modulations = {ultrasound::Modulation::amplitude, ultrasound::Modulation::field};
   capabilities.remarks = remarks_;

@@ -22,7 +22,7 @@ constexpr char header[] = "channel,turns";
 
 std::string readAll(const std::string& path) {
   try {
-    return files::readWhole(path, files::most::text);
+    return files::readWhole(path, files::maximum::text);
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(std::string("sonic_surface: corrections: ") + error.what());
   }

@@ -63,7 +63,7 @@ ultrasound::Drive solve(const Playable& array, const std::vector<ultrasound::Foc
     target.push_back(whole.target[k]);
   }
   ultrasound::Drive best;
-  std::size_t most = 0;
+  std::size_t maximum = 0;
   for (unsigned pattern = 0; pattern < patterns; ++pattern) {
     ultrasound::Drive drive = emitted(whole.drive, array.firmware, pattern, array.added);
     const auto on = std::count(drive.amplitude.begin(), drive.amplitude.end(), 1.0f);
@@ -75,10 +75,10 @@ ultrasound::Drive solve(const Playable& array, const std::vector<ultrasound::Foc
     solveAnew(array, sounding, target, drive);
     const std::size_t peaks =
         ultrasound::peaksWithin(near_focus, array.layout, array.acoustics, drive, sounding);
-    if (pattern > 0 && peaks <= most) continue;
-    most = peaks;
+    if (pattern > 0 && peaks <= maximum) continue;
+    maximum = peaks;
     best = std::move(drive);
-    if (most == sounding.size()) break;
+    if (maximum == sounding.size()) break;
   }
   return best;
 }
@@ -94,8 +94,8 @@ void solveAnew(const Playable& array, std::vector<ultrasound::FocalPoint> target
   const ultrasound::ArrayReach reach(on, array.acoustics);
   double strongest = 1.0;
   for (std::size_t k = 0; k < targets.size(); ++k) {
-    const double most = reach.amplitude(targets[k].position);
-    targets[k].intensity = most > 0.0 ? wanted[k] / most : 0.0;
+    const double maximum = reach.amplitude(targets[k].position);
+    targets[k].intensity = maximum > 0.0 ? wanted[k] / maximum : 0.0;
     strongest = std::max(strongest, targets[k].intensity);
   }
   for (ultrasound::FocalPoint& target : targets) target.intensity /= strongest;

@@ -67,11 +67,11 @@ ultrasound::Drive emitted(const ultrasound::Drive& drive, Firmware firmware, uns
 
 std::vector<std::uint8_t> frame(const ultrasound::Drive& drive, const Boards& boards,
                                 const std::vector<double>& added) {
-  const std::size_t most = boards.firmware == Firmware::stock ? 2 : 1;
-  if (boards.count < 1 || boards.count > most || drive.phase.size() != boards.count * channels ||
+  const std::size_t maximum = boards.firmware == Firmware::stock ? 2 : 1;
+  if (boards.count < 1 || boards.count > maximum || drive.phase.size() != boards.count * channels ||
       drive.amplitude.size() != drive.phase.size())
     throw std::invalid_argument("sonic_surface: drive of " + std::to_string(drive.phase.size()) +
-                                " channels, expected 256 for each of 1 to " + std::to_string(most) +
+                                " channels, expected 256 for each of 1 to " + std::to_string(maximum) +
                                 " boards");
   const std::array<float, channels> threshold = thresholds(0);
   std::vector<std::uint8_t> bytes;

@@ -29,8 +29,8 @@ std::string tooLarge(const Bounds& bounds) {
          " MiB of memory, expected less";
 }
 
-void limit(int what, rlim_t most) {
-  const rlimit both{most, most};
+void limit(int what, rlim_t maximum) {
+  const rlimit both{maximum, maximum};
   ::setrlimit(static_cast<__rlimit_resource>(what), &both);
 }
 

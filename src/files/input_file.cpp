@@ -28,12 +28,12 @@ std::string kind(mode_t mode) {
   return "is a device";
 }
 
-void requireGood(const std::string& file, const struct stat& status, std::uint64_t most_bytes) {
+void requireGood(const std::string& file, const struct stat& status, std::uint64_t max_bytes) {
   if (!S_ISREG(status.st_mode)) fail(file, kind(status.st_mode) + ", expected a regular file");
   if (status.st_size == 0) fail(file, "is empty, expected a file with something in it");
-  if (static_cast<std::uint64_t>(status.st_size) > most_bytes)
+  if (static_cast<std::uint64_t>(status.st_size) > max_bytes)
     fail(file,
-         "has " + std::to_string(status.st_size) + " bytes, expected at most " + std::to_string(most_bytes));
+         "has " + std::to_string(status.st_size) + " bytes, expected at most " + std::to_string(max_bytes));
 }
 
 }  // namespace
@@ -51,7 +51,7 @@ int Descriptor::release() {
   return std::exchange(fd_, -1);
 }
 
-Descriptor openInput(const std::string& file, std::uint64_t most_bytes) {
+Descriptor openInput(const std::string& file, std::uint64_t max_bytes) {
   if (file.find('\0') != std::string::npos)
     // What can be printed of it.
     fail(file.substr(0, file.find('\0')), "is a name with a zero in it, expected none");
@@ -59,22 +59,22 @@ Descriptor openInput(const std::string& file, std::uint64_t most_bytes) {
   // By its name first: opening alone already changes some devices, such as the lines of a serial port.
   if (::stat(file.c_str(), &status) != 0)
     fail(file, std::string("cannot be opened (") + std::strerror(errno) + "), expected a readable file");
-  requireGood(file, status, most_bytes);
+  requireGood(file, status, max_bytes);
   Descriptor opened(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
   if (opened.get() < 0)
     fail(file, std::string("cannot be opened (") + std::strerror(errno) + "), expected a readable file");
   // Somebody may have put another one in its place.
   if (::fstat(opened.get(), &status) != 0) fail(file, std::strerror(errno));
-  requireGood(file, status, most_bytes);
+  requireGood(file, status, max_bytes);
   return opened;
 }
 
-void requireInput(const std::string& file, std::uint64_t most_bytes) {
-  openInput(file, most_bytes);
+void requireInput(const std::string& file, std::uint64_t max_bytes) {
+  openInput(file, max_bytes);
 }
 
-std::string readWhole(const std::string& file, std::uint64_t most_bytes) {
-  const Descriptor opened = openInput(file, most_bytes);
+std::string readWhole(const std::string& file, std::uint64_t max_bytes) {
+  const Descriptor opened = openInput(file, max_bytes);
   std::string text;
   while (true) {
     const std::size_t before = text.size();
@@ -83,14 +83,14 @@ std::string readWhole(const std::string& file, std::uint64_t most_bytes) {
     text.resize(before + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) fail(file, std::string("cannot be read: ") + std::strerror(errno));
-    if (text.size() > most_bytes)
-      fail(file, "has more than " + std::to_string(most_bytes) + " bytes, expected at most as many");
+    if (text.size() > max_bytes)
+      fail(file, "has more than " + std::to_string(max_bytes) + " bytes, expected at most as many");
     if (got == 0) return text;
   }
 }
 
-std::string readUnpacked(const std::string& file, std::uint64_t most_bytes) {
-  const std::unique_ptr<gzFile_s, CloseGzip> opened(openGzip(file, most_bytes));
+std::string readUnpacked(const std::string& file, std::uint64_t max_bytes) {
+  const std::unique_ptr<gzFile_s, CloseGzip> opened(openGzip(file, max_bytes));
   std::string text;
   while (true) {
     const std::size_t before = text.size();
@@ -101,8 +101,8 @@ std::string readUnpacked(const std::string& file, std::uint64_t most_bytes) {
     const char* message = gzerror(opened.get(), &code);
     if (got < 0 || (got == 0 && code != Z_OK && code != Z_STREAM_END))
       fail(file, std::string("cannot be unpacked: ") + (code == Z_ERRNO ? std::strerror(errno) : message));
-    if (text.size() > most_bytes)
-      fail(file, "unpacks to more than " + std::to_string(most_bytes) + " bytes, expected at most as many");
+    if (text.size() > max_bytes)
+      fail(file, "unpacks to more than " + std::to_string(max_bytes) + " bytes, expected at most as many");
     if (got == 0) return text;
   }
 }
@@ -111,8 +111,8 @@ void CloseGzip::operator()(gzFile_s* file) const {
   gzclose_r(file);
 }
 
-gzFile_s* openGzip(const std::string& file, std::uint64_t most_bytes) {
-  Descriptor opened = openInput(file, most_bytes);
+gzFile_s* openGzip(const std::string& file, std::uint64_t max_bytes) {
+  Descriptor opened = openInput(file, max_bytes);
   gzFile_s* const unpacked = gzdopen(opened.get(), "rb");
   if (unpacked == nullptr) fail(file, "cannot be opened, for there is no memory");
   opened.release();  // gzclose closes it

@@ -15,12 +15,12 @@ namespace tactile_clay::files {
 constexpr std::uint64_t mebibyte = 1ULL << 20U, gibibyte = 1ULL << 30U;
 
 /// Most bytes of files, by what they hold. Each is ten times or more what anybody has sent so far.
-namespace most {
+namespace maximum {
 constexpr std::uint64_t text = 16 * mebibyte;        // scenes, materials, scores, URDF
 constexpr std::uint64_t recording = 64 * gibibyte;   // is read one frame at a time
 constexpr std::uint64_t whole_recording = gibibyte;  // is held in memory, uncompressed
 constexpr std::uint64_t sculpture = 4 * gibibyte;    // 60 bytes a particle, 16 a bond
-}  // namespace most
+}  // namespace maximum
 
 /// A file descriptor that closes itself.
 class Descriptor {
@@ -37,17 +37,17 @@ class Descriptor {
   int fd_;
 };
 
-/// Opens a file for reading. \param most_bytes that it may have
-Descriptor openInput(const std::string& file, std::uint64_t most_bytes);
+/// Opens a file for reading. \param max_bytes that it may have
+Descriptor openInput(const std::string& file, std::uint64_t max_bytes);
 
 /// For libraries that open files by their names. \throws std::runtime_error where openInput would
-void requireInput(const std::string& file, std::uint64_t most_bytes);
+void requireInput(const std::string& file, std::uint64_t max_bytes);
 
 /// All of a file.
-std::string readWhole(const std::string& file, std::uint64_t most_bytes);
+std::string readWhole(const std::string& file, std::uint64_t max_bytes);
 
-/// All of a file, unpacked where it is gzipped. \param most_bytes before and after
-std::string readUnpacked(const std::string& file, std::uint64_t most_bytes);
+/// All of a file, unpacked where it is gzipped. \param max_bytes before and after
+std::string readUnpacked(const std::string& file, std::uint64_t max_bytes);
 
 /// Closes a file of zlib, in a std::unique_ptr.
 struct CloseGzip {
@@ -55,6 +55,6 @@ struct CloseGzip {
 };
 
 /// Opens a file, gzipped or not, for zlib. \return what gzclose closes
-gzFile_s* openGzip(const std::string& file, std::uint64_t most_bytes);
+gzFile_s* openGzip(const std::string& file, std::uint64_t max_bytes);
 
 }  // namespace tactile_clay::files

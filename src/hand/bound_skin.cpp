@@ -98,7 +98,12 @@ BoundSkin::BoundSkin(const SoftHandTemplate& anatomy, const Skin& skin, double s
       if ((b - a).cross(c - a).dot(skin.normal[i].cast<double>()) <= 0.0) continue;
       const Vector3d s = closestShare(x, a, b, c);
       const double d = (s[0] * a + s[1] * b + s[2] * c - x).norm();
-      if (d < closest) closest = d, reach = d + longest, triangle = t, share = s;
+      if (d < closest) {
+        closest = d;
+        reach = d + longest;
+        triangle = t;
+        share = s;
+      }
     }
     if (triangle < 0) throw std::logic_error("soft hand: skin without flesh beneath");
     FleshPoint point;

@@ -15,10 +15,10 @@ using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 
 constexpr double degree = M_PI / 180.0;
-constexpr int most_repeats = 1000;  // of a stroke: over an hour of kneading
+constexpr int max_repeats = 1000;  // of a stroke: over an hour of kneading
 
 bool repeats(int times) {
-  return times > 0 && times <= most_repeats;
+  return times > 0 && times <= max_repeats;
 }
 
 // What changes while a hand kneads.

@@ -22,7 +22,7 @@ constexpr double shortest_bone = 0.4, longest_bone = 2.0;  // of the table's at 
 constexpr double off_in_palm = 0.035;                      // m, at scale 1
 // A hand that fades out has half its radii (hand_cleaner.cpp).
 constexpr double thinnest = 0.2, thickest = 4.0;  // of the table's radius at the hand's size
-constexpr int least_fingers = 3;                  // of a hand
+constexpr int min_fingers = 3;                    // of a hand
 
 std::string range(double low, double high, const char* unit) {
   std::ostringstream text;
@@ -57,7 +57,7 @@ class Judgement {
       if (!faults_[joint].empty()) return noHand(nameOf(hand_), faults_[joint]);
     judgeBones();
     takeOutFingers();
-    if (fingersLeft() < least_fingers) return noHand(nameOf(hand_), firstFault());
+    if (fingersLeft() < min_fingers) return noHand(nameOf(hand_), firstFault());
     const std::string other_side = faultOfSide(hand_, scale_);
     if (!other_side.empty()) return noHand(nameOf(hand_), other_side);
     HandFaults faults;

@@ -63,7 +63,7 @@ void validate(const CleanConfig& config) {
           "a time after hold, to 0.15 s");
   require(config.same_hand_time >= config.gone && config.same_hand_time <= 0.15, "same_hand_time",
           config.same_hand_time, "gone to 0.15 s");
-  require(config.prediction >= 0.0 && config.prediction <= most_prediction, "prediction", config.prediction,
+  require(config.prediction >= 0.0 && config.prediction <= max_prediction, "prediction", config.prediction,
           "0 to 0.02 s");
 }
 

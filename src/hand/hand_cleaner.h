@@ -11,7 +11,7 @@
 
 namespace tactile_clay::hand {
 
-constexpr double most_prediction = 0.02;  // s; farther ahead hands overshoot where they turn
+constexpr double max_prediction = 0.02;  // s; farther ahead hands overshoot where they turn
 
 struct CleanConfig {
   OneEuroConfig position{2.0, 100.0, 1.0};    // beta per m
@@ -24,7 +24,7 @@ struct CleanConfig {
   double blend = 0.1;                // s, over which the step of a changed id is taken
   double artefact_speed = 1.5;       // m/s that the palm is off its motion, with a confidence below
   double artefact_confidence = 0.5;
-  double prediction = 0.0;  // s ahead, 0 to most_prediction
+  double prediction = 0.0;  // s ahead, 0 to max_prediction
 };
 
 /// \throws std::invalid_argument with one line where a number is out of its range

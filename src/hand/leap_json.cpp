@@ -47,18 +47,19 @@ std::string withoutNonFinite(const std::string& text) {
 
 // Counts before anything is built: a text of 4 MB can ask for 600.
 void requireWithin(const std::string& text, const Limits& limits) {
-  const auto require = [](std::size_t found, const char* what, std::size_t most) {
-    if (found > most)
+  const auto require = [](std::size_t found, const char* what, std::size_t maximum) {
+    if (found > maximum)
       throw std::runtime_error("has " + std::string(what) + " of " + std::to_string(found) +
-                               ", expected at most " + std::to_string(most));
+                               ", expected at most " + std::to_string(maximum));
   };
   require(text.size(), "a length in bytes", limits.bytes);
   std::size_t values = 1, depth = 0, deepest = 0;
-  bool quoted = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (quoted && c == '\\') {
-      ++i;
+  bool quoted = false, escaped = false;
+  for (const char c : text) {
+    if (escaped) {
+      escaped = false;
+    } else if (quoted && c == '\\') {
+      escaped = true;
     } else if (c == '"') {
       quoted = !quoted;
     } else if (!quoted) {

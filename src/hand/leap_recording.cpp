@@ -17,8 +17,8 @@ namespace {
 constexpr std::size_t longest_line = leap::Limits().bytes;
 // Between two frames: a gz of newlines unpacks to a thousand times its size, and would hold its reader as
 // long.
-constexpr int most_lines = 10'000;
-constexpr std::size_t most_bytes = 16U << 20U;
+constexpr int max_lines = 10'000;
+constexpr std::size_t max_bytes = 16U << 20U;
 constexpr std::size_t longest_leapjs = 256U
                                        << 20U;  // bytes; its recorders take 20 MB of two hands in a minute
 constexpr std::size_t beginning = 64U << 10U;   // bytes by which its format is told
@@ -49,7 +49,7 @@ void LeapRecording::open(const SourceOptions& options) {
 
 void LeapRecording::toBegin() {
   try {
-    file_.reset(files::openGzip(path_, files::most::recording));
+    file_.reset(files::openGzip(path_, files::maximum::recording));
   } catch (const std::runtime_error& error) {
     fail(std::string(error.what()).substr(path_.size() + 2));
   }
@@ -143,7 +143,7 @@ std::optional<LeapFrame> LeapRecording::nextFrame() {
   std::size_t bytes = 0;
   for (int lines = 0; readMessage(message, where); ++lines) {
     bytes += message.size();
-    if (lines > most_lines || bytes > most_bytes)
+    if (lines > max_lines || bytes > max_bytes)
       fail("no frame in " + std::to_string(lines) + " lines and " + std::to_string(bytes) +
            " bytes up to line " + std::to_string(line_));
     auto frame = parseLeapFrame(message, where);

@@ -108,18 +108,18 @@ bool LeapjsRecording::isOne(const std::string& begin) {
   return begin[first] == '[' || (begin[first] == '{' ? holdsFrames(begin) : isBase64(begin));
 }
 
-LeapjsRecording::LeapjsRecording(std::string text, std::size_t most_bytes) : text_(std::move(text)) {
+LeapjsRecording::LeapjsRecording(std::string text, std::size_t max_bytes) : text_(std::move(text)) {
   const std::size_t first = text_.find_first_not_of(blank);
   if (first != std::string::npos && text_[first] != '{' && text_[first] != '[') {
     try {
-      text_ = unpackLzString(text_, most_bytes);
+      text_ = unpackLzString(text_, max_bytes);
     } catch (const std::runtime_error& error) {
       throw std::runtime_error(std::string("as LZ-string of leapjs-playback ") + error.what());
     }
   }
-  if (text_.size() > most_bytes)
+  if (text_.size() > max_bytes)
     throw std::runtime_error("has " + std::to_string(text_.size()) + " bytes, expected at most " +
-                             std::to_string(most_bytes));
+                             std::to_string(max_bytes));
   const std::size_t begin = text_.find_first_not_of(blank);
   if (begin == std::string::npos || (text_[begin] != '{' && text_[begin] != '['))
     throw std::runtime_error("unpacks to no JSON, as LZ-string of leapjs-playback would");

@@ -16,9 +16,9 @@ class LeapjsRecording {
   /// Whether the text that begins like this is one, and not a message a line.
   static bool isOne(const std::string& begin);
 
-  /// \param most_bytes of the text once it is unpacked \throws std::runtime_error with a few words where it
+  /// \param max_bytes of the text once it is unpacked \throws std::runtime_error with a few words where it
   /// is none
-  LeapjsRecording(std::string text, std::size_t most_bytes);
+  LeapjsRecording(std::string text, std::size_t max_bytes);
 
   std::size_t frames() const { return frames_.size(); }
 

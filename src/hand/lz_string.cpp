@@ -80,12 +80,12 @@ class Dictionary {
 /// UTF-8 out of units of UTF-16, which come one after the other.
 class Utf8 {
  public:
-  explicit Utf8(std::size_t most_bytes) : most_(most_bytes) {}
+  explicit Utf8(std::size_t max_bytes) : maximum_(max_bytes) {}
 
   void add(const Letters& letters) {
     for (const Letter letter : letters) add(letter);
-    if (text_.size() > most_)
-      throw std::runtime_error("unpacks to more than " + std::to_string(most_) +
+    if (text_.size() > maximum_)
+      throw std::runtime_error("unpacks to more than " + std::to_string(maximum_) +
                                " bytes, expected at most as many");
   }
 
@@ -108,18 +108,18 @@ class Utf8 {
     for (int k = more - 1; k >= 0; --k) byte(0x80U | (unit >> (6U * static_cast<unsigned>(k)) & 0x3FU));
   }
 
-  std::size_t most_;
+  std::size_t maximum_;
   std::string text_;
   std::uint32_t high_ = 0;
 };
 
 }  // namespace
 
-std::string unpackLzString(const std::string& base64, std::size_t most_bytes) {
+std::string unpackLzString(const std::string& base64, std::size_t max_bytes) {
   enum : std::uint32_t { short_letter, long_letter, end };
   Bits bits(base64);
   Dictionary dictionary;
-  Utf8 text(most_bytes);
+  Utf8 text(max_bytes);
   unsigned width = 2;
   std::uint32_t room = 2;  // words until codes are one bit longer
   Letters last;

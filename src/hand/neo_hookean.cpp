@@ -16,10 +16,10 @@ constexpr float tiny_shear = 1e-9F;
 constexpr float small_shear = 1e-3F;
 // Of squeezed flesh. What is left of the volume has to last while bones move, until the next step.
 constexpr float squeezed_below = 0.95F;  // of the volume at rest, when visited: neighbours may squeeze it yet
-constexpr float least_volume = 0.3F;     // of the volume at rest
+constexpr float min_volume = 0.3F;       // of the volume at rest
 constexpr float close_to_least = 0.6F;   // of the volume at rest
-constexpr float least_compliance = 0.001F;  // of the material's
-constexpr int limit_sweeps = 40;            // at most
+constexpr float min_compliance = 0.001F;  // of the material's
+constexpr int limit_sweeps = 40;          // at most
 
 Eigen::Matrix3d edges(const std::array<int, 4>& t, const std::vector<FleshNode>& nodes) {
   Eigen::Matrix3d e;
@@ -212,7 +212,7 @@ void NeoHookean::limit(const std::vector<int>& squeezed, std::vector<FleshNode>&
       const float volume = p.dot(g[1]);
       if (all_of_them && volume > close_to_least) continue;
       close[kept++] = t;
-      const float lacking = least_volume - volume;
+      const float lacking = min_volume - volume;
       if (!(lacking > 0.0F)) continue;
       g[2] = b.determinant[lane] * r.cross(p);
       g[3] = b.determinant[lane] * p.cross(q);
@@ -221,7 +221,7 @@ void NeoHookean::limit(const std::vector<int>& squeezed, std::vector<FleshNode>&
       for (int k = 0; k < 4; ++k) w += nodes[n[k]][3] * g[k].squaredNorm();
       if (!(w > 0.0F)) continue;  // between bones alone
       all_have_it = false;
-      w += least_compliance * b.compliance_h[lane];
+      w += min_compliance * b.compliance_h[lane];
       for (int k = 0; k < 4; ++k) {
         const Vector3f force = lacking / w * g[k];
         if (nodes[n[k]][3] > 0.0F)

@@ -43,7 +43,7 @@ class NeoHookean {
   /// `stiffness`. \param squeezed tetrahedra that had little volume when visited, in rising order
   void project(std::vector<FleshNode>& nodes, std::vector<int>& squeezed) const;
 
-  /// Gives tetrahedra back what they lack of `least_volume` of their volume at rest, by Gauss-Seidel sweeps.
+  /// Gives tetrahedra back what they lack of `min_volume` of their volume at rest, by Gauss-Seidel sweeps.
   /// The energy above is finite where J = 0, so that a load can turn flesh inside out; real flesh stiffens
   /// before. \param squeezed as `project` told them \param reaction N, of each node: what flesh does to those
   /// without mobility is added

@@ -34,15 +34,15 @@ HandPose curled(Side side, double scale, double mcp, double pip, double dip) {
 
 double smallest(const TrackedHand& hand, const std::function<double(const Vector3d&, double)>& measure) {
   constexpr int steps = 16;
-  double least = std::numeric_limits<double>::infinity();
+  double minimum = std::numeric_limits<double>::infinity();
   for (const Bone& bone : bones) {
     const Capsule capsule = boneCapsule(bone, hand);
     for (int i = 0; i <= steps; ++i) {
       const double u = static_cast<double>(i) / steps;
-      least = std::min(least, measure(capsule.centre(u), capsule.radius(u)));
+      minimum = std::min(minimum, measure(capsule.centre(u), capsule.radius(u)));
     }
   }
-  return least;
+  return minimum;
 }
 
 HandPose placed(HandPose pose, const Eigen::Isometry3d& orientation, Joint joint, const Vector3d& target) {

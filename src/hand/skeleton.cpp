@@ -21,8 +21,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Positions = std::array<Vector3d, joint_count>;
 
-constexpr int most_angles = 5;    // of a finger
-constexpr int most_steps = 30;    // of Levenberg-Marquardt
+constexpr int max_angles = 5;     // of a finger
+constexpr int max_steps = 30;     // of Levenberg-Marquardt
 constexpr double settled = 1e-6;  // rad, of a step
 
 // The thumb's frame at zero angles, in that of its metacarpal in palm_anatomy: the rotation vector with which
@@ -60,7 +60,7 @@ Isometry3d palmMotion(const Positions& from, const Positions& to, const std::bit
 // A finger in the wrist's frame of a right hand, with the axis of every angle.
 struct Chain {
   std::array<Vector3d, bone_count + 1> joint;  // m
-  std::array<Vector3d, most_angles> axis, origin;
+  std::array<Vector3d, max_angles> axis, origin;
 };
 
 Chain chain(const Skeleton::Finger& finger, int number, const double* angles) {
@@ -92,8 +92,8 @@ Residual residual(const Chain& chain, const Targets& targets) {
 
 void fitFinger(const Skeleton::Finger& finger, int number, const Targets& targets, double* angles) {
   const int n = angleCount(number), first = firstAngle(number);
-  using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_angles, 1>;
-  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_angles, most_angles>;
+  using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, max_angles, 1>;
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, max_angles, max_angles>;
   for (int k = 0; k < n; ++k) {
     const Vector2d limit = skeletonLimits(first + k);
     angles[k] = std::clamp(angles[k], limit[0], limit[1]);
@@ -101,9 +101,8 @@ void fitFinger(const Skeleton::Finger& finger, int number, const Targets& target
   Chain at = chain(finger, number, angles);
   Residual r = residual(at, targets);
   double damping = 1e-3;
-  for (int step = 0; step < most_steps; ++step) {
-    Eigen::Matrix<double, 3 * bone_count, Eigen::Dynamic, 0, 3 * bone_count, most_angles> j(3 * bone_count,
-                                                                                            n);
+  for (int step = 0; step < max_steps; ++step) {
+    Eigen::Matrix<double, 3 * bone_count, Eigen::Dynamic, 0, 3 * bone_count, max_angles> j(3 * bone_count, n);
     for (int k = 0; k < n; ++k)
       for (int i = 0; i < bone_count; ++i)
         j.block<3, 1>(3 * i, k) = at.axis[k].cross(at.joint[i + 1] - at.origin[k]);
@@ -124,7 +123,7 @@ void fitFinger(const Skeleton::Finger& finger, int number, const Targets& target
     }
     for (int k = 0; k < n; ++k) normal(k, k) += damping * normal(k, k) + 1e-12;
     const Unknowns by = -normal.ldlt().solve(gradient);
-    std::array<double, most_angles> next{};
+    std::array<double, max_angles> next{};
     double moved = 0.0;
     for (int k = 0; k < n; ++k) {
       const Vector2d limit = skeletonLimits(first + k);

@@ -67,8 +67,8 @@ void SkinLoads::give(const std::vector<SkinForce>& given, const std::vector<Vect
   float sum = 0.0F, before = 0.0F;
   for (const SkinForce& f : forces) sum += std::min(strongest, f.force.stableNorm());
   for (const Load& load : loads_) before += load.force.norm();
-  const float most = std::clamp(growth * before, strongest_of_all, strongest_in_the_end);
-  const float share = std::min(1.0F, most / std::max(sum, 1e-6F));
+  const float maximum = std::clamp(growth * before, strongest_of_all, strongest_in_the_end);
+  const float share = std::min(1.0F, maximum / std::max(sum, 1e-6F));
   for (const SkinForce& f : forces) {
     const int sample = static_cast<int>(f.index);
     const float size = f.force.stableNorm();

@@ -44,8 +44,12 @@ TACTILE_CLAY_INLINE Symmetric sum(const Symmetric& a, const Symmetric& b) {
   return {a.xx + b.xx, a.yy + b.yy, a.zz + b.zz, a.yz + b.yz, a.zx + b.zx, a.xy + b.xy};
 }
 TACTILE_CLAY_INLINE void addOuter(Symmetric& to, const LaneVector& a, const LaneVector& b) {
-  to.xx += a.x * b.x, to.yy += a.y * b.y, to.zz += a.z * b.z;
-  to.yz += a.y * b.z, to.zx += a.z * b.x, to.xy += a.x * b.y;
+  to.xx += a.x * b.x;
+  to.yy += a.y * b.y;
+  to.zz += a.z * b.z;
+  to.yz += a.y * b.z;
+  to.zx += a.z * b.x;
+  to.xy += a.x * b.y;
 }
 
 /// Sums over the pairs of each of eight particles: lanes of pairs go in, lanes of particles come out. T is

@@ -7,6 +7,8 @@
 #include <emmintrin.h>
 #endif
 
+#include "lanes/targets.h"
+
 namespace tactile_clay {
 
 /// Loops run over lanes of eight: neighbours of a particle, tetrahedra of flesh. The lane width is a property
@@ -15,18 +17,6 @@ namespace tactile_clay {
 constexpr int lane_width = 8;
 using Lane = float __attribute__((vector_size(32)));
 using HalfLane = float __attribute__((vector_size(16)));
-
-/// Functions over lanes are compiled for AVX2, and for AVX-512 with its 32 registers, too, and the loader
-/// picks; what they call is inlined into them. Sanitizers cannot instrument the pick.
-#if !defined(__x86_64__) || !defined(__GNUC__) || defined(__clang__) || defined(__SANITIZE_ADDRESS__) || \
-    defined(__SANITIZE_THREAD__)
-#define TACTILE_CLAY_MULTIVERSION
-#elif __GNUC__ >= 12
-#define TACTILE_CLAY_MULTIVERSION __attribute__((target_clones("default", "avx2", "arch=x86-64-v4")))
-#else
-#define TACTILE_CLAY_MULTIVERSION __attribute__((target_clones("default", "avx2")))
-#endif
-#define TACTILE_CLAY_INLINE inline __attribute__((always_inline))
 
 #if defined(__clang__) || __GNUC__ >= 12
 #define TACTILE_CLAY_SHUFFLE(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
@@ -169,7 +159,9 @@ TACTILE_CLAY_INLINE LaneVector times(const Lane& a, const LaneVector& v) {
   return {a * v.x, a * v.y, a * v.z};
 }
 TACTILE_CLAY_INLINE void add(LaneVector& to, const LaneVector& v) {
-  to.x += v.x, to.y += v.y, to.z += v.z;
+  to.x += v.x;
+  to.y += v.y;
+  to.z += v.z;
 }
 
 /// Slots of 16 bytes, of a vector and a fourth number. A slot is named by its first number, 4 i for the slot
@@ -241,10 +233,10 @@ TACTILE_CLAY_INLINE void scatter(const LaneVector& v, float* slots, std::size_t 
   }
 }
 
-TACTILE_CLAY_INLINE Lane least(const Lane& a, const Lane& b) {
+TACTILE_CLAY_INLINE Lane min(const Lane& a, const Lane& b) {
   return a < b ? a : b;
 }
-TACTILE_CLAY_INLINE Lane greatest(const Lane& a, const Lane& b) {
+TACTILE_CLAY_INLINE Lane max(const Lane& a, const Lane& b) {
   return a > b ? a : b;
 }
 

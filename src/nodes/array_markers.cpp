@@ -57,7 +57,9 @@ visualization_msgs::MarkerArrayPtr arrayMarkers(const ultrasound::ArrayLayout& l
     for (const double from_face : {-direction_length, 0.0}) {
       const Eigen::Vector3d at = layout.position[n] + from_face * layout.normal[n];
       geometry_msgs::Point& point = lines.points.emplace_back();
-      point.x = at.x(), point.y = at.y(), point.z = at.z();
+      point.x = at.x();
+      point.y = at.y();
+      point.z = at.z();
     }
   }
   auto markers = boost::make_shared<visualization_msgs::MarkerArray>();

@@ -39,7 +39,7 @@ void ArrayModel::read(Settings& s) {
   options.max_phase_change =
       s.number("max_phase_change", options.max_phase_change, 0.0, 3.2, "rad a frame; 0: any");
   field_options.strength = s.number("field_strength", field_options.strength, 0.0, 10.0, "of a field");
-  field_options.patterns = s.whole("field_patterns", field_options.patterns, 1, ultrasound::most_patterns,
+  field_options.patterns = s.whole("field_patterns", field_options.patterns, 1, ultrasound::max_patterns,
                                    "of a field, that take turns");
   field_options.evaluations =
       s.whole("field_evaluations", field_options.evaluations, 1, 10000, "of a field's solver, at most");

@@ -16,9 +16,9 @@ clay::Keyframes::Limits undoLimits(const ros::NodeHandle& nh) {
   constexpr double megabyte = 1024.0 * 1024.0;
   clay::Keyframes::Limits limits;
   limits.seconds = paramIn(nh, "undo_seconds", limits.seconds, 0.0, 3600.0);
-  const double most =
+  const double maximum =
       paramIn(nh, "undo_megabytes", static_cast<double>(limits.bytes) / megabyte, 1.0, 65536.0);
-  limits.bytes = static_cast<std::size_t>(megabyte * most);
+  limits.bytes = static_cast<std::size_t>(megabyte * maximum);
   return limits;
 }
 

@@ -107,7 +107,7 @@ void ClaySimulator::receive(const Cloud::ConstPtr& skin) {
 
 clay::Ghosts ClaySimulator::read(const Cloud& skin) {
   try {
-    return ghosts(skin, clay::mostGhosts(run_.scene().config.spacing));
+    return ghosts(skin, clay::maxGhosts(run_.scene().config.spacing));
   } catch (const std::runtime_error& error) {
     ROS_WARN_THROTTLE(1.0, "clay_simulator: skin left out: %s", error.what());
     ++bad_skins_;

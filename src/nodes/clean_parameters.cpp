@@ -17,7 +17,7 @@ hand::CleanConfig cleanConfig(Settings& s) {
     filter->beta = s.number(prefix + "_beta", filter->beta, 0.0, any,
                             std::string("1/") + unit + ", by which its cutoff grows with the speed");
   }
-  config.prediction = s.number("prediction", config.prediction, 0.0, hand::most_prediction,
+  config.prediction = s.number("prediction", config.prediction, 0.0, hand::max_prediction,
                                "s that tracked hands are predicted ahead");
   validate(config);
   return config;

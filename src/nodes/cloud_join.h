@@ -36,7 +36,7 @@ class CloudJoin {
       waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(at) + 1);
       return complete;
     }
-    while (waiting_.size() > 1 && (waiting_.size() > most_waiting || bytes() > most_bytes))
+    while (waiting_.size() > 1 && (waiting_.size() > max_waiting || bytes() > max_bytes))
       waiting_.pop_front();
     return std::nullopt;
   }
@@ -48,8 +48,8 @@ class CloudJoin {
     return sum;
   }
 
-  static constexpr std::size_t most_waiting = 100;  // live, the clay skips skins
-  static constexpr std::size_t most_bytes = 64U << 20U;
+  static constexpr std::size_t max_waiting = 100;  // live, the clay skips skins
+  static constexpr std::size_t max_bytes = 64U << 20U;
 
   std::deque<Waiting> waiting_;  // by arrival
 };

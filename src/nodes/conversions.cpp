@@ -116,9 +116,9 @@ sensor_msgs::PointCloud2Ptr skinCloud(const hand::Skin& skin, const std_msgs::He
   return cloud.finish();
 }
 
-clay::Ghosts ghosts(const sensor_msgs::PointCloud2& skin, std::size_t most) {
-  if (const std::size_t count = pointCount(skin); count > most)
-    throw std::runtime_error(std::to_string(count) + " samples, expected at most " + std::to_string(most) +
+clay::Ghosts ghosts(const sensor_msgs::PointCloud2& skin, std::size_t maximum) {
+  if (const std::size_t count = pointCount(skin); count > maximum)
+    throw std::runtime_error(std::to_string(count) + " samples, expected at most " + std::to_string(maximum) +
                              " of this clay");
   const Vectors position = positions(skin), normal = normals(skin), velocity(skin, "vx", "vy", "vz");
   clay::Ghosts ghosts;
@@ -183,7 +183,8 @@ sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& fo
   std::optional<Column<std::uint32_t>> hand, region;
   std::optional<Column<float>> area;
   if (told) {
-    hand = column<std::uint32_t>(skin, "hand"), region = column<std::uint32_t>(skin, "region");
+    hand = column<std::uint32_t>(skin, "hand");
+    region = column<std::uint32_t>(skin, "region");
     area = column<float>(skin, "area");
   }
   CloudWriter cloud(

@@ -31,9 +31,9 @@ hand::TrackedFrame toCore(const TrackedHands& message);
 /// hands/skin, with the perceptual weight of each sample. With `tracked_x` to `tracked_area` only where the
 /// skin is not the tracked hand's own.
 sensor_msgs::PointCloud2Ptr skinCloud(const hand::Skin& skin, const std_msgs::Header& header);
-/// The same as the clay needs it. \param most samples that the clay takes (clay::mostGhosts)
+/// The same as the clay needs it. \param maximum samples that the clay takes (clay::maxGhosts)
 clay::Ghosts ghosts(const sensor_msgs::PointCloud2& skin,
-                    std::size_t most = std::numeric_limits<std::size_t>::max());
+                    std::size_t maximum = std::numeric_limits<std::size_t>::max());
 
 /// hands/skin as the pressure needs it. Skin without `tracked_x` is felt where it is.
 struct PressureSkin {

@@ -17,11 +17,11 @@ namespace tactile_clay::nodes {
 ultrasound::FocalPointConfig focalPointConfig(Settings& s) {
   ultrasound::FocalPointConfig config;
   constexpr double any = std::numeric_limits<double>::infinity();  // the core checks ranges
-  const auto count = [&](const char* name, std::size_t& value, int most, const char* meaning) {
-    value = static_cast<std::size_t>(s.whole(name, static_cast<int>(value), 1, most, meaning));
+  const auto count = [&](const char* name, std::size_t& value, int maximum, const char* meaning) {
+    value = static_cast<std::size_t>(s.whole(name, static_cast<int>(value), 1, maximum, meaning));
   };
-  const auto number = [&](const char* name, double& value, double most, const char* meaning) {
-    value = s.number(name, value, 0.0, most, meaning);
+  const auto number = [&](const char* name, double& value, double maximum, const char* meaning) {
+    value = s.number(name, value, 0.0, maximum, meaning);
   };
   count("max_points", config.max_points, 256, "most focal points at a time");
   config.modulation = ultrasound::modulation(

@@ -29,14 +29,15 @@ std::set<device::Rule> rulesLeftOut(const ros::NodeHandle& private_nh, const std
   return rules;
 }
 
-void readLimits(Settings& settings, device::SafetyGateConfig& config, const device::SafetyGateConfig* most) {
+void readLimits(Settings& settings, device::SafetyGateConfig& config,
+                const device::SafetyGateConfig* maximum) {
   for (const device::Limit& limit : device::limits) {
     double& value = config.*limit.value;
-    const double high = most ? most->*limit.value : limit.high;
+    const double high = maximum ? maximum->*limit.value : limit.high;
     try {
       value = settings.number(limit.name, value, limit.low, high, limit.meaning);
     } catch (const std::runtime_error& error) {
-      if (!most) throw;
+      if (!maximum) throw;
       throw std::runtime_error(error.what() +
                                std::string(": the gate is never made less strict than at its start"));
     }

@@ -16,10 +16,10 @@ namespace tactile_clay::nodes {
 std::set<device::Rule> rulesLeftOut(const ros::NodeHandle& private_nh, const std::string& device,
                                     bool harmless);
 
-/// The numbers of the safety gate's limits. \param most that they may be now
+/// The numbers of the safety gate's limits. \param maximum that they may be now
 /// \throws std::runtime_error, std::invalid_argument with one line where one is wrong
 void readLimits(Settings& settings, device::SafetyGateConfig& config,
-                const device::SafetyGateConfig* most = nullptr);
+                const device::SafetyGateConfig* maximum = nullptr);
 
 /// What of the gate is set at its start alone (`~workspace_low`, `~workspace_high`), and the limits where no
 /// parameter says another; tells of rules that are left out.

@@ -37,7 +37,9 @@ Marker marker(const Look& look, hand::Side side, Part part, const std_msgs::Head
 
 void addPoint(Marker& marker, const Eigen::Vector3d& x) {
   geometry_msgs::Point& point = marker.points.emplace_back();
-  point.x = x.x(), point.y = x.y(), point.z = x.z();
+  point.x = x.x();
+  point.y = x.y();
+  point.z = x.z();
 }
 
 template <class PositionOf>

@@ -174,8 +174,8 @@ void HandTracking::clean(hand::TrackedFrame& frame) {
   if (live_) live_->begin(toRos(frame.stamp));
   const std::lock_guard<std::mutex> lock(report_mutex_);
   for (const hand::TrackedHand& hand : frame.hands) {
-    auto& least = report_.confidence[static_cast<int>(hand.side)];
-    least = std::min(least.value_or(1.0), hand.confidence);
+    auto& minimum = report_.confidence[static_cast<int>(hand.side)];
+    minimum = std::min(minimum.value_or(1.0), hand.confidence);
   }
   if (!cleaner_) {
     bad_hands_ += static_cast<unsigned>(hand::keepOneHandASide(frame.hands));

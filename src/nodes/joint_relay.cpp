@@ -9,15 +9,15 @@
 namespace tactile_clay::nodes {
 namespace {
 
-constexpr std::size_t most_joints = 1000;
+constexpr std::size_t max_joints = 1000;
 
 void requireSane(const sensor_msgs::JointState& state) {
   const std::size_t count = state.name.size();
-  if (count > most_joints || state.position.size() != count)
+  if (count > max_joints || state.position.size() != count)
     throw std::runtime_error(std::to_string(count) + " joints with " + std::to_string(state.position.size()) +
-                             " positions, expected as many, at most " + std::to_string(most_joints));
+                             " positions, expected as many, at most " + std::to_string(max_joints));
   for (std::size_t i = 0; i < count; ++i) {
-    if (state.name[i].size() > most_frame_id)
+    if (state.name[i].size() > max_frame_id)
       throw std::runtime_error("joint with a name of more than 256 characters");
     if (!std::isfinite(state.position[i]))
       throw std::runtime_error("joint '" + state.name[i] + "' at no finite position, expected a number");

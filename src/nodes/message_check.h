@@ -15,14 +15,13 @@ namespace tactile_clay::nodes {
 /// of ordinary length, and no more of anything than a node can work on, and keep, in its time.
 
 /// Most of what messages may hold; more than the rig sends itself.
-constexpr std::size_t most_frame_id = 256;          // characters
-constexpr std::size_t most_hands = 64;              // of a frame
-constexpr std::size_t most_cloud_points = 100'000;  // a soft hand has 4 000 samples of skin
-constexpr std::size_t most_cloud_bytes = 16U << 20U;
-constexpr std::size_t most_cloud_fields = 64;
-constexpr std::size_t most_focal_points = 2048;  // or samples of a field, of which the renderer makes 2000
-constexpr std::size_t most_waiting =
-    1000;  // messages of a lockstep run, in which one is on its way at a time
+constexpr std::size_t max_frame_id = 256;          // characters
+constexpr std::size_t max_hands = 64;              // of a frame
+constexpr std::size_t max_cloud_points = 100'000;  // a soft hand has 4 000 samples of skin
+constexpr std::size_t max_cloud_bytes = 16U << 20U;
+constexpr std::size_t max_cloud_fields = 64;
+constexpr std::size_t max_focal_points = 2048;  // or samples of a field, of which the renderer makes 2000
+constexpr std::size_t max_waiting = 1000;  // messages of a lockstep run, in which one is on its way at a time
 
 /// Empty, or what is wrong with a header, and what was expected.
 std::string faultOfHeader(const ros::Time* stamp, const std::string* frame_id);

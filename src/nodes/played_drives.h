@@ -22,7 +22,7 @@ class PlayedDrives {
       drives_.clear();  // silence ends what was played, whatever its stamp
     else
       drives_.push_back({message.phase, message.amplitude});
-    if (drives_.size() > ultrasound::most_patterns)
+    if (drives_.size() > ultrasound::max_patterns)
       drives_.erase(drives_.begin());  // a latched message came again
   }
   void clear() { drives_.clear(); }

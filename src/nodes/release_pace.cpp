@@ -16,7 +16,7 @@ namespace tactile_clay::nodes {
 namespace {
 
 const ros::WallDuration graph_patience(15.0);  // live
-constexpr std::size_t most_unrecorded = 16;    // samples: enough to keep the recorder busy
+constexpr std::size_t max_unrecorded = 16;     // samples: enough to keep the recorder busy
 const std::vector<std::string> whole_graph = {topic::hands_tracked, topic::hands_skin,
                                               topic::clay_contacts, topic::hands_pressure,
                                               topic::focal_points,  topic::array_state};
@@ -114,7 +114,7 @@ void ReleasePace::awaitAnswer(const ros::Time& stamp, unsigned frame) {
                              std::to_string(frame) + " within " + seconds(answer_patience_) + ": " +
                              chain_->whereIs(stamp));
   unrecorded_.push_back(stamp);
-  for (; unrecorded_.size() > most_unrecorded; unrecorded_.pop_front()) awaitRecorder(unrecorded_.front());
+  for (; unrecorded_.size() > max_unrecorded; unrecorded_.pop_front()) awaitRecorder(unrecorded_.front());
 }
 
 void ReleasePace::awaitLastAnswer(const ros::Time& stamp) {

@@ -56,7 +56,7 @@ RenderedHands::RenderedHands(ros::NodeHandle nh, const ros::NodeHandle& private_
 
 void RenderedHands::subscribe(Inbox& inbox) {
   if (drive_subscriber_) return;
-  drive_subscriber_ = inbox.subscribe<ArrayDrive>(nh_, topic::array_drive, ultrasound::most_patterns,
+  drive_subscriber_ = inbox.subscribe<ArrayDrive>(nh_, topic::array_drive, ultrasound::max_patterns,
                                                   [this](const auto& message) {
                                                     played_.add(*message);
                                                     news_();

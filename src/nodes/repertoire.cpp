@@ -8,8 +8,8 @@
 namespace tactile_clay::nodes {
 namespace {
 
-constexpr std::size_t most_places = 256;                 // of a frame; no renderer makes more
-constexpr std::size_t most_samples = most_focal_points;  // of skin, of a field: some 7 ms
+constexpr std::size_t max_places = 256;                // of a frame; no renderer makes more
+constexpr std::size_t max_samples = max_focal_points;  // of skin, of a field: some 7 ms
 
 }  // namespace
 
@@ -30,9 +30,9 @@ std::string Repertoire::objection(unsigned modulation) const {
 }
 
 std::string Repertoire::objection(const device::Emission& emission) const {
-  const auto more = [&](std::size_t most, const char* what) {
+  const auto more = [&](std::size_t maximum, const char* what) {
     return std::to_string(emission.points.size()) + what + ", array '" + device + "' takes at most " +
-           std::to_string(most);
+           std::to_string(maximum);
   };
   if (emission.slip > 0.0 && !slip)
     return "slip is more than 0, array '" + device +
@@ -43,8 +43,8 @@ std::string Repertoire::objection(const device::Emission& emission) const {
   const bool field = ultrasound::isField(emission.modulation);
   const bool any_number = emission.modulation == Modulation::spatiotemporal || field;
   if (!any_number && max_points > 0 && count > max_points) return more(max_points, " focal points at a time");
-  if (field) return count > most_samples ? more(most_samples, " samples of skin in a frame") : "";
-  return count > most_places ? more(most_places, " focal points in a frame") : "";
+  if (field) return count > max_samples ? more(max_samples, " samples of skin in a frame") : "";
+  return count > max_places ? more(max_places, " focal points in a frame") : "";
 }
 
 }  // namespace tactile_clay::nodes

@@ -15,7 +15,7 @@ using scene::YamlMap;
 
 constexpr char metres[] = "a number of metres";
 constexpr char count[] = "a whole number";
-constexpr std::size_t most_moves = 1000;
+constexpr std::size_t max_moves = 1000;
 
 Eigen::Vector2d centre(YamlMap& yaml) {
   if (!yaml.has("centre")) return Eigen::Vector2d::Zero();
@@ -128,8 +128,8 @@ hand::TrackerScript loadScore(const std::string& name, const std::string& packag
   std::vector<hand::Score> scores;
   double duration = 0.0;  // s
   for (YamlMap& move : yaml.maps("moves")) {
-    if (scores.size() == most_moves)
-      move.fail("more than " + std::to_string(most_moves) + " moves, expected at most as many");
+    if (scores.size() == max_moves)
+      move.fail("more than " + std::to_string(max_moves) + " moves, expected at most as many");
     scores.push_back(readMove(move, scale));
     duration += scores.back().duration() + pause;
     // Here, and not at the end: so many moves in one memory are what this keeps away.

@@ -8,7 +8,7 @@ void SkinQueue::push(const Skin& skin) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!lockstep_ && !skins_.empty()) ++overtaken_;
-    if (!lockstep_ && skins_.size() == most_live) skins_.pop_front();
+    if (!lockstep_ && skins_.size() == max_live) skins_.pop_front();
     requireRoom(skins_.size());
     skins_.push_back(skin);
   }

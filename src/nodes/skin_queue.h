@@ -32,7 +32,7 @@ class SkinQueue {
   unsigned overtaken() const;
 
  private:
-  static constexpr std::size_t most_live = 64;  // that wait: a second of hands, which no frame takes
+  static constexpr std::size_t max_live = 64;  // that wait: a second of hands, which no frame takes
 
   const bool lockstep_;
   mutable std::mutex mutex_;  // of what follows

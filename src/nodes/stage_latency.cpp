@@ -9,8 +9,8 @@
 namespace tactile_clay::nodes {
 namespace {
 
-constexpr double longest = 10.0;        // s; an age beyond is that of another clock
-constexpr std::size_t most_open = 600;  // samples without an answer: ten seconds of them
+constexpr double longest = 10.0;       // s; an age beyond is that of another clock
+constexpr std::size_t max_open = 600;  // samples without an answer: ten seconds of them
 constexpr float bin_ms = 1.0f;
 constexpr std::size_t bins = 64;
 
@@ -36,7 +36,7 @@ void StageLatency::arrived(std::size_t topic, ros::Time stamp, ros::Time at) {
   std::optional<ros::Time>& arrival = open_[stamp].at(topic);
   if (!arrival) arrival = at;
   if (topic + 1 < latency_topics.size()) {
-    if (open_.size() > most_open) open_.clear();  // nobody answers
+    if (open_.size() > max_open) open_.clear();  // nobody answers
     return;
   }
   // What came before the answered sample has been answered, too, or never will be.

@@ -70,9 +70,13 @@ visualization_msgs::Marker surfaceMarker(const surface::TriangleMesh& mesh,
     for (const std::uint32_t corner : triangle) {
       const Eigen::Vector3f& at = mesh.position[corner];
       geometry_msgs::Point& point = marker.points.emplace_back();
-      point.x = at.x(), point.y = at.y(), point.z = at.z();
+      point.x = at.x();
+      point.y = at.y();
+      point.z = at.z();
       std_msgs::ColorRGBA& color = marker.colors.emplace_back();
-      color.r = colors[corner].x(), color.g = colors[corner].y(), color.b = colors[corner].z(),
+      color.r = colors[corner].x();
+      color.g = colors[corner].y();
+      color.b = colors[corner].z();
       color.a = alpha;
     }
   }

@@ -12,10 +12,10 @@
 namespace tactile_clay::nodes {
 namespace {
 
-constexpr std::size_t most_frames = 1000;      // of a graph, all kept
-constexpr std::size_t most_transforms = 1000;  // of a message
-constexpr double farthest = 1e6;               // m
-constexpr double unit_tolerance = 1e-6;        // of a squared norm, tf2's own
+constexpr std::size_t max_frames = 1000;      // of a graph, all kept
+constexpr std::size_t max_transforms = 1000;  // of a message
+constexpr double farthest = 1e6;              // m
+constexpr double unit_tolerance = 1e-6;       // of a squared norm, tf2's own
 
 }  // namespace
 
@@ -57,9 +57,9 @@ Transforms::~Transforms() {
 }
 
 void Transforms::receive(const tf2_msgs::TFMessage& message, bool fixed) {
-  if (message.transforms.size() > most_transforms)
+  if (message.transforms.size() > max_transforms)
     throw std::runtime_error(std::to_string(message.transforms.size()) + " transforms, expected at most " +
-                             std::to_string(most_transforms));
+                             std::to_string(max_transforms));
   for (const geometry_msgs::TransformStamped& transform : message.transforms) take(transform, fixed);
 }
 
@@ -68,9 +68,8 @@ void Transforms::take(const geometry_msgs::TransformStamped& transform, bool fix
   const std::string fault = faultOf(transform), child = frameName(transform.child_frame_id);
   if (!fault.empty()) return refuse(topic, fault);
   const auto known = frames_.find(child);
-  if (known == frames_.end() && frames_.size() >= most_frames)
-    return refuse(topic,
-                  "frame '" + child + "', expected at most " + std::to_string(most_frames) + " frames");
+  if (known == frames_.end() && frames_.size() >= max_frames)
+    return refuse(topic, "frame '" + child + "', expected at most " + std::to_string(max_frames) + " frames");
   if (known != frames_.end() && known->second.fixed && !fixed)
     return refuse(topic, "frame '" + child + "' moves, expected it to stay where /tf_static says");
   const std::string parent = frameName(transform.header.frame_id);

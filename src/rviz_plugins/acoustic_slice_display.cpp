@@ -28,7 +28,7 @@ enum Unit { pascal, decibel };
 
 constexpr float closest = 0.01f;  // m from the plane of the transducers, where upright slices begin
 constexpr float height_without_focus = 0.15f;  // m
-constexpr int most_points = 250000;            // a tenth of a second of one core
+constexpr int max_points = 250000;             // a tenth of a second of one core
 constexpr float quietest = 2e-5f;              // Pa peak that count as silence in dB
 
 }  // namespace
@@ -188,7 +188,7 @@ AcousticSliceDisplay::Grid AcousticSliceDisplay::grid() const {
     }
   }
   const float width = size_->getFloat();
-  const float step = std::max(step_->getFloat(), width / std::sqrt(static_cast<float>(most_points)));
+  const float step = std::max(step_->getFloat(), width / std::sqrt(static_cast<float>(max_points)));
   Grid grid;
   grid.columns = grid.rows = static_cast<int>(width / step) + 1;
   for (int row = 0; row < grid.rows; ++row) {

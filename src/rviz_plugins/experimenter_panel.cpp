@@ -30,10 +30,10 @@ constexpr char good_color[] = "#287846", bad_color[] = "#b4281e", no_color[] = "
 
 /// Long words are cut, for lines must not press others out of the panel; the tool tip has all of them.
 void showLine(QLabel& line, const QString& words, const char* color) {
-  constexpr int most = 80;  // letters, two lines
+  constexpr int maximum = 80;  // letters, two lines
   const QString style = QString("color: ") + color;
   if (line.toolTip() == words && line.styleSheet() == style) return;
-  line.setText(words.size() > most ? words.left(most) + "…" : words);
+  line.setText(words.size() > maximum ? words.left(maximum) + "…" : words);
   line.setToolTip(words);
   line.setStyleSheet(style);
 }

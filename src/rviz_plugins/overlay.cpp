@@ -42,7 +42,8 @@ Overlay::~Overlay() {
 }
 
 void Overlay::place(int x, int y) {
-  x_ = x, y_ = y;
+  x_ = x;
+  y_ = y;
   const float width = panel_->getWidth(), height = panel_->getHeight();
   panel_->setHorizontalAlignment(x < 0 ? Ogre::GHA_RIGHT : Ogre::GHA_LEFT);
   panel_->setVerticalAlignment(y < 0 ? Ogre::GVA_BOTTOM : Ogre::GVA_TOP);

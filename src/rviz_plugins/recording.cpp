@@ -9,7 +9,7 @@
 namespace tactile_clay::rviz_plugins {
 namespace {
 
-constexpr int most_output = 20000;   // characters of what a recording says
+constexpr int max_output = 20000;    // characters of what a recording says
 constexpr int closing_time = 15000;  // ms, in which a recording has closed its bag
 
 }  // namespace
@@ -17,7 +17,7 @@ constexpr int closing_time = 15000;  // ms, in which a recording has closed its 
 Recording::Recording(std::function<void()> changed) : changed_(std::move(changed)) {
   process_.setProcessChannelMode(QProcess::MergedChannels);
   QObject::connect(&process_, &QProcess::readyRead, &process_, [this] {
-    says_ = (says_ + QString::fromLocal8Bit(process_.readAll())).right(most_output);
+    says_ = (says_ + QString::fromLocal8Bit(process_.readAll())).right(max_output);
   });
   QObject::connect(&process_, QOverload<int, QProcess::ExitStatus>::of(&QProcess::finished), &process_,
                    [this](int code, QProcess::ExitStatus) { ended(code); });

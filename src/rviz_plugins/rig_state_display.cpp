@@ -76,11 +76,13 @@ void RigStateDisplay::subscribe() {
   try {
     clay_subscriber_ = update_nh_.subscribe<tactile_clay::ClayStatus>(
         clay_topic_->getTopicStd(), 1, [this, now](const tactile_clay::ClayStatus::ConstPtr& status) {
-          clay_ = status, clay_came_ = now();
+          clay_ = status;
+          clay_came_ = now();
         });
     array_subscriber_ = update_nh_.subscribe<tactile_clay::ArrayState>(
         array_topic_->getTopicStd(), 1, [this, now](const tactile_clay::ArrayState::ConstPtr& state) {
-          array_ = state, array_came_ = now();
+          array_ = state;
+          array_came_ = now();
         });
     setStatus(rviz::StatusProperty::Ok, "Topics", "subscribed");
   } catch (const ros::Exception& error) {

@@ -145,11 +145,14 @@ void SplatScene::setRectangle(const Ogre::Matrix4& to_clip) {
                                 (k & 2u ? box_.getMaximum() : box_.getMinimum()).y,
                                 (k & 4u ? box_.getMaximum() : box_.getMinimum()).z, 1.0f);
     if (!(at.w > 0.0f)) {
-      left = bottom = -1.0f, right = top = 1.0f;
+      left = bottom = -1.0f;
+      right = top = 1.0f;
       break;
     }
-    left = std::min(left, at.x / at.w), right = std::max(right, at.x / at.w);
-    bottom = std::min(bottom, at.y / at.w), top = std::max(top, at.y / at.w);
+    left = std::min(left, at.x / at.w);
+    right = std::max(right, at.x / at.w);
+    bottom = std::min(bottom, at.y / at.w);
+    top = std::max(top, at.y / at.w);
   }
   restart(*rectangle_, has_rectangle_, materials_.surface(), 4);
   rectangle_->position(std::max(left, -1.0f), std::max(bottom, -1.0f), 0.0f);

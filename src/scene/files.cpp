@@ -27,11 +27,12 @@ int hexDigit(char c) {
 /// An address writes blanks and the like as %20.
 std::string decoded(const std::string& address) {
   std::string text;
-  for (std::size_t k = 0; k < address.size(); ++k) {
+  std::size_t k = 0;
+  while (k < address.size()) {
     const bool coded = address[k] == '%' && k + 2 < address.size() && hexDigit(address[k + 1]) >= 0 &&
                        hexDigit(address[k + 2]) >= 0;
     text += coded ? static_cast<char>(16 * hexDigit(address[k + 1]) + hexDigit(address[k + 2])) : address[k];
-    if (coded) k += 2;
+    k += coded ? 3 : 1;
   }
   return text;
 }

@@ -88,12 +88,23 @@ void JointMotions::limit(const urdf::Joint& joint, const Link& link, Range& rang
       refuse(joint.name, "stays at " + text(link.offset, joint) + ", which is outside its limits");
     return;
   }
-  double least = (lower - link.offset) / link.multiplier, most = (upper - link.offset) / link.multiplier;
+  double minimum = (lower - link.offset) / link.multiplier, maximum = (upper - link.offset) / link.multiplier;
   std::string at_least = "lower limit of " + text(lower, joint),
               at_most = "upper limit of " + text(upper, joint);
-  if (link.multiplier < 0.0) std::swap(least, most), std::swap(at_least, at_most);
-  if (least > range.lower) range.lower = least, range.lower_joint = joint.name, range.lower_limit = at_least;
-  if (most < range.upper) range.upper = most, range.upper_joint = joint.name, range.upper_limit = at_most;
+  if (link.multiplier < 0.0) {
+    std::swap(minimum, maximum);
+    std::swap(at_least, at_most);
+  }
+  if (minimum > range.lower) {
+    range.lower = minimum;
+    range.lower_joint = joint.name;
+    range.lower_limit = at_least;
+  }
+  if (maximum < range.upper) {
+    range.upper = maximum;
+    range.upper_joint = joint.name;
+    range.upper_limit = at_most;
+  }
 }
 
 void JointMotions::addMotions(const urdf::ModelInterface& urdf, const std::vector<Motion>& motions) {

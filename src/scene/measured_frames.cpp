@@ -13,12 +13,12 @@ namespace {
 
 constexpr float radius = 0.035f;     // m, of a ball: half the breadth of a fist
 constexpr float speed = 0.15f;       // m/s, down: hands that knead
-constexpr int most_frames = 14;      // in which a ball goes down by its radius
+constexpr int max_frames = 14;       // in which a ball goes down by its radius
 constexpr int first_frames = 2;      // that are not counted: memory is touched for the first time
-constexpr int least_frames = 3;      // that are counted
-constexpr double most_time = 250.0;  // ms, of a quality
+constexpr int min_frames = 3;        // that are counted
+constexpr double max_time = 250.0;   // ms, of a quality
 constexpr double patience = 5000.0;  // ms, of all qualities together, while something else has the processors
-constexpr double most_wait =
+constexpr double max_wait =
     0.05;  // of a frame, that its threads wait for a processor while nothing else runs
 
 using Clock = std::chrono::steady_clock;
@@ -89,7 +89,7 @@ namespace {
 struct FrameTimes {
   std::vector<double> undisturbed, all;
   double total = 0.0;
-  bool enough() const { return static_cast<int>(undisturbed.size()) >= least_frames; }
+  bool enough() const { return static_cast<int>(undisturbed.size()) >= min_frames; }
 };
 
 /// One way of the balls into the clay.
@@ -110,8 +110,8 @@ void measurePass(const Scene& scene, const Solids& solids, const Quality& qualit
     times.total += took;
     if (++frame <= first_frames) continue;
     times.all.push_back(took);
-    if (waited <= most_wait * took) times.undisturbed.push_back(took);
-    if (times.enough() && times.total > most_time) return;
+    if (waited <= max_wait * took) times.undisturbed.push_back(took);
+    if (times.enough() && times.total > max_time) return;
   }
 }
 
@@ -120,7 +120,7 @@ void measurePass(const Scene& scene, const Solids& solids, const Quality& qualit
 std::vector<double> measuredFrames(const Scene& scene, const Solids& solids,
                                    const std::vector<Quality>& qualities, double enough) {
   std::vector<clay::Ghosts> balls;  // of each frame, the same for all qualities
-  for (int frame = 1; frame <= most_frames; ++frame)
+  for (int frame = 1; frame <= max_frames; ++frame)
     balls.push_back(pressingBalls(scene, frame * scene.config.frame));
   const Clock::time_point start = Clock::now();
   std::vector<double> all;

@@ -25,8 +25,8 @@
 namespace tactile_clay::scene {
 namespace {
 
-constexpr std::uint64_t most_bytes = 64 * files::mebibyte;
-constexpr std::size_t most_triangles = 200000;  // some 60 MB, and a few microseconds a particle that is near
+constexpr std::uint64_t max_bytes = 64 * files::mebibyte;
+constexpr std::size_t max_triangles = 200000;  // some 60 MB, and a few microseconds a particle that is near
 const std::set<std::string> kinds = {"stl", "dae", "obj"};
 
 struct Triangles {
@@ -85,8 +85,8 @@ void gather(const aiScene& scene, const aiNode& node, const aiMatrix4x4& place, 
       if (face.mNumIndices != 3) continue;  // points and lines
       all.triangles.emplace_back(first + face.mIndices[0], first + face.mIndices[1],
                                  first + face.mIndices[2]);
-      if (all.triangles.size() > most_triangles || all.vertices.size() > 3 * most_triangles)
-        throw std::runtime_error("has more than " + std::to_string(most_triangles) +
+      if (all.triangles.size() > max_triangles || all.vertices.size() > 3 * max_triangles)
+        throw std::runtime_error("has more than " + std::to_string(max_triangles) +
                                  " triangles, expected fewer");
     }
   }
@@ -123,7 +123,7 @@ std::vector<T> ofBytes(std::string_view bytes) {
 Triangles readApart(const std::string& file) {
   const std::string kind = kindOf(file);
   if (kinds.count(kind) == 0) throw std::runtime_error("is of kind '" + kind + "', expected stl, dae or obj");
-  files::requireInput(file, most_bytes);
+  files::requireInput(file, max_bytes);
   const std::string bytes = files::runApart([&] {
     const Triangles mesh = read(file, kind);
     return bytesOf(std::vector<std::size_t>{mesh.vertices.size()}) + bytesOf(mesh.vertices) +

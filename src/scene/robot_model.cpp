@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 using tinyxml2::XMLElement;
 
 constexpr char world[] = "world";
-constexpr std::size_t most_links = 1000;  // readers of a model go down its tree by recursion
+constexpr std::size_t max_links = 1000;  // readers of a model go down its tree by recursion
 const std::set<std::string> frames_of_the_rig = {"tracker", "array", "hand_left", "hand_right"};
 
 [[noreturn]] void fail(const XMLElement& where, const std::string& what) {
@@ -84,8 +84,8 @@ std::string rootOf(XMLElement& robot) {
       fail(link, "link '" + nameOf(link) + "' stands there twice");
   });
   if (links.empty()) fail(robot, "a robot without links, expected some");
-  if (links.size() > most_links)
-    fail(robot, std::to_string(links.size()) + " links, expected at most " + std::to_string(most_links));
+  if (links.size() > max_links)
+    fail(robot, std::to_string(links.size()) + " links, expected at most " + std::to_string(max_links));
   std::set<std::string> joints;
   forEach(robot, "joint", [&](XMLElement& joint) {
     const std::string name = nameOf(joint);
@@ -217,7 +217,8 @@ bool nameFiles(XMLElement& element, const fs::path& folder) {
 }  // namespace
 
 std::string readyModel(const std::string& xml, const fs::path& folder) {
-  if (xml.size() > files::most::text) throw std::runtime_error("urdf: is too large, expected at most 16 MiB");
+  if (xml.size() > files::maximum::text)
+    throw std::runtime_error("urdf: is too large, expected at most 16 MiB");
   tinyxml2::XMLDocument document;
   document.Parse(xml.data(), xml.size());
   if (document.ErrorID() == tinyxml2::XML_ELEMENT_DEPTH_EXCEEDED)
@@ -237,7 +238,10 @@ std::string readyModel(const std::string& xml, const fs::path& folder) {
     for (const char* kind : {"visual", "collision"}) changed = splitCapsules(link, kind) || changed;
   });
   changed = nameFiles(*robot, folder) || changed;
-  if (root != world) hangOnWorld(*robot, root), changed = true;
+  if (root != world) {
+    hangOnWorld(*robot, root);
+    changed = true;
+  }
   if (!changed) return xml;
   tinyxml2::XMLPrinter printer;
   document.Print(&printer);
@@ -246,7 +250,7 @@ std::string readyModel(const std::string& xml, const fs::path& folder) {
 
 std::string loadRobotModel(const std::string& file) {
   try {
-    std::string xml = decodedXml(files::readWhole(file, files::most::text), file);
+    std::string xml = decodedXml(files::readWhole(file, files::maximum::text), file);
     if (hasMacros(xml, file)) xml = decodedXml(expandMacros(file), file);
     return readyModel(xml, fs::path(file).parent_path());
   } catch (const std::runtime_error& error) {

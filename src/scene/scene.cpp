@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double most_particles = 1e7;  // of a scene: some 5 GB, and minutes a frame
+constexpr double max_particles = 1e7;  // of a scene: some 5 GB, and minutes a frame
 
 /// Where the files are that a scene names.
 struct Places {
@@ -138,8 +138,8 @@ void readBody(YamlMap map, const Places& places, Scene& scene, std::map<std::str
   const Eigen::Vector3d velocity = map.vector("velocity", Eigen::Vector3d::Zero(), "x y z in m/s");
   map.finish();
   const double cells = boundingVolume(shape) / std::pow(scene.config.spacing, 3.0);
-  if (static_cast<double>(scene.particles.size()) + cells > most_particles)
-    map.fail("body '" + body.name + "' makes more than " + std::to_string(static_cast<int>(most_particles)) +
+  if (static_cast<double>(scene.particles.size()) + cells > max_particles)
+    map.fail("body '" + body.name + "' makes more than " + std::to_string(static_cast<int>(max_particles)) +
              " particles, expected fewer: a smaller 'size' or a larger 'spacing'");
   const auto points = latticeIn(shape, scene.config.spacing);
   if (points.empty())

@@ -74,23 +74,26 @@ double bestSurface(const std::vector<Point>& points, double wanted, double aroun
   const std::size_t deep = points.size() - distances.size();
   std::sort(distances.begin(), distances.end());
   const double rounding = 1e-6 * around;
-  double best = -around, least = std::abs(static_cast<double>(deep) - wanted);
+  double best = -around, minimum = std::abs(static_cast<double>(deep) - wanted);
   for (std::size_t k = 0; k < distances.size(); ++k) {
     if (k + 1 < distances.size() && distances[k + 1] - distances[k] < rounding) continue;
     const double surface = distances[k] + rounding,
                  off = std::abs(static_cast<double>(deep + k + 1) - wanted);
-    if (off < least || (off == least && std::abs(surface) < std::abs(best))) least = off, best = surface;
+    if (off < minimum || (off == minimum && std::abs(surface) < std::abs(best))) {
+      minimum = off;
+      best = surface;
+    }
   }
   return best;
 }
 
 std::vector<Eigen::Vector3d> latticeOfVolume(const Eigen::AlignedBox3d& box, double volume,
                                              const Distance& distance, double spacing) {
-  constexpr double most_moved = 0.15;     // spacings, that the surface counts as larger or smaller
+  constexpr double max_moved = 0.15;      // spacings, that the surface counts as larger or smaller
   constexpr double enough_for_one = 2e5;  // particles; the volume of so many is right in any lattice
-  const double wanted = volume / (spacing * spacing * spacing), around = most_moved * spacing;
+  const double wanted = volume / (spacing * spacing * spacing), around = max_moved * spacing;
   std::vector<Point> best;
-  double least = INFINITY;
+  double minimum = INFINITY;
   for (int k = 0; k < (wanted > enough_for_one ? 1 : 8); ++k) {
     // Between points first: then a shape of whole layers has all of them, as a box has.
     const Eigen::Array3i phase(1 - k % 2, 1 - k / 2 % 2, 1 - k / 4);
@@ -100,7 +103,10 @@ std::vector<Eigen::Vector3d> latticeOfVolume(const Eigen::AlignedBox3d& box, dou
         std::remove_if(points.begin(), points.end(), [&](const Point& p) { return p.distance > surface; }),
         points.end());
     const double off = std::abs(static_cast<double>(points.size()) - wanted);
-    if (off < least) least = off, best = std::move(points);
+    if (off < minimum) {
+      minimum = off;
+      best = std::move(points);
+    }
   }
   std::vector<Eigen::Vector3d> places;
   for (const Point& p : best) places.push_back(p.place);

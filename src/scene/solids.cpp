@@ -13,7 +13,7 @@
 namespace tactile_clay::scene {
 namespace {
 
-constexpr std::size_t most_triangles = 500000;  // of all meshes of a model: some 150 MB
+constexpr std::size_t max_triangles = 500000;  // of all meshes of a model: some 150 MB
 
 Eigen::Isometry3d toEigen(const urdf::Pose& pose) {
   Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
@@ -146,9 +146,9 @@ Solids::Solids(const std::string& urdf_xml, const std::vector<Motion>& motions,
         clay::Solid& solid = model_->solids.back();
         solid.pose = pose;
         triangles += solid.mesh != nullptr ? solid.mesh->triangles() : 0;
-        if (triangles > most_triangles)
+        if (triangles > max_triangles)
           throw std::runtime_error("urdf: the meshes up to link '" + link.name + "' have more than " +
-                                   std::to_string(most_triangles) + " triangles, expected fewer");
+                                   std::to_string(max_triangles) + " triangles, expected fewer");
       });
 }
 

@@ -42,7 +42,7 @@ void expectUtf8(std::string& text, const std::string& path) {
 }
 
 std::string readText(const std::string& path) {
-  std::string text = files::readWhole(path, files::most::text);
+  std::string text = files::readWhole(path, files::maximum::text);
   expectUtf8(text, path);
   return text;
 }

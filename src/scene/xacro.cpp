@@ -35,9 +35,9 @@ std::string textOf(std::FILE* file) {
   std::string text, piece(std::size_t{1} << 16, '\0');
   std::rewind(file);
   for (std::size_t n = 0;
-       (n = std::fread(&piece[0], 1, piece.size(), file)) > 0 && text.size() <= files::most::text;)
+       (n = std::fread(&piece[0], 1, piece.size(), file)) > 0 && text.size() <= files::maximum::text;)
     text.append(piece, 0, n);
-  if (text.size() > files::most::text)
+  if (text.size() > files::maximum::text)
     throw std::runtime_error("what xacro makes of it is too large, expected at most 16 MiB");
   return text;
 }

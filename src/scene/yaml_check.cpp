@@ -13,7 +13,7 @@
 namespace tactile_clay::scene {
 namespace {
 
-constexpr std::size_t most_nodes = 200000;  // of a file, with all that its aliases repeat
+constexpr std::size_t max_nodes = 200000;  // of a file, with all that its aliases repeat
 
 class Check : public YAML::EventHandler {
  public:
@@ -65,8 +65,8 @@ class Check : public YAML::EventHandler {
   }
   void count(const YAML::Mark& mark, std::size_t nodes) {
     nodes_ += nodes;
-    if (nodes_ > most_nodes)
-      fail(mark, "more than " + std::to_string(most_nodes) + " values, aliases among them, expected fewer");
+    if (nodes_ > max_nodes)
+      fail(mark, "more than " + std::to_string(max_nodes) + " values, aliases among them, expected fewer");
   }
   void open(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor) {
     expectPlain(mark, tag);

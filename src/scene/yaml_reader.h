@@ -89,9 +89,9 @@ class YamlMap {
     const double number = this->number(key, value, expected);
     if constexpr (std::is_integral_v<T>) {
       // Whole numbers that a double holds exactly: more is not counted by any key.
-      constexpr double most = 9007199254740992.0;  // 2^53
-      const double low = std::max<double>(-most, static_cast<double>(std::numeric_limits<T>::lowest()));
-      const double high = std::min<double>(most, static_cast<double>(std::numeric_limits<T>::max()));
+      constexpr double maximum = 9007199254740992.0;  // 2^53
+      const double low = std::max<double>(-maximum, static_cast<double>(std::numeric_limits<T>::lowest()));
+      const double high = std::min<double>(maximum, static_cast<double>(std::numeric_limits<T>::max()));
       if (!(std::trunc(number) == number && number >= low && number <= high))
         failAt(key, "'" + key + "' is no whole number in its range, expected " + expected);
     }

@@ -48,10 +48,10 @@ void addKernel(const Cone& cone, const FieldGrid::Window& window) {
     const Lane along = dx * cone.axis.x() + (dy * cone.axis.y() + dz * cone.axis.z());
     const Lane distance2 = dx * dx + (dy * dy + dz * dz);
     const Lane across = root(positive(distance2 - along * along));
-    const Lane foot = least(positive(along - across * cone.lean), all(cone.length));
+    const Lane foot = min(positive(along - across * cone.lean), all(cone.length));
     const Lane aside = along - foot;
     const Lane distance = root(aside * aside + across * across) - (cone.radius + foot * cone.slope);
-    const Lane u = least(positive((reach - distance) / (2.0f * reach)), all(1.0f));
+    const Lane u = min(positive((reach - distance) / (2.0f * reach)), all(1.0f));
     sums += u * u * u * u;
   });
 }

@@ -33,7 +33,10 @@ ClaySurface::ClaySurface(double spacing)
 const TriangleMesh& ClaySurface::update(const clay::VectorField& position,
                                         const std::vector<Eigen::Vector3f>& color) {
   particles_.take(position, color);
-  mesh_.position.clear(), mesh_.normal.clear(), mesh_.color.clear(), mesh_.triangles.clear();
+  mesh_.position.clear();
+  mesh_.normal.clear();
+  mesh_.color.clear();
+  mesh_.triangles.clear();
   block_of_.clear();
   if (particles_.color.empty()) return mesh_;
   const std::vector<EllipsoidKernel>& kernels = kernels_.update(particles_.position);
@@ -57,7 +60,10 @@ void ClaySurface::paint(const std::vector<EllipsoidKernel>& kernels) {
   for (std::size_t b = 0; b < mixed.size(); ++b) {
     bool found = false;
     grid_.forEachKernel(b, [&](std::uint32_t k) {
-      if (!found) first[b] = particles_.color[k], found = true;
+      if (!found) {
+        first[b] = particles_.color[k];
+        found = true;
+      }
       mixed[b] |= particles_.color[k] != first[b];
     });
   }
@@ -73,7 +79,8 @@ void ClaySurface::paint(const std::vector<EllipsoidKernel>& kernels) {
       if ((d.cwiseAbs() - kernels[k].reach).maxCoeff() > 0.0f) return;
       const float a = std::max(0.0f, 1.0f - d.dot(kernels[k].shape * d));
       const float w = kernels[k].weight * a * a * a;
-      weight += w, color += w * particles_.color[k];
+      weight += w;
+      color += w * particles_.color[k];
     });
     if (weight > 0.0f) mesh_.color[c] = color / weight;
   }

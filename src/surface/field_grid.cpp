@@ -74,11 +74,11 @@ std::size_t findCells(const float* value, float lowest, float highest, std::vect
 /// elsewhere.
 TACTILE_CLAY_MULTIVERSION
 double cellsWithin(const std::vector<float>& mean, const std::vector<float>& width, float level) {
-  constexpr float least_width = 1e-6f;
+  constexpr float min_width = 1e-6f;
   double cells = 0.0;
   for (std::size_t i = 0; i < mean.size(); i += size) {
-    const Lane share = 0.5f + (load(&mean[i]) - level) / greatest(load(&width[i]), all(least_width));
-    cells += static_cast<double>(sum(least(positive(share), all(1.0f))));
+    const Lane share = 0.5f + (load(&mean[i]) - level) / max(load(&width[i]), all(min_width));
+    cells += static_cast<double>(sum(min(positive(share), all(1.0f))));
   }
   return cells;
 }
@@ -95,8 +95,8 @@ std::uint32_t FieldGrid::findOrAdd(const Eigen::Vector3i& at) {
   for (; table_[slot] != none; slot = (slot + 1) % table_.size())
     if (blocks_[table_[slot]].at == at) return table_[slot];
   const auto block = static_cast<std::uint32_t>(blocks_.size());
-  if (block == most_blocks)
-    throw std::runtime_error("clay in more than " + std::to_string(most_blocks) + " blocks of " +
+  if (block == max_blocks)
+    throw std::runtime_error("clay in more than " + std::to_string(max_blocks) + " blocks of " +
                              std::to_string(cell_ * size) + " m, expected clay that is less spread");
   blocks_.emplace_back().at = at;
   table_[slot] = block;

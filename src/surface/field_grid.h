@@ -16,7 +16,7 @@ class FieldGrid {
   static constexpr int block_size = 8;             // nodes, and cells
   static constexpr int row_size = block_size + 1;  // nodes of a block and the next one beyond it
   static constexpr std::uint32_t none = 0xffffffffu;
-  static constexpr std::size_t most_blocks = 32768;
+  static constexpr std::size_t max_blocks = 32768;
   // Cells, from the origin of the world: blocks of clay begin and end on multiples of the spacing, and a
   // surface between nodes has fewer and better triangles than one along them.
   static constexpr float first_node = 0.5f;
@@ -62,7 +62,7 @@ class FieldGrid {
   explicit FieldGrid(float cell) : cell_(cell) {}
 
   /// Adds up kernels. `add(k, window)` adds kernel k to the rows of a window.
-  /// \throws std::runtime_error with one line where they lie in more than `most_blocks`
+  /// \throws std::runtime_error with one line where they lie in more than `max_blocks`
   template <typename Add>
   void update(const std::vector<Box>& boxes, const Add& add) {
     listKernels(boxes);

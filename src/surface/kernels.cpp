@@ -37,13 +37,25 @@ void addNeighbours(const clay::NeighbourPairs pairs, std::size_t i, float per_ra
     const Lane a = positive(1.0f - dot(d, d) * per_radius2);
     const Lane k = a * a * a;
     const LaneVector kd = times(k, d);
-    w += k, wx += kd.x, wy += kd.y, wz += kd.z;
-    xx += kd.x * d.x, xy += kd.x * d.y, xz += kd.x * d.z;
-    yy += kd.y * d.y, yz += kd.y * d.z, zz += kd.z * d.z;
+    w += k;
+    wx += kd.x;
+    wy += kd.y;
+    wz += kd.z;
+    xx += kd.x * d.x;
+    xy += kd.x * d.y;
+    xz += kd.x * d.z;
+    yy += kd.y * d.y;
+    yz += kd.y * d.z;
+    zz += kd.z * d.z;
   }
   m.w += sum(w);
   m.x = -Eigen::Vector3f(sum(wx), sum(wy), sum(wz));  // offsets point from the neighbour to the particle
-  m.xx = sum(xx), m.xy = sum(xy), m.xz = sum(xz), m.yy = sum(yy), m.yz = sum(yz), m.zz = sum(zz);
+  m.xx = sum(xx);
+  m.xy = sum(xy);
+  m.xz = sum(xz);
+  m.yy = sum(yy);
+  m.yz = sum(yz);
+  m.zz = sum(zz);
 }
 
 /// Sum of the kernel of that shape over the particle itself and its neighbours.

@@ -8,7 +8,7 @@ namespace tactile_clay::surface {
 namespace {
 
 // Corners keep that share of a cell from its nodes, so that no two are the same place.
-constexpr float least_share = 1e-3f;
+constexpr float min_share = 1e-3f;
 
 constexpr int size = FieldGrid::block_size, row = FieldGrid::row_size;
 
@@ -28,7 +28,10 @@ void march(FieldGrid& grid, float level, TriangleMesh& mesh, std::vector<std::ui
       const int in_row = (n[2] * row + n[1]) * row + n[0];
       unsigned beyond = 0;
       for (unsigned a = 0; a < 3; ++a)
-        if (n[a] == size) beyond |= 1u << a, n[a] = 0;
+        if (n[a] == size) {
+          beyond |= 1u << a;
+          n[a] = 0;
+        }
       const std::uint32_t owner = block.next[beyond];
       std::uint32_t& corner = blocks[owner].corner[axis][(n[2] * size + n[1]) * size + n[0]];
       if (corner != FieldGrid::none) return corner;
@@ -37,7 +40,7 @@ void march(FieldGrid& grid, float level, TriangleMesh& mesh, std::vector<std::ui
                                                                          : axis == 1 ? row
                                                                                      : row * row)];
       Eigen::Vector3f at = (size * blocks[owner].at + Eigen::Vector3i(n[0], n[1], n[2])).cast<float>();
-      at[axis] += std::clamp((level - from) / (to - from), least_share, 1.0f - least_share);
+      at[axis] += std::clamp((level - from) / (to - from), min_share, 1.0f - min_share);
       mesh.position.push_back(edge * (at.array() + FieldGrid::first_node).matrix());
       block_of.push_back(owner);
       return corner;
@@ -49,7 +52,8 @@ void march(FieldGrid& grid, float level, TriangleMesh& mesh, std::vector<std::ui
         for (int k = 0; k < 4; ++k) {
           const float* const nodes = at + ((k >> 1) * row + (k & 1)) * row;
           in[k] = bits(load(nodes) > all(level)) | (nodes[size] > level ? 1u << size : 0u);
-          any |= in[k], every &= in[k];
+          any |= in[k];
+          every &= in[k];
         }
         if (any == 0 || every == (2u << size) - 1) continue;
         for (int x = 0; x < size; ++x) {

@@ -64,8 +64,8 @@ Rendering renderingOf(const std::string& text) {
     fail("--render '" + text + "': expected points:N or field:N, as in points:8");
   const Rendering rendering{kind == "field", whole("--render", text.substr(colon + 1), 1, 256)};
   if (rendering.field && rendering.count != 1 && rendering.count != 2 && rendering.count != 4 &&
-      rendering.count != ultrasound::most_patterns)
-    fail("--render '" + text + "': expected 1, 2, 4 or " + std::to_string(ultrasound::most_patterns) +
+      rendering.count != ultrasound::max_patterns)
+    fail("--render '" + text + "': expected 1, 2, 4 or " + std::to_string(ultrasound::max_patterns) +
          " patterns");
   return rendering;
 }
@@ -116,7 +116,9 @@ AccuracyOptions accuracyOptions(int argc, char** argv) {
     option->second = argv[k + 1];
   }
   AccuracyOptions o;
-  o.scene = given["--scene"], o.hands = given["--hands"], o.csv = given["--csv"];
+  o.scene = given["--scene"];
+  o.hands = given["--hands"];
+  o.csv = given["--csv"];
   o.outcomes = given["--outcomes"];
   readShare(given, o);
   o.share = shareFolder(given["--share"]);

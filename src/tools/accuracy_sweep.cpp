@@ -93,7 +93,10 @@ Player::Player(AccuracyOptions options, const std::vector<Sweep>& sweeps) : opti
   for (const Sweep& sweep : sweeps)
     for (const auto* plays : {&sweep.settings, &sweep.reference})
       for (const Play& play : *plays)
-        if (isMine(play)) ++count_, left_ += play.cost;
+        if (isMine(play)) {
+          ++count_;
+          left_ += play.cost;
+        }
 }
 
 Outcome Player::operator()(const Sweep& sweep, const Play& play) {

@@ -120,13 +120,13 @@ Touches touch(hand::HandSource& source, const std::vector<Vector3d>& marks,
 void writePose(const std::string& file, const Eigen::Isometry3d& pose) {
   namespace fs = std::filesystem;
   const bool is_new = !fs::exists(file) || (fs::is_regular_file(file) && fs::file_size(file) == 0);
-  const std::string text = is_new ? "" : files::readWhole(file, files::most::text);
+  const std::string text = is_new ? "" : files::readWhole(file, files::maximum::text);
   files::writeWhole(file, hand::withTrackerPose(text, pose), files::Existing::replace);
 }
 
 void run(const tactile_clay::tools::Arguments& arguments) {
   const std::vector<Vector3d> marks = points(arguments["points"]);
-  const double most = arguments.number("most", 0.0, 1.0);
+  const double maximum = arguments.number("most", 0.0, 1.0);
   hand::TouchDetector::Config config;
   config.seconds = arguments.number("rest", 0.1, 60.0);
   hand::SourceOptions options;
@@ -141,9 +141,9 @@ void run(const tactile_clay::tools::Arguments& arguments) {
   const hand::RigidFit fit = hand::fitRigid(touches.touched, touches.targets);
   std::printf("%s\nthe points are met to %.1f mm rms, %.1f mm at most\n",
               hand::trackerPoseLine(fit.pose).c_str(), 1e3 * fit.rms, 1e3 * fit.worst);
-  if (fit.worst > most) {
+  if (fit.worst > maximum) {
     std::ostringstream line;
-    line << "a point is missed by " << fit.worst << " m, expected at most " << most
+    line << "a point is missed by " << fit.worst << " m, expected at most " << maximum
          << ": were they touched in their order?";
     throw std::runtime_error(line.str());
   }

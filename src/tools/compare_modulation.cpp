@@ -163,11 +163,11 @@ struct Task {
     return numbers(key + "=" + values.at(key), values.at(key));
   }
 
-  std::size_t whole(const std::string& key, double least) const {
+  std::size_t whole(const std::string& key, double minimum) const {
     const double value = list(key).front();
-    if (!(value >= least && value <= 1e6 && value == std::floor(value)))
+    if (!(value >= minimum && value <= 1e6 && value == std::floor(value)))
       throw std::runtime_error("'" + key + "=" + values.at(key) + "': expected a whole number from " +
-                               std::to_string(static_cast<int>(least)));
+                               std::to_string(static_cast<int>(minimum)));
     return static_cast<std::size_t>(value);
   }
 };

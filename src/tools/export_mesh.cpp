@@ -56,7 +56,7 @@ Clay ofSculpture(const std::string& file, const scene::Scene& scene) {
 }
 
 Clay ofBag(const std::string& file, const std::string& topic, double time, const scene::Scene& scene) {
-  files::requireInput(file, files::most::recording);
+  files::requireInput(file, files::maximum::recording);
   rosbag::Bag bag(file);
   const auto isTopic = [&](const rosbag::ConnectionInfo* connection) {
     return connection->datatype == "sensor_msgs/PointCloud2" &&

@@ -10,7 +10,7 @@ namespace tactile_clay::tools {
 namespace {
 
 constexpr float neighbours = 0.008f;  // m; samples farther apart have no skin between them that counts
-constexpr std::size_t most_neighbours = 3;
+constexpr std::size_t max_neighbours = 3;
 
 }  // namespace
 
@@ -49,7 +49,7 @@ Skin refined(const Samples& samples) {
         near.emplace_back(d, j);
     }
     std::sort(near.begin(), near.end());
-    near.resize(std::min(near.size(), most_neighbours));
+    near.resize(std::min(near.size(), max_neighbours));
     for (const auto& entry : near) {
       pairs.push_back({i, entry.second});
       count[i] += 1.0;

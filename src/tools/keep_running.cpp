@@ -39,7 +39,7 @@ namespace nodes = tactile_clay::nodes;
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
-constexpr std::size_t most_starts = 5;  // again, within `of_late`
+constexpr std::size_t max_starts = 5;  // again, within `of_late`
 constexpr Seconds of_late(60.0);
 constexpr Seconds look(0.1);              // between two looks at the program
 constexpr Seconds stopped_patience(1.0);  // a program that is stopped (SIGSTOP) is no busy one
@@ -248,8 +248,8 @@ int keep(const Options& options) {
     }
     const Clock::time_point now = Clock::now();
     while (!starts.empty() && now - starts.front() > of_late) starts.pop_front();
-    if (starts.size() == most_starts) {
-      say(options.name + " " + end.words() + " for the " + std::to_string(most_starts + 1) +
+    if (starts.size() == max_starts) {
+      say(options.name + " " + end.words() + " for the " + std::to_string(max_starts + 1) +
           "th time within a minute, and is not started again");
       return std::max(end.code(), 1);
     }

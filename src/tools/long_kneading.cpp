@@ -99,7 +99,8 @@ class Sums {
       *value /= frames;
     for (clay::Stage& stage : s.stages) stage.ms /= frames;
     s.end = clay.time();
-    s.ms = quantile(ms_, 0.5), s.ms_p99 = quantile(ms_, 0.99);
+    s.ms = quantile(ms_, 0.5);
+    s.ms_p99 = quantile(ms_, 0.99);
     s.dropped = dropped;
     s.bonds = static_cast<double>(clay.statistics().bonds) / particles;
     s.neighbours = neighboursOf(clay);
@@ -155,16 +156,17 @@ void kneadLong(const scene::Scene& scene, const scene::Solids& solids, const std
   LiveClock clock(how.slowness);
   clay::SkinPath path;
   double due = 0.0, before = 0.0, next_stretch = how.stretch;  // s; `due`: when the next sample comes
-  for (std::size_t k = 0; clay.time() < how.duration; ++k) {
-    const HandSample* sample = &samples[k % samples.size()];
+  std::size_t next = 0;
+  while (clay.time() < how.duration) {
+    const HandSample* sample = &samples[next++ % samples.size()];
     double duration = sample->duration;
     clay::Ghosts skin = sample->skin;
     if (how.live) {
       due += duration;
       path.add(skin, due);
       // A late frame ends at the newest sample.
-      while (clock.now() > due + samples[(k + 1) % samples.size()].duration) {
-        sample = &samples[++k % samples.size()];
+      while (clock.now() > due + samples[next % samples.size()].duration) {
+        sample = &samples[next++ % samples.size()];
         due += sample->duration;
         path.add(sample->skin, due);
       }

@@ -19,9 +19,9 @@ using clay::Material;
 constexpr double stray = 0.1;  // of the root mean square force; beyond, a residual counts by its size
 constexpr double edges[] = {0.5, 0.25};  // of a logarithm, of the first simplex and of one that starts anew
 constexpr double done = 0.01;            // of a logarithm: parameters within 1 %
-constexpr double shift = 0.3;        // of a logarithm, for sensitivities: much more than the clay is rough
-constexpr double least_bulk = 10.0;  // times the stiffness
-constexpr double wrong = 1e6;        // loss of a material that gives no forces
+constexpr double shift = 0.3;      // of a logarithm, for sensitivities: much more than the clay is rough
+constexpr double min_bulk = 10.0;  // times the stiffness
+constexpr double wrong = 1e6;      // loss of a material that gives no forces
 const double undetermined = std::log(1.5);  // standard error of a logarithm
 
 /// A parameter as the fit sees it.
@@ -40,7 +40,7 @@ const std::map<std::string, Access> accesses = {
       [](Material& m, double v) {
         m.yield_strain *= m.stiffness / v;
         m.stiffness = v;
-        m.bulk_modulus = std::max(m.bulk_modulus, least_bulk * v);
+        m.bulk_modulus = std::max(m.bulk_modulus, min_bulk * v);
       }}},
     {"yield_stress",
      {1.0, 1e8, yieldStress, [](Material& m, double v) { m.yield_strain = 0.5 * v / m.stiffness; }}},
@@ -150,7 +150,7 @@ bool FitParameter::determined() const {
 
 MaterialFit fitMaterial(const ForceModel& forces, const std::vector<double>& measured,
                         const clay::Material& start, double yield_stress,
-                        const std::vector<std::string>& names, int most) {
+                        const std::vector<std::string>& names, int maximum) {
   requireFittable(start, names);
   const double scale = rootMeanSquare(measured);
   MaterialFit fit;
@@ -181,20 +181,20 @@ MaterialFit fitMaterial(const ForceModel& forces, const std::vector<double>& mea
     return at;
   };
   Point best = logarithmsOf(fit.material);
-  double least = std::numeric_limits<double>::infinity();
+  double minimum = std::numeric_limits<double>::infinity();
   if (isFitted(names, "stiffness")) {
     for (const double ratio : {10.0, 50.0, 250.0}) {  // shear modulus over yield stress
       Material tried = fit.material;
       accesses.at("stiffness").set(tried, ratio * yield_stress);
       const Point at = logarithmsOf(tried);
       const double value = loss(at);
-      if (value >= least) continue;
-      least = value;
+      if (value >= minimum) continue;
+      minimum = value;
       best = at;
     }
   }
   // A simplex may shrink too early where the clay is rough; a new one goes on from where it ended.
-  for (const double edge : edges) best = nelderMead(loss, best, edge, done, most / 2).at;
+  for (const double edge : edges) best = nelderMead(loss, best, edge, done, maximum / 2).at;
   fit.model = run(best);
   const std::vector<double> left = difference(fit.model, measured);
   fit.error = rootMeanSquare(left) / scale;
@@ -208,12 +208,12 @@ MaterialFit fitMaterial(const ForceModel& forces, const std::vector<double>& mea
 }
 
 double guessedYieldStress(const PressSetup& setup, const PressCurve& curve) {
-  const auto most =
+  const auto maximum =
       std::max_element(curve.begin(), curve.end(),
                        [](const PressSample& a, const PressSample& b) { return a.force < b.force; });
   const double factor = setup.tool == PressSetup::Tool::plate ? std::sqrt(3.0) : 6.0;
-  const double area = std::max(setup.area(most->depth), 1e-3 * setup.area(setup.radius));
-  return most->force / (factor * area);
+  const double area = std::max(setup.area(maximum->depth), 1e-3 * setup.area(setup.radius));
+  return maximum->force / (factor * area);
 }
 
 std::string materialFile(const MaterialFit& fit, const std::vector<std::string>& comments) {

@@ -35,10 +35,10 @@ using ForceModel = std::function<std::vector<double>(const clay::Material&)>;
 /// of stiffness to yield stress.
 /// \param start what is not fitted; bulk_modulus is raised to ten times the stiffness where it is less
 /// \param yield_stress Pa, a guess \param names some of stiffness, yield_stress, viscosity, relaxation_time,
-/// friction \param most evaluations, about \throws std::runtime_error for a name that is none
+/// friction \param maximum evaluations, about \throws std::runtime_error for a name that is none
 MaterialFit fitMaterial(const ForceModel& forces, const std::vector<double>& measured,
                         const clay::Material& start, double yield_stress,
-                        const std::vector<std::string>& names, int most);
+                        const std::vector<std::string>& names, int maximum);
 
 /// Pa, a guess from the greatest force: a punch presses with 6 tau_y, a bar with sqrt(3) tau_y.
 double guessedYieldStress(const PressSetup& setup, const PressCurve& curve);

@@ -80,12 +80,12 @@ void measure(const std::string& file) {
                   static_cast<double>(told.longest_ms[k]));
   const std::size_t last = told.stages.size() - 1;
   const std::uint32_t* const counts = &told.counts[last * told.bins];
-  std::uint32_t most = 1;
-  for (std::uint32_t b = 0; b < told.bins; ++b) most = std::max(most, counts[b]);
+  std::uint32_t maximum = 1;
+  for (std::uint32_t b = 0; b < told.bins; ++b) maximum = std::max(maximum, counts[b]);
   for (std::uint32_t b = 0; b < told.bins; ++b)
     if (counts[b] > 0)
       std::printf("%4.0f%s ms %6u %s\n", static_cast<double>(told.bin_ms) * b, b + 1 == told.bins ? "+" : " ",
-                  counts[b], std::string(std::max(1u, longest_bar * counts[b] / most), '#').c_str());
+                  counts[b], std::string(std::max(1u, longest_bar * counts[b] / maximum), '#').c_str());
 }
 
 }  // namespace

@@ -87,10 +87,10 @@ Figures measure(const std::string& file, std::size_t step, const FocalPointConfi
     figures.merged += renderer.report().merged_points;
     const auto count = static_cast<double>(points.size());
     for (std::size_t k = 0; k < points.size(); ++k) {
-      const double most = reach.amplitude(points[k].position);
+      const double maximum = reach.amplitude(points[k].position);
       figures.pressure.push_back(points[k].pressure);
-      figures.asked.push_back(points[k].pressure * count * reference / (most * most));
-      figures.amplitude.push_back(points[k].intensity * most / std::sqrt(count));
+      figures.asked.push_back(points[k].pressure * count * reference / (maximum * maximum));
+      figures.amplitude.push_back(points[k].intensity * maximum / std::sqrt(count));
     }
     if (figures.frames++ % step != 0) continue;
     const auto amplitude = [&](const Eigen::Vector3d& at) {

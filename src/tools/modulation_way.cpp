@@ -138,7 +138,7 @@ void renderFrame(const Array& array, const Samples& pressed, const Samples& all,
   way.error.push_back(shapeError(*skin, had, false));
   way.weighted.push_back(shapeError(*skin, had, true));
   way.pressure.push_back(felt / contact);
-  way.most.push_back(felt / contact / std::pow(static_cast<double>(amplitude), 2));
+  way.maximum.push_back(felt / contact / std::pow(static_cast<double>(amplitude), 2));
   way.force.push_back(force);
   const ultrasound::FeltForce sense =
       ultrasound::feltForce(way.config.modulation, sound.emission.modulation_frequency, force);
@@ -159,7 +159,7 @@ void printTable(std::vector<ModulationWay>& ways) {
   for (ModulationWay& way : ways) {
     std::printf("| %s | %.1f | %.1f | %.1f | %.2f | %.2f | %.0f | %.2f | %s | %s | ", way.name.c_str(),
                 mean(way.points), 100 * mean(way.error), 100 * mean(way.weighted), mean(way.pressure),
-                mean(way.most), 100 * mean(way.coverage), 1e3 * mean(way.force),
+                mean(way.maximum), 100 * mean(way.coverage), 1e3 * mean(way.force),
                 known(way.vibration, 1.0, "%.0f").c_str(), known(way.touch, 1e3, "%.0f").c_str());
     if (way.cost.empty()) {
       std::printf("|\n");

@@ -25,13 +25,13 @@ struct ModulationWay {
   std::vector<ultrasound::Drive> before;
 
   std::vector<double> points;
-  std::vector<double> coverage;         // share of the contact force on skin within 6 dB of the strongest
-  std::vector<double> error, weighted;  // shapeError of what is rendered
-  std::vector<double> pressure, most;   // Pa, mean by contact force: as played, and at full drive
-  std::vector<double> force;            // N, of the sound on that skin while it is on
-  std::vector<double> vibration;        // dB above what is just felt (FeltForce), where that is known
-  std::vector<double> touch;            // N, of a steady touch that is felt as strong, where that is known
-  std::vector<double> cost;             // s, of the field solver
+  std::vector<double> coverage;           // share of the contact force on skin within 6 dB of the strongest
+  std::vector<double> error, weighted;    // shapeError of what is rendered
+  std::vector<double> pressure, maximum;  // Pa, mean by contact force: as played, and at full drive
+  std::vector<double> force;              // N, of the sound on that skin while it is on
+  std::vector<double> vibration;          // dB above what is just felt (FeltForce), where that is known
+  std::vector<double> touch;              // N, of a steady touch that is felt as strong, where that is known
+  std::vector<double> cost;               // s, of the field solver
 };
 
 /// Phases have 32 levels.

@@ -135,7 +135,10 @@ Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::
     outcome.density += sample.duration * clay.statistics().density_error_mean;
     outcome.densest = std::max(outcome.densest, clay.statistics().density_error_max);
   }
-  if (time > 0.0) outcome.mean_force /= time, outcome.density /= time;
+  if (time > 0.0) {
+    outcome.mean_force /= time;
+    outcome.density /= time;
+  }
   for (const PressureMeter& meter : meters) outcome.rendered.push_back(meter.mean());
   outcome.force = meansOf(loads);
   outcome.position = clay.particles().position;
@@ -160,11 +163,11 @@ Errors compare(const Outcome& outcome, const Outcome& reference, double spacing)
   return e;
 }
 
-Errors greatest(const Errors& a, const Errors& b) {
-  Errors most;
+Errors max(const Errors& a, const Errors& b) {
+  Errors maximum;
   for (double Errors::*error : {&Errors::displacement, &Errors::height, &Errors::force, &Errors::mean_force})
-    most.*error = std::max(std::abs(a.*error), std::abs(b.*error));
-  return most;
+    maximum.*error = std::max(std::abs(a.*error), std::abs(b.*error));
+  return maximum;
 }
 
 }  // namespace tactile_clay::tools

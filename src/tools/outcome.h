@@ -58,6 +58,6 @@ struct Errors {
 Errors compare(const Outcome& outcome, const Outcome& reference, double spacing);
 
 /// The greater of each two errors, by size.
-Errors greatest(const Errors& a, const Errors& b);
+Errors max(const Errors& a, const Errors& b);
 
 }  // namespace tactile_clay::tools

@@ -16,7 +16,7 @@ namespace tactile_clay::tools {
 namespace {
 
 constexpr const char* heading = "tactile_clay outcome 2";
-constexpr std::uint64_t most_bytes = 1U << 30U;  // of a file; a million particles are some 50 MB
+constexpr std::uint64_t max_bytes = 1U << 30U;  // of a file; a million particles are some 50 MB
 
 /// FNV-1a.
 class Hash {
@@ -49,10 +49,11 @@ void expect(std::istream& in, const std::string& name) {
 }
 
 std::size_t sizeOf(std::istream& in, const std::string& name) {
-  constexpr std::size_t most = 100'000'000;
+  constexpr std::size_t maximum = 100'000'000;
   expect(in, name);
   std::size_t size = 0;
-  if (!(in >> size) || size > most) throw std::runtime_error("expected how many of '" + name + "' there are");
+  if (!(in >> size) || size > maximum)
+    throw std::runtime_error("expected how many of '" + name + "' there are");
   return size;
 }
 
@@ -79,8 +80,10 @@ Outcome read(std::istream& in) {
                                  &Outcome::volume_change})
     outcome.*value = numberIn<double>(in);
   outcome.rendered.resize(sizeOf(in, "rendered"));
-  for (RenderedPressure& rendered : outcome.rendered)
-    rendered.error = numberIn<double>(in), rendered.ms = numberIn<double>(in);
+  for (RenderedPressure& rendered : outcome.rendered) {
+    rendered.error = numberIn<double>(in);
+    rendered.ms = numberIn<double>(in);
+  }
   expect(in, "end");
   return outcome;
 }
@@ -135,7 +138,7 @@ void saveOutcome(const std::string& file, const std::string& key, const Outcome&
 
 std::optional<Outcome> loadOutcome(const std::string& file, const std::string& key) {
   if (!std::filesystem::exists(file)) return std::nullopt;
-  std::istringstream in(files::readWhole(file, most_bytes));
+  std::istringstream in(files::readWhole(file, max_bytes));
   std::string first, second;
   std::getline(in, first);
   std::getline(in, second);

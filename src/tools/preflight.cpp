@@ -83,8 +83,10 @@ void nameFiles(Arguments& arguments) {
   const std::string record = lowerCase(arguments["record"]);
   if (record == "true")
     clay::tools::requireFolderToWrite(here);
-  else if (!record.empty() && record != "false")
-    name("record"), clay::tools::requireNewBag(arguments["record"]);
+  else if (!record.empty() && record != "false") {
+    name("record");
+    clay::tools::requireNewBag(arguments["record"]);
+  }
 }
 
 Arguments parse(int argc, char** argv) {
@@ -127,7 +129,7 @@ void checkHands(const Arguments& arguments) {
   const bool needs_file =
       arguments.at("hands") == "bag" || arguments.at("hands") == "leap_recording" || scripted;
   if (!needs_file) return;
-  if (!scripted) clay::files::requireInput(file, clay::files::most::recording);
+  if (!scripted) clay::files::requireInput(file, clay::files::maximum::recording);
   clay::hand::SourceOptions options;
   options.file = file;
   options.topic = valueOf(arguments, "topic", "");
@@ -240,7 +242,7 @@ std::string checkAll(const Arguments& arguments) {
     throw std::runtime_error("record_compression '" + compression + "': expected none, lz4 or bz2");
   check(arguments, "phase_levels", 0, 65536);
   check(arguments, "rate", 0.01, 100.0);
-  check(arguments, "prediction", 0.0, clay::hand::most_prediction);
+  check(arguments, "prediction", 0.0, clay::hand::max_prediction);
   check(arguments, "duration", 0.0, 1e9);
   check(arguments, "threads", 0, 1024);
   check(arguments, "max_points", 1, 256);

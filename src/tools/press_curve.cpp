@@ -12,15 +12,15 @@
 namespace tactile_clay::tools {
 namespace {
 
-constexpr double frame = 1.0 / 60.0;    // s, of the clay and of what is compared
-constexpr double settling = 0.2;        // s, in which the sample comes to rest under its weight
-constexpr double longest = 120.0;       // s, of a curve: 7200 frames an evaluation
-constexpr std::size_t fewest = 5;       // moments of a curve
-constexpr double largest = 1e9;         // of any number in a file
-constexpr double deepest_share = 0.8;   // of the height of the sample
-constexpr double latest_share = 0.05;   // of the greatest depth, at which a curve begins at the latest
-constexpr std::size_t few = 3000;       // particles, for which threads are not worth their cost
-constexpr double most_particles = 2e5;  // of a sample
+constexpr double frame = 1.0 / 60.0;   // s, of the clay and of what is compared
+constexpr double settling = 0.2;       // s, in which the sample comes to rest under its weight
+constexpr double longest = 120.0;      // s, of a curve: 7200 frames an evaluation
+constexpr std::size_t fewest = 5;      // moments of a curve
+constexpr double largest = 1e9;        // of any number in a file
+constexpr double deepest_share = 0.8;  // of the height of the sample
+constexpr double latest_share = 0.05;  // of the greatest depth, at which a curve begins at the latest
+constexpr std::size_t few = 3000;      // particles, for which threads are not worth their cost
+constexpr double max_particles = 2e5;  // of a sample
 
 std::vector<std::string> cellsOf(const std::string& line) {
   std::vector<std::string> cells;
@@ -98,7 +98,7 @@ double originOver(const clay::Solid& tool) {
 }  // namespace
 
 PressCurve readPressCurve(const std::string& file) {
-  std::istringstream text(files::readWhole(file, files::most::text));
+  std::istringstream text(files::readWhole(file, files::maximum::text));
   PressCurve curve;
   std::string line;
   for (int number = 1; std::getline(text, line); ++number) {
@@ -181,9 +181,9 @@ void check(const PressSetup& setup, const PressCurve& curve) {
     fail(line.str());
   }
   const double particles = scene::boundingVolume(setup.sample) / std::pow(setup.fittedSpacing(), 3.0);
-  if (particles > most_particles) {
+  if (particles > max_particles) {
     line << "spacing " << setup.spacing << " m makes " << std::lround(particles) << " particles, expected "
-         << std::lround(most_particles) << " at most";
+         << std::lround(max_particles) << " at most";
     fail(line.str());
   }
 }

@@ -21,8 +21,10 @@ class Uniform {
 };
 
 struct Hertz {
-  double most, radius;  // Pa, m
-  double at(double d) const { return d < radius ? most * std::sqrt(1.0 - d * d / (radius * radius)) : 0.0; }
+  double maximum, radius;  // Pa, m
+  double at(double d) const {
+    return d < radius ? maximum * std::sqrt(1.0 - d * d / (radius * radius)) : 0.0;
+  }
 };
 
 contact::PressureSample sample(const Eigen::Vector3d& at, double pressure, double step) {
@@ -44,8 +46,8 @@ std::vector<contact::PressureSample> fingers(Uniform& uniform, int count, double
   }
   std::vector<contact::PressureSample> skin;
   for (const Eigen::Vector3d& tip : tips) {
-    const double most = 22500.0 + 7500.0 * uniform();
-    const Hertz press{most, 0.005 + 0.001 * uniform()};
+    const double maximum = 22500.0 + 7500.0 * uniform();
+    const Hertz press{maximum, 0.005 + 0.001 * uniform()};
     for (double x = -0.007; x < 0.0071; x += step)
       for (double y = -0.025; y < 0.0071; y += step) {
         const double end = std::max(y, 0.0);
@@ -60,8 +62,8 @@ std::vector<contact::PressureSample> palm(Uniform& uniform, double step) {
   const double x0 = 0.03 * uniform(), y0 = 0.03 * uniform();
   const Eigen::Vector3d middle(x0, y0, height + height_range * uniform());
   const double slope = 0.3 * uniform();
-  const double most = 7500.0 + 2500.0 * uniform();
-  const Hertz press{most, 0.02 + 0.005 * uniform()};
+  const double maximum = 7500.0 + 2500.0 * uniform();
+  const Hertz press{maximum, 0.02 + 0.005 * uniform()};
   std::vector<contact::PressureSample> skin;
   for (double x = -0.035; x < 0.0351; x += step)
     for (double y = -0.035; y < 0.0351; y += step)

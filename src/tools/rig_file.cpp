@@ -37,7 +37,8 @@ nodes::SettingValue valueOf(const std::string& text) {
 /// Arguments of rig.launch that always have a value: it would stand for one of the file.
 std::set<std::string> argumentsOfRig() {
   static const std::regex argument("<arg name=\"([a-z_]+)\" default=");
-  const std::string text = files::readWhole(nodes::packageFolder() + "/launch/rig.launch", files::most::text);
+  const std::string text =
+      files::readWhole(nodes::packageFolder() + "/launch/rig.launch", files::maximum::text);
   std::set<std::string> names;
   for (auto found = std::sregex_iterator(text.begin(), text.end(), argument); found != std::sregex_iterator();
        ++found)

@@ -102,8 +102,7 @@ void printTable(const Sweep& sweep, Player& player, std::ofstream& csv) {
   Doubt doubt;
   doubt.step = tell("twice the step", sweep.reference[0], coarse);
   for (int k = 2; k < 5; ++k)
-    doubt.aside =
-        greatest(doubt.aside, tell("1 µm aside", sweep.reference[k], player(sweep, sweep.reference[k])));
+    doubt.aside = max(doubt.aside, tell("1 µm aside", sweep.reference[k], player(sweep, sweep.reference[k])));
   tell("reference", sweep.reference[1], reference);
   std::printf("\n%s\n", convergence(doubt, errors).c_str());
   std::fflush(stdout);

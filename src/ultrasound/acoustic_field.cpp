@@ -23,7 +23,7 @@ void checkDrive(const ArrayLayout& layout, const Drive& drive) {
                               layout.name);
 }
 
-constexpr std::size_t block_size = 4 * lane_count;  // points that are summed together
+constexpr std::size_t block_size = 4 * wide_lane_count;  // points that are summed together
 
 /// Points as structure of arrays, and their sums.
 struct Block {
@@ -45,7 +45,7 @@ void store(const Lanes& a, float* to) {
 template <bool simple>
 TACTILE_CLAY_INLINE void sumBlock(const std::vector<PistonSource>& sources, const PistonConstants& air,
                                   Block& block) {
-  for (std::size_t i = 0; i < block_size; i += lane_count) {
+  for (std::size_t i = 0; i < block_size; i += wide_lane_count) {
     const LanePoints at{load(&block.x[i]), load(&block.y[i]), load(&block.z[i])};
     const Lanes height = at.z - sources.front().z;
     const Lanes height_squared = height * height;
@@ -58,13 +58,13 @@ TACTILE_CLAY_INLINE void sumBlock(const std::vector<PistonSource>& sources, cons
   }
 }
 
-TACTILE_CLAY_CLONES void sumSimple(const std::vector<PistonSource>& sources, const PistonConstants& air,
-                                   Block& block) {
+TACTILE_CLAY_MULTIVERSION void sumSimple(const std::vector<PistonSource>& sources, const PistonConstants& air,
+                                         Block& block) {
   sumBlock<true>(sources, air, block);
 }
 
-TACTILE_CLAY_CLONES void sumSources(const std::vector<PistonSource>& sources, const PistonConstants& air,
-                                    Block& block) {
+TACTILE_CLAY_MULTIVERSION void sumSources(const std::vector<PistonSource>& sources,
+                                          const PistonConstants& air, Block& block) {
   sumBlock<false>(sources, air, block);
 }
 

@@ -24,27 +24,28 @@ struct Spacing {
 };
 
 /// Map of space in which points 1 apart are as close as they may be. The array's part is that at `centre`.
-Eigen::Matrix3d seedMetric(const Spacing& least, const Eigen::Vector3d& centre) {
-  const double k = least.array->acoustics().wavenumber();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> beam(least.array->beam(centre).spread.cast<double>() *
-                                                            std::pow(k / least.separation, 2));
+Eigen::Matrix3d seedMetric(const Spacing& minimum, const Eigen::Vector3d& centre) {
+  const double k = minimum.array->acoustics().wavenumber();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> beam(
+      minimum.array->beam(centre).spread.cast<double>() * std::pow(k / minimum.separation, 2));
   Eigen::Vector3d over_length = beam.eigenvalues().cwiseMax(1e-6).cwiseSqrt();
-  if (least.distance > 0.0) over_length = over_length.cwiseMin(1.0 / least.distance);
+  if (minimum.distance > 0.0) over_length = over_length.cwiseMin(1.0 / minimum.distance);
   return over_length.asDiagonal() * beam.eigenvectors().transpose();
 }
 
 /// How far two centres are apart, over the least that they may be.
-double clearance(const Eigen::Vector3d& way, const FocusBeam& a, const FocusBeam& b, const Spacing& least) {
+double clearance(const Eigen::Vector3d& way, const FocusBeam& a, const FocusBeam& b, const Spacing& minimum) {
   double clear = std::numeric_limits<double>::infinity();
-  if (least.distance > 0.0) clear = way.norm() / least.distance;
-  if (least.array != nullptr && least.separation > 0.0)
-    clear = std::min(clear, separation(way, a, b, least.array->acoustics().wavenumber()) / least.separation);
+  if (minimum.distance > 0.0) clear = way.norm() / minimum.distance;
+  if (minimum.array != nullptr && minimum.separation > 0.0)
+    clear =
+        std::min(clear, separation(way, a, b, minimum.array->acoustics().wavenumber()) / minimum.separation);
   return clear;
 }
 
 /// Merges the closest two centres until all are far enough apart, and clusters anew, until they stay so.
 /// \param unresolved counts the pairs that only the array is too coarse for
-Clustering separate(const ContactField& field, Clustering clustering, const Spacing& least,
+Clustering separate(const ContactField& field, Clustering clustering, const Spacing& minimum,
                     std::size_t& unresolved) {
   while (clustering.center.size() > 1) {
     std::vector<Eigen::Vector3d> center = clustering.center;
@@ -52,7 +53,7 @@ Clustering separate(const ContactField& field, Clustering clustering, const Spac
     for (std::size_t i = 0; i < field.weight.size(); ++i) weight[clustering.cluster[i]] += field.weight[i];
     std::vector<FocusBeam> beam(center.size());
     const auto look = [&](std::size_t k) {
-      if (least.array != nullptr && least.separation > 0.0) beam[k] = least.array->beam(center[k]);
+      if (minimum.array != nullptr && minimum.separation > 0.0) beam[k] = minimum.array->beam(center[k]);
     };
     for (std::size_t k = 0; k < center.size(); ++k) look(k);
     while (center.size() > 1) {
@@ -61,7 +62,7 @@ Clustering separate(const ContactField& field, Clustering clustering, const Spac
       double closest = 1.0;
       for (std::size_t i = 0; i < center.size(); ++i) {
         for (std::size_t j = i + 1; j < center.size(); ++j) {
-          const double clear = clearance(center[j] - center[i], beam[i], beam[j], least);
+          const double clear = clearance(center[j] - center[i], beam[i], beam[j], minimum);
           if (clear < closest) {
             closest = clear;
             a = i;
@@ -70,7 +71,7 @@ Clustering separate(const ContactField& field, Clustering clustering, const Spac
         }
       }
       if (a == b) break;
-      if ((center[a] - center[b]).norm() >= least.distance) ++unresolved;
+      if ((center[a] - center[b]).norm() >= minimum.distance) ++unresolved;
       center[a] = (weight[a] * center[a] + weight[b] * center[b]) / (weight[a] + weight[b]);
       weight[a] += weight[b];
       look(a);
@@ -130,7 +131,7 @@ ContactField contactField(const std::vector<PressureSample>& samples, const Foca
 
 Clustering contactClusters(const ContactField& field, const FocalPointConfig& config, const ArrayReach* array,
                            const std::vector<FocalPoint>& previous, std::size_t& unresolved) {
-  const Spacing least{config.min_separation, config.min_resolution, array};
+  const Spacing minimum{config.min_separation, config.min_resolution, array};
   unresolved = 0;
   Eigen::Matrix3d metric = Eigen::Matrix3d::Identity();
   double apart = config.min_separation;
@@ -142,7 +143,7 @@ Clustering contactClusters(const ContactField& field, const FocalPointConfig& co
       centre += field.weight[i] * field.position[i];
       total += field.weight[i];
     }
-    metric = seedMetric(least, centre / total);
+    metric = seedMetric(minimum, centre / total);
     apart = 1.0;
     on_skin = addSeeds(field.position, field.weight, {field.position[heaviest(field)]}, config.max_points,
                        config.min_separation)
@@ -151,7 +152,7 @@ Clustering contactClusters(const ContactField& field, const FocalPointConfig& co
   Clustering cold = weightedKMeans(field.position, field.weight, config.max_points, apart,
                                    previous.empty() ? restarts : 1, metric);
   const std::size_t unseeded = on_skin - std::min(on_skin, cold.center.size());  // room on the skin only
-  cold = separate(field, std::move(cold), least, unresolved);
+  cold = separate(field, std::move(cold), minimum, unresolved);
   unresolved += unseeded;
   if (previous.empty() || previous.size() > config.max_points) return cold;
 
@@ -161,7 +162,7 @@ Clustering contactClusters(const ContactField& field, const FocalPointConfig& co
   start = addSeeds(field.position, field.weight, std::move(start), config.max_points, apart, metric);
   Clustering warm = refineClusters(field.position, field.weight, std::move(start));
   std::size_t unresolved_warm = unseeded;
-  warm = separate(field, std::move(warm), least, unresolved_warm);
+  warm = separate(field, std::move(warm), minimum, unresolved_warm);
   if (warm.objective > (1.0 + warm_start_slack) * cold.objective) return cold;
   unresolved = unresolved_warm;
   return warm;

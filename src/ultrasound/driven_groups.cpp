@@ -14,19 +14,21 @@ TACTILE_CLAY_INLINE Lanes groupSum(const PistonSource* sources, const std::uint3
     Lanes re{};
     Lanes im{};
     for (; n < ends[group]; ++n) addWave<simple>(sources[n], air, at, height, height_squared, re, im);
-    const Lanes squared = larger(re * re + im * im, Lanes{} + 1e-30f);
+    const Lanes squared = max(re * re + im * im, Lanes{} + 1e-30f);
     total += squared * inverseRoot(squared);
   }
   return total;
 }
 
-TACTILE_CLAY_CLONES void sumSimple(const PistonSource* sources, const std::uint32_t* ends, std::size_t groups,
-                                   const PistonConstants& air, const LanePoints& at, Lanes* sums) {
+TACTILE_CLAY_MULTIVERSION void sumSimple(const PistonSource* sources, const std::uint32_t* ends,
+                                         std::size_t groups, const PistonConstants& air, const LanePoints& at,
+                                         Lanes* sums) {
   *sums = groupSum<true>(sources, ends, groups, air, at);
 }
 
-TACTILE_CLAY_CLONES void sumAny(const PistonSource* sources, const std::uint32_t* ends, std::size_t groups,
-                                const PistonConstants& air, const LanePoints& at, Lanes* sums) {
+TACTILE_CLAY_MULTIVERSION void sumAny(const PistonSource* sources, const std::uint32_t* ends,
+                                      std::size_t groups, const PistonConstants& air, const LanePoints& at,
+                                      Lanes* sums) {
   *sums = groupSum<false>(sources, ends, groups, air, at);
 }
 

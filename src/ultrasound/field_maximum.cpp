@@ -10,8 +10,8 @@
 namespace tactile_clay::ultrasound {
 namespace {
 
-constexpr std::size_t most_parts = 4096;  // of cells that are followed, at a depth
-constexpr std::size_t most_climbs = 12;
+constexpr std::size_t max_parts = 4096;  // of cells that are followed, at a depth
+constexpr std::size_t max_climbs = 12;
 constexpr int climb_steps = 24, climb_halvings = 5;  // from half a cell down to a 64th
 
 const ArrayLayout& checked(const ArrayLayout& layout, const Eigen::Vector3d& low, const Eigen::Vector3d& high,
@@ -31,7 +31,7 @@ struct FieldMaximum::Search {
   Effort effort;
 
   /// What the centre of a part has at least where its lobe is higher than all that is known.
-  float least() const { return static_cast<float>((1.0 - beam_sag) * std::max(floor, best.pressure)); }
+  float min() const { return static_cast<float>((1.0 - beam_sag) * std::max(floor, best.pressure)); }
 };
 
 FieldMaximum::FieldMaximum(const ArrayLayout& layout, const Acoustics& acoustics, const Eigen::Vector3d& low,
@@ -58,15 +58,15 @@ FieldMaximum::FieldMaximum(const ArrayLayout& layout, const Acoustics& acoustics
 
 /// Uphill to the top of a lobe, in steps that halve where no neighbour is higher.
 FieldMaximum::Peak FieldMaximum::climb(const DrivenGroups& sources, const Lobe& from, Effort& effort) const {
-  static const std::array<Eigen::Vector3f, lane_count> ways = [] {
-    std::array<Eigen::Vector3f, lane_count> all;
+  static const std::array<Eigen::Vector3f, wide_lane_count> ways = [] {
+    std::array<Eigen::Vector3f, wide_lane_count> all;
     std::size_t n = 0;
     for (int axis = 0; axis < 3; ++axis)
       for (const float side : {-1.0f, 1.0f}) all[n++] = side * Eigen::Vector3f::Unit(axis);
     for (int corner = 0; corner < 8; ++corner)
       all[n++] = 0.6f * Eigen::Vector3f(corner & 1 ? 1.0f : -1.0f, corner & 2 ? 1.0f : -1.0f,
                                         corner & 4 ? 1.0f : -1.0f);
-    while (n < lane_count) all[n++].setZero();
+    while (n < wide_lane_count) all[n++].setZero();
     return all;
   }();
   Eigen::Vector3f here = from.part.centre, step = from.part.half;
@@ -74,8 +74,8 @@ FieldMaximum::Peak FieldMaximum::climb(const DrivenGroups& sources, const Lobe& 
   ++effort.climbs;
   for (int n = 0, halvings = 0; n < climb_steps && halvings <= climb_halvings; ++n) {
     LanePoints at;
-    std::array<Eigen::Vector3f, lane_count> there;
-    for (std::size_t i = 0; i < lane_count; ++i) {
+    std::array<Eigen::Vector3f, wide_lane_count> there;
+    for (std::size_t i = 0; i < wide_lane_count; ++i) {
       there[i] = (here + step.cwiseProduct(ways[i])).cwiseMax(low_).cwiseMin(high_);
       at.x[i] = there[i].x();
       at.y[i] = there[i].y();
@@ -83,14 +83,14 @@ FieldMaximum::Peak FieldMaximum::climb(const DrivenGroups& sources, const Lobe& 
     }
     Lanes amplitude;
     sources.sums(0, at, amplitude);
-    effort.evaluations += lane_count;
-    std::size_t best = lane_count;
-    for (std::size_t i = 0; i < lane_count; ++i) {
+    effort.evaluations += wide_lane_count;
+    std::size_t best = wide_lane_count;
+    for (std::size_t i = 0; i < wide_lane_count; ++i) {
       if (amplitude[i] <= pressure) continue;
       pressure = amplitude[i];
       best = i;
     }
-    if (best < lane_count) {
+    if (best < wide_lane_count) {
       here = there[best];
     } else {
       step *= 0.5f;
@@ -104,9 +104,9 @@ FieldMaximum::Peak FieldMaximum::climb(const DrivenGroups& sources, const Lobe& 
 std::vector<FieldMaximum::Lobe> FieldMaximum::follow(const DrivenGroups& sources, std::size_t depth,
                                                      const std::vector<Part>& open, Search& search) const {
   std::vector<Lobe> found;
-  for (std::size_t i = 0; i < open.size(); i += lane_count) {
+  for (std::size_t i = 0; i < open.size(); i += wide_lane_count) {
     LanePoints at;
-    for (std::size_t lane = 0; lane < lane_count; ++lane) {
+    for (std::size_t lane = 0; lane < wide_lane_count; ++lane) {
       const Part& part = open[std::min(i + lane, open.size() - 1)];
       at.x[lane] = part.centre.x();
       at.y[lane] = part.centre.y();
@@ -114,18 +114,18 @@ std::vector<FieldMaximum::Lobe> FieldMaximum::follow(const DrivenGroups& sources
     }
     Lanes sums;
     sources.sums(depth, at, sums);
-    for (std::size_t lane = 0; lane < lane_count && i + lane < open.size(); ++lane)
-      if (sums[lane] >= search.least()) found.push_back({open[i + lane], sums[lane]});
+    for (std::size_t lane = 0; lane < wide_lane_count && i + lane < open.size(); ++lane)
+      if (sums[lane] >= search.min()) found.push_back({open[i + lane], sums[lane]});
   }
   search.effort.evaluations += open.size();
   std::stable_sort(found.begin(), found.end(),
                    [](const Lobe& a, const Lobe& b) { return a.pressure > b.pressure; });
-  if (found.size() > most_parts) {
+  if (found.size() > max_parts) {
     // What is not looked into counts as loud as it can be.
-    const Lobe& dropped = found[most_parts];
+    const Lobe& dropped = found[max_parts];
     if (dropped.pressure > search.best.pressure)
       search.best = {dropped.pressure, dropped.part.centre.cast<double>()};
-    found.resize(most_parts);
+    found.resize(max_parts);
   }
   return found;
 }
@@ -136,19 +136,20 @@ std::vector<FieldMaximum::Lobe> FieldMaximum::lobes(const DrivenGroups& sources,
                                                     Search& search) const {
   std::vector<Part> open;
   for (const FieldCell& cell : cells_)
-    if (strongest * cell.reach >= search.least()) open.push_back({cell.centre, cell.half, &cell});
+    if (strongest * cell.reach >= search.min()) open.push_back({cell.centre, cell.half, &cell});
   for (std::size_t depth = groups_.ends.size() - 1;; --depth) {
     const std::vector<Lobe> found = follow(sources, depth, open, search);
     if (depth == 0 || found.empty()) return found;
     // The field itself at the most promising parts: what is below it need not be followed.
     std::vector<Part> promising;
-    for (std::size_t i = 0; i < std::min(lane_count, found.size()); ++i) promising.push_back(found[i].part);
+    for (std::size_t i = 0; i < std::min(wide_lane_count, found.size()); ++i)
+      promising.push_back(found[i].part);
     for (const Lobe& lobe : follow(sources, 0, promising, search))
       if (lobe.pressure > search.best.pressure)
         search.best = {lobe.pressure, lobe.part.centre.cast<double>()};
     open.clear();
     for (const Lobe& lobe : found)
-      if (lobe.pressure >= search.least()) split(lobe.part, lobe.part.cell->ratios[depth - 1], open);
+      if (lobe.pressure >= search.min()) split(lobe.part, lobe.part.cell->ratios[depth - 1], open);
   }
 }
 
@@ -190,7 +191,7 @@ void FieldMaximum::climbAll(const DrivenGroups& sources, float strongest, Search
   std::vector<const Part*> higher;
   const std::vector<Lobe> found = lobes(sources, strongest, search);
   for (const Lobe& lobe : found) {
-    if (search.effort.climbs == most_climbs || lobe.pressure < search.least()) break;
+    if (search.effort.climbs == max_climbs || lobe.pressure < search.min()) break;
     // A part beside a higher one lies on the slope to the same top.
     const bool slope = std::any_of(higher.begin(), higher.end(), [&](const Part* part) {
       return ((part->centre - lobe.part.centre).cwiseAbs().array() <=

@@ -11,8 +11,8 @@ constexpr double enough_width = 0.5;  // d of the objective
 constexpr auto two_pi = static_cast<float>(2.0 * M_PI);
 
 /// The waves of all transducers at a point. \return sum of their amplitudes
-TACTILE_CLAY_CLONES float fillRow(const TransducerLanes& t, const PistonConstants& air, float strength,
-                                  const float* point, ComplexLanes* row) {
+TACTILE_CLAY_MULTIVERSION float fillRow(const TransducerLanes& t, const PistonConstants& air, float strength,
+                                        const float* point, ComplexLanes* row) {
   Lanes total{};
   for (std::size_t i = 0; i < t.x.size(); ++i) {
     const LaneWaves w = wavesAt(t, i, air, strength, point);
@@ -22,17 +22,17 @@ TACTILE_CLAY_CLONES float fillRow(const TransducerLanes& t, const PistonConstant
   return sum(total);
 }
 
-TACTILE_CLAY_CLONES void toUnit(const Turns& turns, LaneArray<ComplexLanes>& q) {
+TACTILE_CLAY_MULTIVERSION void toUnit(const Turns& turns, LaneArray<ComplexLanes>& q) {
   for (std::size_t i = 0; i < turns.size(); ++i) unitCircle(turns[i], q[i].re, q[i].im);
 }
 
-TACTILE_CLAY_CLONES void toTurns(const ComplexLanes* z, std::size_t width, Lanes* turns) {
+TACTILE_CLAY_MULTIVERSION void toTurns(const ComplexLanes* z, std::size_t width, Lanes* turns) {
   for (std::size_t i = 0; i < width; ++i) turns[i] = turnsOf(z[i].re, z[i].im);
 }
 
 /// factor Im(q z), a transducer each.
-TACTILE_CLAY_CLONES void imaginaryPart(const LaneArray<ComplexLanes>& q, const LaneArray<ComplexLanes>& z,
-                                       float factor, Turns& out) {
+TACTILE_CLAY_MULTIVERSION void imaginaryPart(const LaneArray<ComplexLanes>& q,
+                                             const LaneArray<ComplexLanes>& z, float factor, Turns& out) {
   for (std::size_t i = 0; i < q.size(); ++i) out[i] = factor * (q[i].re * z[i].im + q[i].im * z[i].re);
 }
 

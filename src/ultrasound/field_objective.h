@@ -3,9 +3,9 @@
 #include <cmath>
 #include <vector>
 
+#include "lanes/wide_lanes.h"
 #include "ultrasound/field_solver.h"
 #include "ultrasound/fixed_propagator.h"
-#include "ultrasound/lanes.h"
 #include "ultrasound/skin_blur.h"
 
 namespace tactile_clay::ultrasound {

@@ -46,30 +46,30 @@ void check(const ArrayLayout& layout, const std::vector<FocalPoint>& targets,
             std::to_string(layout.size()) + ", each within 10000 rad");
 }
 
-TACTILE_CLAY_CLONES float dot(const Turns& a, const Turns& b) {
+TACTILE_CLAY_MULTIVERSION float dot(const Turns& a, const Turns& b) {
   Lanes total{};
   for (std::size_t i = 0; i < a.size(); ++i) total += a[i] * b[i];
   return sum(total);
 }
 
-TACTILE_CLAY_CLONES void addScaled(const Turns& a, float factor, Turns& to) {
+TACTILE_CLAY_MULTIVERSION void addScaled(const Turns& a, float factor, Turns& to) {
   for (std::size_t i = 0; i < a.size(); ++i) to[i] += factor * a[i];
 }
 
-TACTILE_CLAY_CLONES void scale(float factor, Turns& a) {
+TACTILE_CLAY_MULTIVERSION void scale(float factor, Turns& a) {
   for (Lanes& lane : a) lane *= factor;
 }
 
-TACTILE_CLAY_CLONES void roundTurns(float levels, Turns& turns) {
+TACTILE_CLAY_MULTIVERSION void roundTurns(float levels, Turns& turns) {
   for (Lanes& lane : turns) lane = nearest(lane * levels) / levels;
 }
 
-/// Turns by the shorter way from `before` to `turns`, at most `most` of it.
-TACTILE_CLAY_CLONES void limitChange(const Turns& before, float most, Turns& turns) {
+/// Turns by the shorter way from `before` to `turns`, at most `maximum` of it.
+TACTILE_CLAY_MULTIVERSION void limitChange(const Turns& before, float maximum, Turns& turns) {
   for (std::size_t i = 0; i < turns.size(); ++i) {
     const Lanes way = turns[i] - before[i];
     const Lanes shorter = way - nearest(way);
-    turns[i] = before[i] + smaller(larger(shorter, Lanes{} - most), Lanes{} + most);
+    turns[i] = before[i] + min(max(shorter, Lanes{} - maximum), Lanes{} + maximum);
   }
 }
 
@@ -110,7 +110,7 @@ double descend(FieldObjective& objective, int evaluations, Turns& turns) {
       slope = dot(gradient, step);
     }
     if (!(slope < 0.0)) break;  // a minimum
-    const auto numbers = static_cast<double>(turns.size() * lane_count);
+    const auto numbers = static_cast<double>(turns.size() * wide_lane_count);
     double length = pairs.empty() ? first_step / std::sqrt(dot(step, step) / numbers) : 1.0;
     for (bool lower = false; !lower && used < evaluations; ++used) {
       next = turns;
@@ -126,8 +126,8 @@ double descend(FieldObjective& objective, int evaluations, Turns& turns) {
       addScaled(turns, -1.0f, pair.step);
       addScaled(gradient, -1.0f, pair.change);
       const float product = dot(pair.step, pair.change);
-      constexpr float least = 1e-12f;  // a bend that is lost in rounding tells nothing
-      if (product > least) {
+      constexpr float minimum = 1e-12f;  // a bend that is lost in rounding tells nothing
+      if (product > minimum) {
         pair.inverse = 1.0f / product;
         if (pairs.size() == memory) pairs.erase(pairs.begin());
         pairs.push_back(std::move(pair));
@@ -144,7 +144,7 @@ Turns turnsOf(const std::vector<Drive>& drives, std::size_t width) {
   Turns turns(drives.size() * width, Lanes{});
   for (std::size_t k = 0; k < drives.size(); ++k)
     for (std::size_t n = 0; n < drives[k].phase.size(); ++n)
-      turns[k * width + n / lane_count][n % lane_count] = drives[k].phase[n] * over_turn;
+      turns[k * width + n / wide_lane_count][n % wide_lane_count] = drives[k].phase[n] * over_turn;
   return turns;
 }
 
@@ -154,8 +154,8 @@ float amplitudeOf(const FieldSolverOptions& options, double scale) {
   const double amplitude = options.amplitude * share;
   if (options.amplitude_levels == 0) return static_cast<float>(amplitude);
   constexpr double rounding = 1e-4;  // of a level: what is one already stays it
-  const double most = std::floor(options.amplitude * options.amplitude_levels + rounding);
-  return static_cast<float>(std::min(std::ceil(amplitude * options.amplitude_levels - rounding), most) /
+  const double maximum = std::floor(options.amplitude * options.amplitude_levels + rounding);
+  return static_cast<float>(std::min(std::ceil(amplitude * options.amplitude_levels - rounding), maximum) /
                             options.amplitude_levels);
 }
 
@@ -221,7 +221,7 @@ FieldSolution solveField(const ArrayLayout& layout, const Acoustics& acoustics,
   }
   for (std::size_t k = 0; k < patterns; ++k) {
     for (std::size_t n = 0; n < layout.size(); ++n) {
-      const float t = turns[k * objective.width() + n / lane_count][n % lane_count];
+      const float t = turns[k * objective.width() + n / wide_lane_count][n % wide_lane_count];
       solution.drives[k].phase[n] = two_pi * (t - std::floor(t));
       solution.drives[k].amplitude[n] = amplitude;
     }

@@ -8,12 +8,12 @@
 
 namespace tactile_clay::ultrasound {
 
-constexpr int most_patterns = 8;  // of a field, that take turns in a frame
+constexpr int max_patterns = 8;  // of a field, that take turns in a frame
 
 struct FieldSolverOptions {
   /// mu of the objective: what e times the pressure is worth, in squared relative error.
   double strength = 0.03;
-  int patterns = 1;               // that take turns: 1, 2, 4 or `most_patterns`, which share a period evenly
+  int patterns = 1;               // that take turns: 1, 2, 4 or `max_patterns`, which share a period evenly
   int evaluations = 40;           // of the objective a frame, 1 to 10000
   double amplitude = 1.0;         // most of each transducer, above 0, at most 1
   int phase_levels = 0;           // steps of a turn that the device knows, 2 to 65536; 0: any phase

@@ -3,12 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__) && !defined(TACTILE_CLAY_ONE_TARGET)
-#define TACTILE_CLAY_X86 1
+#if TACTILE_CLAY_TARGETS
 #include <immintrin.h>
-#else
-#define TACTILE_CLAY_X86 0
 #endif
 
 namespace tactile_clay::ultrasound {
@@ -16,14 +12,15 @@ namespace {
 
 // Sums stay below 2^31. Of a row: 2^19 (all |g|) times 2^11 (|q|). Of a column: 64 rows of 2^14 times sqrt 2
 // times 2^10 (|u|).
-constexpr float row_sum = 524288.0f, most_in_row = 16384.0f, one = 2048.0f, most_of_u = 1024.0f;
+constexpr float row_sum = 524288.0f, max_in_row = 16384.0f, one = 2048.0f, max_of_u = 1024.0f;
 constexpr std::size_t rows_a_sum = 64;
 
-TACTILE_CLAY_CLONES float largest(const ComplexLanes* row, std::size_t width) {
-  Lanes most{};
-  for (std::size_t i = 0; i < width; ++i) most = larger(most, row[i].re * row[i].re + row[i].im * row[i].im);
+TACTILE_CLAY_MULTIVERSION float largest(const ComplexLanes* row, std::size_t width) {
+  Lanes maximum{};
+  for (std::size_t i = 0; i < width; ++i)
+    maximum = max(maximum, row[i].re * row[i].re + row[i].im * row[i].im);
   float largest = 0.0f;
-  for (std::size_t lane = 0; lane < lane_count; ++lane) largest = std::max(largest, most[lane]);
+  for (std::size_t lane = 0; lane < wide_lane_count; ++lane) largest = std::max(largest, maximum[lane]);
   return std::sqrt(largest);
 }
 
@@ -36,12 +33,13 @@ TACTILE_CLAY_INLINE LaneBits pair(LaneBits low, LaneBits high) {
   return (high << 16) | (low & 0xffff);
 }
 
-TACTILE_CLAY_CLONES void roundRow(const ComplexLanes* row, std::size_t width, float scale, LaneBits* out) {
+TACTILE_CLAY_MULTIVERSION void roundRow(const ComplexLanes* row, std::size_t width, float scale,
+                                        LaneBits* out) {
   for (std::size_t i = 0; i < width; ++i) out[i] = pair(whole(row[i].re * scale), whole(row[i].im * scale));
 }
 
-TACTILE_CLAY_CLONES void roundDrive(const ComplexLanes* q, std::size_t width, LaneBits* straight,
-                                    LaneBits* crossed) {
+TACTILE_CLAY_MULTIVERSION void roundDrive(const ComplexLanes* q, std::size_t width, LaneBits* straight,
+                                          LaneBits* crossed) {
   for (std::size_t i = 0; i < width; ++i) {
     const LaneBits re = whole(q[i].re * one), im = whole(q[i].im * one);
     straight[i] = pair(re, -im);
@@ -49,8 +47,8 @@ TACTILE_CLAY_CLONES void roundDrive(const ComplexLanes* q, std::size_t width, La
   }
 }
 
-TACTILE_CLAY_CLONES void addScaled(const LaneBits* re, const LaneBits* im, std::size_t width, float unit,
-                                   ComplexLanes* z) {
+TACTILE_CLAY_MULTIVERSION void addScaled(const LaneBits* re, const LaneBits* im, std::size_t width,
+                                         float unit, ComplexLanes* z) {
   for (std::size_t i = 0; i < width; ++i) {
     z[i].re += unit * __builtin_convertvector(re[i], Lanes);
     z[i].im += unit * __builtin_convertvector(im[i], Lanes);
@@ -58,8 +56,8 @@ TACTILE_CLAY_CLONES void addScaled(const LaneBits* re, const LaneBits* im, std::
 }
 
 /// Pairs (re, -im) and (im, re) of each u, in whole numbers. \param unit of each, times `scale`
-TACTILE_CLAY_CLONES void roundPairs(const float* re, const float* im, const float* unit, float scale,
-                                    std::size_t count, std::int32_t* pairs) {
+TACTILE_CLAY_MULTIVERSION void roundPairs(const float* re, const float* im, const float* unit, float scale,
+                                          std::size_t count, std::int32_t* pairs) {
   for (std::size_t m = 0; m < count; ++m) {
     const float here = scale * unit[m];
     const auto a = static_cast<std::int32_t>(nearest(here * re[m]));
@@ -69,14 +67,14 @@ TACTILE_CLAY_CLONES void roundPairs(const float* re, const float* im, const floa
   }
 }
 
-TACTILE_CLAY_CLONES float largestPart(const float* re, const float* im, const float* unit,
-                                      std::size_t count) {
-  float most = 0.0f;
+TACTILE_CLAY_MULTIVERSION float largestPart(const float* re, const float* im, const float* unit,
+                                            std::size_t count) {
+  float maximum = 0.0f;
   for (std::size_t m = 0; m < count; ++m) {
     const float here = unit[m] * std::max(std::abs(re[m]), std::abs(im[m]));
-    most = most < here ? here : most;
+    maximum = maximum < here ? here : maximum;
   }
-  return most;
+  return maximum;
 }
 
 /// Sum of the numbers of a, halves onto each other.
@@ -97,7 +95,7 @@ inline Whole multiplyAdd(const Whole& sum, const Whole& a, const Whole& b) {
 #include "ultrasound/fixed_kernels.inc"
 }  // namespace plain
 
-#if TACTILE_CLAY_X86
+#if TACTILE_CLAY_TARGETS
 #pragma GCC push_options
 #pragma GCC target("avx2")
 namespace avx2 {
@@ -131,7 +129,7 @@ struct Kernels {
 /// Those of the processor at hand.
 const Kernels& kernels() {
   static const Kernels best = [] {
-#if TACTILE_CLAY_X86
+#if TACTILE_CLAY_TARGETS
     if (__builtin_cpu_supports("avx512vnni") && __builtin_cpu_supports("avx512bw"))
       return Kernels{vnni::pressures, vnni::transposed};
     if (__builtin_cpu_supports("avx2")) return Kernels{avx2::pressures, avx2::transposed};
@@ -156,7 +154,7 @@ FixedPropagator::FixedPropagator(std::size_t rows, std::size_t width)
       sum_im_(padded_) {}
 
 void FixedPropagator::setRow(std::size_t m, const ComplexLanes* row, float reach) {
-  const float scale = std::min(row_sum / reach, most_in_row / std::max(largest(row, width_), 1e-30f));
+  const float scale = std::min(row_sum / reach, max_in_row / std::max(largest(row, width_), 1e-30f));
   roundRow(row, width_, scale, &g_[m * padded_]);
   unit_[m] = 1.0f / scale;
 }
@@ -180,9 +178,9 @@ void FixedPropagator::transposed(const float* re, const float* im, ComplexLanes*
   std::fill(z, z + width_, ComplexLanes{});
   for (std::size_t first = 0; first < rows_; first += rows_a_sum) {
     const std::size_t count = std::min(rows_a_sum, rows_ - first);
-    const float most = largestPart(re + first, im + first, &unit_[first], count);
-    if (!(most > 0.0f)) continue;
-    const float scale = most_of_u / most;
+    const float maximum = largestPart(re + first, im + first, &unit_[first], count);
+    if (!(maximum > 0.0f)) continue;
+    const float scale = max_of_u / maximum;
     roundPairs(re + first, im + first, &unit_[first], scale, count, whole_.data());
     kernels().transposed(&g_[first * padded_], whole_.data(), count, padded_, sum_re_.data(), sum_im_.data());
     addScaled(sum_re_.data(), sum_im_.data(), width_, 1.0f / scale, z);

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "ultrasound/lanes.h"
+#include "lanes/wide_lanes.h"
 
 namespace tactile_clay::ultrasound {
 

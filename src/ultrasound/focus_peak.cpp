@@ -54,9 +54,10 @@ std::size_t peaksWithin(double radius, const ArrayLayout& layout, const Acoustic
   std::size_t peaks = 0;
   for (std::size_t k = 0; k < points.size(); ++k) {
     const auto strongest = [&](std::size_t from, std::size_t to) {
-      float most = 0.0f;
-      for (std::size_t i = from; i < to; ++i) most = std::max(most, std::abs(pressure[k * ways.size() + i]));
-      return most;
+      float maximum = 0.0f;
+      for (std::size_t i = from; i < to; ++i)
+        maximum = std::max(maximum, std::abs(pressure[k * ways.size() + i]));
+      return maximum;
     };
     if (strongest(around, ways.size()) > strongest(0, around)) ++peaks;
   }

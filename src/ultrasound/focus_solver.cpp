@@ -11,9 +11,9 @@ namespace {
 
 constexpr float tiny = 1e-20f;  // keeps divisions by an amplitude finite
 constexpr int ascent_passes = 10;
-constexpr float poor = 0.01f;                // error of the worst amplitude that calls for another start
-constexpr std::size_t more_starts = 6;       // at most lane_count - 1
-constexpr double least_norm_damping = 1e-3;  // of foci that no drive can tell apart
+constexpr float poor = 0.01f;              // error of the worst amplitude that calls for another start
+constexpr std::size_t more_starts = 6;     // at most wide_lane_count - 1
+constexpr double min_norm_damping = 1e-3;  // of foci that no drive can tell apart
 constexpr int limited_rounds = 3;
 
 /// Weights of the foci: w *= (mean |p| / |p|)^e, where the exponent e of a focus shrinks when its error
@@ -36,25 +36,25 @@ struct Weights {
 };
 
 /// Each drive to amplitude 1.
-TACTILE_CLAY_CLONES void normalise(DriveLanes& q) {
+TACTILE_CLAY_MULTIVERSION void normalise(DriveLanes& q) {
   for (ComplexLanes& a : q) {
-    const Lanes scale = inverseRoot(larger(a.re * a.re + a.im * a.im, Lanes{} + 1e-30f));
+    const Lanes scale = inverseRoot(max(a.re * a.re + a.im * a.im, Lanes{} + 1e-30f));
     a.re *= scale;
     a.im *= scale;
   }
 }
 
 /// Each drive over the mean of their amplitudes, at most 1.
-TACTILE_CLAY_CLONES void moderate(DriveLanes& q, std::size_t transducers) {
+TACTILE_CLAY_MULTIVERSION void moderate(DriveLanes& q, std::size_t transducers) {
   Lanes total{};
   for (const ComplexLanes& a : q) {
-    const Lanes squared = larger(a.re * a.re + a.im * a.im, Lanes{} + 1e-30f);
+    const Lanes squared = max(a.re * a.re + a.im * a.im, Lanes{} + 1e-30f);
     total += squared * inverseRoot(squared);
   }
   const float over_mean = static_cast<float>(transducers) / sum(total);
   for (ComplexLanes& a : q) {
-    const Lanes squared = larger(a.re * a.re + a.im * a.im, Lanes{} + 1e-30f);
-    const Lanes scale = smaller(inverseRoot(squared), Lanes{} + over_mean);
+    const Lanes squared = max(a.re * a.re + a.im * a.im, Lanes{} + 1e-30f);
+    const Lanes scale = min(inverseRoot(squared), Lanes{} + over_mean);
     a.re *= scale;
     a.im *= scale;
   }
@@ -66,7 +66,7 @@ LaneArray<ComplexLanes> scattered(std::size_t foci) {
   LaneArray<ComplexLanes> unit(foci);
   for (std::size_t m = 0; m < foci; ++m) {
     Lanes turns{};
-    for (std::size_t lane = 1; lane < lane_count; ++lane)
+    for (std::size_t lane = 1; lane < wide_lane_count; ++lane)
       turns[lane] = static_cast<float>(std::fmod(0.7548776662 * static_cast<double>((m + 1) * lane) +
                                                      0.5698402910 * static_cast<double>(m * m * lane),
                                                  1.0));
@@ -78,8 +78,8 @@ LaneArray<ComplexLanes> scattered(std::size_t foci) {
 /// Turns the phases of sources c, |c| = weight, one after the other to where they add most to the power
 /// c^H R c, sixteen starts at once. \param r R, foci x foci \param source in: unit; out: c \param power of
 /// each
-TACTILE_CLAY_CLONES void ascend(const Eigen::MatrixXcf& r, const Eigen::ArrayXf& weight, int passes,
-                                ComplexLanes* source, Lanes& power) {
+TACTILE_CLAY_MULTIVERSION void ascend(const Eigen::MatrixXcf& r, const Eigen::ArrayXf& weight, int passes,
+                                      ComplexLanes* source, Lanes& power) {
   const auto foci = static_cast<std::size_t>(weight.size());
   const std::complex<float>* column = r.data();
   for (std::size_t m = 0; m < foci; ++m) {
@@ -98,7 +98,7 @@ TACTILE_CLAY_CLONES void ascend(const Eigen::MatrixXcf& r, const Eigen::ArrayXf&
         re += a * source[k].re - b * source[k].im;
         im += a * source[k].im + b * source[k].re;
       }
-      const Lanes squared = larger(re * re + im * im, Lanes{} + 1e-30f);
+      const Lanes squared = max(re * re + im * im, Lanes{} + 1e-30f);
       const Lanes over = inverseRoot(squared);
       const float w = weight.data()[m];
       source[m] = {w * over * re, w * over * im};
@@ -218,7 +218,7 @@ Eigen::ArrayXf FocusSolver::strongest() {
   Lanes power;
   ascend(r, over_energy, ascent_passes, source.data(), power);
   std::size_t best = 0;
-  for (std::size_t lane = 1; lane < lane_count; ++lane)
+  for (std::size_t lane = 1; lane < wide_lane_count; ++lane)
     if (power[lane] > power[best]) best = lane;
   Eigen::VectorXcf c(p_.re.size());
   for (std::size_t m = 0; m < g_.foci; ++m)
@@ -234,12 +234,12 @@ Eigen::ArrayXf FocusSolver::strongest() {
 /// some phase, q = G^H (G G^H)^-1 p, each brought to amplitude 1. Keeps the best.
 void FocusSolver::startAnew() {
   Eigen::MatrixXcd r = gram(g_).cast<std::complex<double>>();
-  r.diagonal() *= 1.0 + least_norm_damping;
+  r.diagonal() *= 1.0 + min_norm_damping;
   const Eigen::LLT<Eigen::MatrixXcd> by(r);
   const LaneArray<ComplexLanes> phases = scattered(g_.foci);
   DriveLanes best = q_;
-  float least = worstError(p_.abs());
-  for (std::size_t start = 1; start <= more_starts && least > poor; ++start) {
+  float minimum = worstError(p_.abs());
+  for (std::size_t start = 1; start <= more_starts && minimum > poor; ++start) {
     Eigen::VectorXcd source(p_.re.size());
     for (std::size_t m = 0; m < g_.foci; ++m)
       source(static_cast<Eigen::Index>(m)) = {phases[m].re[start], phases[m].im[start]};
@@ -250,8 +250,8 @@ void FocusSolver::startAnew() {
     emit(p_.abs());
     correct(LaneArray<Lanes>(g_.width, Lanes{} + 1.0f));
     const float error = worstError(p_.abs());
-    if (!(error < least)) continue;
-    least = error;
+    if (!(error < minimum)) continue;
+    minimum = error;
     best = q_;
   }
   q_ = best;

@@ -62,10 +62,11 @@ void FocalPointRenderer::raiseWeak(const std::vector<double>& limit, double stro
   // One focus at a time has no neighbours, and in a field what is weak is meant to be so.
   if (isField(config_.modulation) || config_.modulation == Modulation::spatiotemporal) return;
   for (std::size_t k = 0; k < points.size(); ++k) {
-    double least = config_.side_lobe_floor * config_.side_lobe_floor * strongest;
-    if (array_ && report_.area[k] > 0.0) least = std::max(least, config_.felt_threshold / report_.area[k]);
-    if (!(limit[k] > 0.0) || report_.granted[k] >= least) continue;
-    report_.granted[k] = std::min(least, limit[k]);
+    double minimum = config_.side_lobe_floor * config_.side_lobe_floor * strongest;
+    if (array_ && report_.area[k] > 0.0)
+      minimum = std::max(minimum, config_.felt_threshold / report_.area[k]);
+    if (!(limit[k] > 0.0) || report_.granted[k] >= minimum) continue;
+    report_.granted[k] = std::min(minimum, limit[k]);
     points[k].intensity = std::sqrt(report_.granted[k] / limit[k]);
     ++report_.raised_points;
   }

@@ -9,29 +9,29 @@ namespace tactile_clay::ultrasound {
 namespace {
 
 constexpr float tiny = 1e-20f;  // keeps divisions by an amplitude finite
-constexpr int most_steps = 40;
+constexpr int max_steps = 40;
 constexpr int peak_steps = 15;           // after which peaks are given up where they could not be had
 constexpr float tolerance = 5e-4f;       // of an amplitude: below it single precision gains nothing
 constexpr double peak_tolerance = 7e-4;  // m, from a focus to the peak of its amplitude
-constexpr float least_width = 0.35f;     // of a peak's parabola, over that of a focus that is alone
+constexpr float min_width = 0.35f;       // of a peak's parabola, over that of a focus that is alone
 constexpr double first_damping = 1e-5;   // foci that no drive can tell apart must not turn it wildly
-constexpr double most_damping = 1e3;     // beyond it no step helps
+constexpr double max_damping = 1e3;      // beyond it no step helps
 
 /// Rows of J of the free phases only. \param free 1 where a phase may change, 0 where not
-TACTILE_CLAY_CLONES void mask(const LaneArray<Lanes>& free, std::size_t rows, LaneArray<Lanes>& j) {
+TACTILE_CLAY_MULTIVERSION void mask(const LaneArray<Lanes>& free, std::size_t rows, LaneArray<Lanes>& j) {
   for (std::size_t k = 0; k < rows; ++k) {
     for (std::size_t i = 0; i < free.size(); ++i) j[k * free.size() + i] *= free[i];
   }
 }
 
 /// Turns each drive by the sum of lambda times its row, as an angle up to third order.
-TACTILE_CLAY_CLONES void turnBy(const Lanes* const* rows, const float* lambda, std::size_t count,
-                                DriveLanes& q) {
-  constexpr float most = 0.5f;  // rad a step: J holds nearby only
+TACTILE_CLAY_MULTIVERSION void turnBy(const Lanes* const* rows, const float* lambda, std::size_t count,
+                                      DriveLanes& q) {
+  constexpr float maximum = 0.5f;  // rad a step: J holds nearby only
   for (std::size_t i = 0; i < q.size(); ++i) {
     Lanes angle{};
     for (std::size_t m = 0; m < count; ++m) angle += lambda[m] * rows[m][i];
-    angle = larger(smaller(angle, Lanes{} + most), Lanes{} - most);
+    angle = max(min(angle, Lanes{} + maximum), Lanes{} - maximum);
     const Lanes cosine = inverseRoot(1.0f + angle * angle);
     const Lanes sine = angle * cosine;
     const ComplexLanes a = q[i];
@@ -60,8 +60,8 @@ struct Faults {
   bool none = false;
 };
 
-/// \param most_aside wavenumber times the way from a focus to its peak
-void assess(const Propagator& g, float most_aside, const std::vector<FocusShape>& shapes, const DriveLanes& q,
+/// \param max_aside wavenumber times the way from a focus to its peak
+void assess(const Propagator& g, float max_aside, const std::vector<FocusShape>& shapes, const DriveLanes& q,
             const FocusField& p, Faults& faults) {
   constexpr float slope_weight = 3.0f;  // of slopes, whose s is some 0.3
   constexpr float width_weight = 0.03f;
@@ -77,12 +77,12 @@ void assess(const Propagator& g, float most_aside, const std::vector<FocusShape>
     peak.shape = peakShape(g, faults.parts, m);
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix2f> along;
     along.computeDirect(peak.shape.width);
-    const float least = least_width * shapes[m].width;
-    peak.lacking = std::max(1.0f - along.eigenvalues()(0) / least, 0.0f);
+    const float minimum = min_width * shapes[m].width;
+    peak.lacking = std::max(1.0f - along.eigenvalues()(0) / minimum, 0.0f);
     peak.narrowest = along.eigenvectors().col(0);
     const Eigen::Vector2f aside = (along.eigenvectors().transpose() * peak.shape.slope).array() /
-                                  along.eigenvalues().array().max(least);
-    peak.near = std::min(most_aside / std::max(aside.norm(), tiny), 1.0f);
+                                  along.eigenvalues().array().max(minimum);
+    peak.near = std::min(max_aside / std::max(aside.norm(), tiny), 1.0f);
     if (!peak.none()) faults.none = false;
     faults.total += over_foci * (slope_weight * ((1.0f - peak.near) * peak.shape.slope).squaredNorm() +
                                  width_weight * peak.lacking * peak.lacking);
@@ -122,7 +122,7 @@ class Equations {
       const PeakFault& peak = faults.peak[m];
       if (peak.lacking > 0.0f) {
         widthRow(g, faults.parts, m, peak.shape, peak.narrowest, row());
-        wanted_.push_back(least_width * shapes[m].width * (well_wide - 1.0f + peak.lacking));
+        wanted_.push_back(min_width * shapes[m].width * (well_wide - 1.0f + peak.lacking));
       }
       slope_held_[m] = slope_held_[m] || peak.near < 1.0f;
       if (!slope_held_[m]) continue;
@@ -166,23 +166,23 @@ float worstError(const Eigen::ArrayXf& amplitude) {
 
 void newtonSteps(const Propagator& g, double wavenumber, const LaneArray<Lanes>& free,
                  std::vector<FocusShape>& shapes, DriveLanes& q, FocusField& p) {
-  const auto most_aside = static_cast<float>(wavenumber * peak_tolerance);
+  const auto max_aside = static_cast<float>(wavenumber * peak_tolerance);
   Faults now;
   Faults after;
   DriveLanes trial;
   FocusField reached(g.foci);
   Equations equations(shapes.size());
   propagate(g, q, p);
-  assess(g, most_aside, shapes, q, p, now);
+  assess(g, max_aside, shapes, q, p, now);
   double damping = first_damping;
   bool moved = true;
-  for (int step = 0; step < most_steps && !now.none; ++step) {
-    if (damping > most_damping || step == peak_steps) {
+  for (int step = 0; step < max_steps && !now.none; ++step) {
+    if (damping > max_damping || step == peak_steps) {
       if (giveUpPeaks(now, shapes)) {
-        assess(g, most_aside, shapes, q, p, now);
+        assess(g, max_aside, shapes, q, p, now);
         damping = first_damping;
         moved = true;
-      } else if (damping > most_damping) {
+      } else if (damping > max_damping) {
         return;
       }
     }
@@ -190,7 +190,7 @@ void newtonSteps(const Propagator& g, double wavenumber, const LaneArray<Lanes>&
     trial = q;
     if (!equations.step(damping, trial)) return;
     propagate(g, trial, reached);
-    assess(g, most_aside, shapes, trial, reached, after);
+    assess(g, max_aside, shapes, trial, reached, after);
     moved = after.total < now.total;
     damping *= moved ? 0.1 : 10.0;
     if (!moved) continue;

@@ -14,10 +14,10 @@ struct Effects {
   Effects(const Propagator& g, const DriveLanes& q, const FocusField& p);
 };
 
-TACTILE_CLAY_CLONES void addFocus(const ComplexLanes* row, const DriveLanes& q, float re, float im,
-                                  std::size_t m, Effects& effects) {
-  float along[lane_count];
-  float across[lane_count];
+TACTILE_CLAY_MULTIVERSION void addFocus(const ComplexLanes* row, const DriveLanes& q, float re, float im,
+                                        std::size_t m, Effects& effects) {
+  float along[wide_lane_count];
+  float across[wide_lane_count];
   for (std::size_t i = 0; i < q.size(); ++i) {
     const Lanes a = row[i].re * q[i].re - row[i].im * q[i].im;
     const Lanes b = row[i].re * q[i].im + row[i].im * q[i].re;
@@ -25,16 +25,16 @@ TACTILE_CLAY_CLONES void addFocus(const ComplexLanes* row, const DriveLanes& q, 
     const Lanes tangential = re * b - im * a;
     std::memcpy(along, &radial, sizeof along);
     std::memcpy(across, &tangential, sizeof across);
-    for (std::size_t n = 0; n < lane_count; ++n) {
-      ComplexLanes& effect = effects.lane[(i * lane_count + n) * effects.width + m / lane_count];
-      effect.re[m % lane_count] = along[n];
-      effect.im[m % lane_count] = across[n];
+    for (std::size_t n = 0; n < wide_lane_count; ++n) {
+      ComplexLanes& effect = effects.lane[(i * wide_lane_count + n) * effects.width + m / wide_lane_count];
+      effect.re[m % wide_lane_count] = along[n];
+      effect.im[m % wide_lane_count] = across[n];
     }
   }
 }
 
 Effects::Effects(const Propagator& g, const DriveLanes& q, const FocusField& p)
-    : width(lanesFor(g.foci)), lane(g.width * lane_count * width, ComplexLanes{}) {
+    : width(lanesFor(g.foci)), lane(g.width * wide_lane_count * width, ComplexLanes{}) {
   const Eigen::ArrayXf scale = p.abs().max(1e-20f).inverse();
   for (std::size_t m = 0; m < g.foci; ++m) {
     const auto k = static_cast<Eigen::Index>(m);
@@ -49,11 +49,12 @@ struct Candidates {
   explicit Candidates(std::size_t width) : level(width), cosine(width), sine(width) {}
 };
 
-TACTILE_CLAY_CLONES void chooseLevels(const Effects& effects, const Candidates& low, const Candidates& high,
-                                      std::size_t transducers, Lanes* error, Lanes* level) {
+TACTILE_CLAY_MULTIVERSION void chooseLevels(const Effects& effects, const Candidates& low,
+                                            const Candidates& high, std::size_t transducers, Lanes* error,
+                                            Lanes* level) {
   for (std::size_t n = 0; n < transducers; ++n) {
-    const std::size_t i = n / lane_count;
-    const std::size_t lane = n % lane_count;
+    const std::size_t i = n / wide_lane_count;
+    const std::size_t lane = n % wide_lane_count;
     const float low_cosine = low.cosine[i][lane] - 1.0f;
     const float low_sine = low.sine[i][lane];
     const float high_cosine = high.cosine[i][lane] - 1.0f;
@@ -88,12 +89,12 @@ LaneArray<Lanes> limitPhases(const PhaseLimit& limit, DriveLanes& q) {
     Lanes change = turns - limit.before[i];
     change -= nearest(change);
     const LaneBits within = magnitude(change) <= limit.change[i];
-    const Lanes bounded = larger(smaller(change, limit.change[i]), -limit.change[i]);
+    const Lanes bounded = max(min(change, limit.change[i]), -limit.change[i]);
     Lanes cosine;
     Lanes sine;
     unitCircle(limit.before[i] + bounded, cosine, sine);
     const Lanes squared = q[i].re * q[i].re + q[i].im * q[i].im;
-    const Lanes amplitude = squared * inverseRoot(larger(squared, Lanes{} + 1e-30f));
+    const Lanes amplitude = squared * inverseRoot(max(squared, Lanes{} + 1e-30f));
     q[i].re = within ? q[i].re : amplitude * cosine;
     q[i].im = within ? q[i].im : amplitude * sine;
     free[i] = within ? Lanes{} + 1.0f : Lanes{};
@@ -104,8 +105,8 @@ LaneArray<Lanes> limitPhases(const PhaseLimit& limit, DriveLanes& q) {
 namespace {
 
 /// The two levels closest to each phase or, of those beyond the limit, the one closest to the phase before.
-TACTILE_CLAY_CLONES void findCandidates(const DriveLanes& q, float steps, const PhaseLimit* limit,
-                                        Candidates& low, Candidates& high) {
+TACTILE_CLAY_MULTIVERSION void findCandidates(const DriveLanes& q, float steps, const PhaseLimit* limit,
+                                              Candidates& low, Candidates& high) {
   for (std::size_t i = 0; i < q.size(); ++i) {
     const Lanes at = turnsOf(q[i].re, q[i].im) * steps;
     Lanes down = nearest(at - 0.5f);
@@ -129,7 +130,7 @@ TACTILE_CLAY_CLONES void findCandidates(const DriveLanes& q, float steps, const 
 }
 
 /// Levels to 0 to steps - 1.
-TACTILE_CLAY_CLONES void wrapLevels(float steps, LaneArray<Lanes>& level) {
+TACTILE_CLAY_MULTIVERSION void wrapLevels(float steps, LaneArray<Lanes>& level) {
   for (Lanes& l : level) {
     l -= steps * nearest(l / steps - 0.5f);
     l = l >= steps ? l - steps : (l < 0.0f ? l + steps : l);
@@ -148,7 +149,7 @@ LaneArray<Lanes> roundPhases(const Propagator& g, const DriveLanes& q, int level
   const Effects effects(g, q, p);
   LaneArray<Lanes> error(effects.width, Lanes{});
   LaneArray<Lanes> level(g.width);
-  chooseLevels(effects, low, high, g.width * lane_count, error.data(), level.data());
+  chooseLevels(effects, low, high, g.width * wide_lane_count, error.data(), level.data());
   wrapLevels(steps, level);
   return level;
 }

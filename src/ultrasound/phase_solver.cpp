@@ -13,8 +13,8 @@
 namespace tactile_clay::ultrasound {
 namespace {
 
-constexpr float tiny = 1e-20f;            // keeps divisions by an amplitude finite
-constexpr double least_intensity = 1e-3;  // weaker foci are lost between the others
+constexpr float tiny = 1e-20f;          // keeps divisions by an amplitude finite
+constexpr double min_intensity = 1e-3;  // weaker foci are lost between the others
 constexpr auto two_pi = static_cast<float>(2.0 * M_PI);
 constexpr auto over_turn = static_cast<float>(0.5 / M_PI);
 constexpr double resolvable = 1.5;  // separation below which two foci cannot both be peaks
@@ -69,8 +69,8 @@ DriveLanes driveLanes(const Drive& drive, std::size_t width) {
   LaneArray<Lanes> turns(width, Lanes{});
   LaneArray<Lanes> amplitude(width, Lanes{});
   for (std::size_t n = 0; n < drive.phase.size(); ++n) {
-    turns[n / lane_count][n % lane_count] = drive.phase[n] * over_turn;
-    amplitude[n / lane_count][n % lane_count] = drive.amplitude[n];
+    turns[n / wide_lane_count][n % wide_lane_count] = drive.phase[n] * over_turn;
+    amplitude[n / wide_lane_count][n % wide_lane_count] = drive.amplitude[n];
   }
   DriveLanes q(width);
   for (std::size_t i = 0; i < width; ++i) {
@@ -81,13 +81,13 @@ DriveLanes driveLanes(const Drive& drive, std::size_t width) {
   return q;
 }
 
-PhaseLimit phaseLimit(const Drive& before, double most, std::size_t width) {
+PhaseLimit phaseLimit(const Drive& before, double maximum, std::size_t width) {
   PhaseLimit limit{LaneArray<Lanes>(width, Lanes{}), LaneArray<Lanes>(width, Lanes{} + 1.0f)};
   for (std::size_t n = 0; n < before.phase.size(); ++n) {
-    limit.before[n / lane_count][n % lane_count] = before.phase[n] * over_turn;
+    limit.before[n / wide_lane_count][n % wide_lane_count] = before.phase[n] * over_turn;
     if (before.amplitude[n] > 0.0f) {
-      limit.change[n / lane_count][n % lane_count] =
-          static_cast<float>(std::min(most, 2.0 * M_PI)) * over_turn;
+      limit.change[n / wide_lane_count][n % wide_lane_count] =
+          static_cast<float>(std::min(maximum, 2.0 * M_PI)) * over_turn;
     }
   }
   return limit;
@@ -95,7 +95,7 @@ PhaseLimit phaseLimit(const Drive& before, double most, std::size_t width) {
 
 TACTILE_CLAY_INLINE Lanes amplitudeOf(const ComplexLanes& a) {
   const Lanes squared = a.re * a.re + a.im * a.im;
-  return squared * inverseRoot(larger(squared, Lanes{} + 1e-30f));
+  return squared * inverseRoot(max(squared, Lanes{} + 1e-30f));
 }
 
 /// Lowers the drive to what the weakest focus needs.
@@ -109,20 +109,20 @@ void lower(const FocusField& p, DriveLanes& q) {
 
 /// Amplitudes to the levels of the device: a common one up, so that no focus falls below its target; others
 /// to the nearest.
-TACTILE_CLAY_CLONES void roundAmplitudes(int levels, bool up, DriveLanes& q) {
+TACTILE_CLAY_MULTIVERSION void roundAmplitudes(int levels, bool up, DriveLanes& q) {
   const auto steps = static_cast<float>(levels);
   for (ComplexLanes& a : q) {
     const Lanes amplitude = amplitudeOf(a);
     const Lanes at = amplitude * steps + (up ? 0.5f - 1e-4f : 0.0f);
-    const Lanes rounded = smaller(nearest(at), Lanes{} + steps) / steps;
-    const Lanes factor = rounded / larger(amplitude, Lanes{} + 1e-10f);
+    const Lanes rounded = min(nearest(at), Lanes{} + steps) / steps;
+    const Lanes factor = rounded / max(amplitude, Lanes{} + 1e-10f);
     a.re *= factor;
     a.im *= factor;
   }
 }
 
 /// Turns each drive to its level.
-TACTILE_CLAY_CLONES void setPhases(const LaneArray<Lanes>& level, int levels, DriveLanes& q) {
+TACTILE_CLAY_MULTIVERSION void setPhases(const LaneArray<Lanes>& level, int levels, DriveLanes& q) {
   for (std::size_t i = 0; i < q.size(); ++i) {
     const Lanes amplitude = amplitudeOf(q[i]);
     unitCircle(level[i] * (1.0f / static_cast<float>(levels)), q[i].re, q[i].im);
@@ -136,11 +136,11 @@ Drive driveOf(const DriveLanes& q, std::size_t transducers, const LaneArray<Lane
   Drive drive{std::vector<float>(transducers), std::vector<float>(transducers)};
   for (std::size_t i = 0, n = 0; n < transducers; ++i) {
     const Lanes turns = turnsOf(q[i].re, q[i].im);
-    const Lanes amplitude = smaller(amplitudeOf(q[i]), Lanes{} + 1.0f);
+    const Lanes amplitude = min(amplitudeOf(q[i]), Lanes{} + 1.0f);
     const Lanes positive = turns < 0.0f ? turns + 1.0f : turns;
     const Lanes phase =
         level == nullptr ? two_pi * positive : (*level)[i] * two_pi / static_cast<float>(levels);
-    for (std::size_t lane = 0; lane < lane_count && n < transducers; ++lane, ++n) {
+    for (std::size_t lane = 0; lane < wide_lane_count && n < transducers; ++lane, ++n) {
       drive.phase[n] = phase[lane];
       drive.amplitude[n] = amplitude[lane];
     }
@@ -162,7 +162,7 @@ Foci fociOf(const ArrayLayout& layout, const Acoustics& acoustics, const std::ve
   const TransducerLanes transducers(layout);
   Foci foci{{}, {}, Propagator(points.size(), transducers.x.size())};
   for (std::size_t k = 0; k < points.size(); ++k) {
-    if (points[k].intensity < least_intensity) continue;
+    if (points[k].intensity < min_intensity) continue;
     const FocusBeam beam = foci.g.addFocus(transducers, acoustics, points[k].position);
     if (!(beam.reach > 0.0f)) continue;
     solution.target[k] = points[k].intensity * beam.reach;  // over sqrt(M) below

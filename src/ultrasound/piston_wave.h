@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "lanes/wide_lanes.h"
 #include "ultrasound/acoustics.h"
-#include "ultrasound/lanes.h"
 
 namespace tactile_clay::ultrasound {
 
@@ -26,17 +26,17 @@ struct PistonConstants {
 template <bool near>
 TACTILE_CLAY_INLINE void pistonWave(const PistonConstants& air, Lanes squared, Lanes along, Lanes& amplitude,
                                     Lanes& turns) {
-  squared = larger(squared, Lanes{} + 1e-12f);
+  squared = max(squared, Lanes{} + 1e-12f);
   const Lanes one_over = inverseRoot(squared);
   const Lanes r = squared * one_over;
-  const Lanes inverse = smaller(one_over, Lanes{} + air.inverse_radius);
+  const Lanes inverse = min(one_over, Lanes{} + air.inverse_radius);
   const Lanes cosine = along * inverse;
   const Lanes u = air.piston_squared * (1.0f - cosine * cosine);
   // 2 J1(sqrt u) / sqrt u for u in [0, 16], within 1e-6: minimax polynomial (Remez).
   const Lanes directivity =
       0.99999957f + u * (-0.12499805f + u * (0.0052068899f + u * (-0.00010811540f +
                                                                   u * (1.3079104e-6f + u * -8.4793804e-9f))));
-  const Lanes lost = air.attenuation * larger(r, Lanes{} + air.radius);
+  const Lanes lost = air.attenuation * max(r, Lanes{} + air.radius);
   const Lanes heard = directivity * inverse * (near ? slightlyDecaying(lost) : decaying(lost));
   amplitude = along > 0.0f ? heard : Lanes{};
   turns = r * air.turns_per_metre;

@@ -6,14 +6,14 @@ namespace tactile_clay::ultrasound {
 namespace {
 
 /// \param moments sums over the row of a, a sx, a sy, a sz, a sx^2, a sx sy, a sx sz, a sy^2, a sy sz, a sz^2
-TACTILE_CLAY_CLONES void fillRow(const TransducerLanes& t, const PistonConstants& air, float strength,
-                                 const float* point, ComplexLanes* row, ComplexLanes* direction,
-                                 float* moments) {
+TACTILE_CLAY_MULTIVERSION void fillRow(const TransducerLanes& t, const PistonConstants& air, float strength,
+                                       const float* point, ComplexLanes* row, ComplexLanes* direction,
+                                       float* moments) {
   Lanes total[10] = {};
   for (std::size_t i = 0; i < t.x.size(); ++i) {
     const LaneWaves w = wavesAt(t, i, air, strength, point);
     row[i] = w.pressure;
-    const Lanes one_over = inverseRoot(larger(w.squared, Lanes{} + 1e-12f));
+    const Lanes one_over = inverseRoot(max(w.squared, Lanes{} + 1e-12f));
     const Lanes s[3] = {w.x * one_over, w.y * one_over, w.z * one_over};
     direction[i] = {s[0], s[1]};
     total[0] += w.amplitude;
@@ -26,7 +26,8 @@ TACTILE_CLAY_CLONES void fillRow(const TransducerLanes& t, const PistonConstants
   for (std::size_t n = 0; n < 10; ++n) moments[n] = sum(total[n]);
 }
 
-TACTILE_CLAY_CLONES void propagateRows(const Propagator& g, const ComplexLanes* q, float* re, float* im) {
+TACTILE_CLAY_MULTIVERSION void propagateRows(const Propagator& g, const ComplexLanes* q, float* re,
+                                             float* im) {
   for (std::size_t m = 0; m < g.foci; ++m) {
     const ComplexLanes* row = g.row(m);
     Lanes sum_re{};
@@ -40,8 +41,8 @@ TACTILE_CLAY_CLONES void propagateRows(const Propagator& g, const ComplexLanes* 
   }
 }
 
-TACTILE_CLAY_CLONES void backpropagateRows(const Propagator& g, const float* re, const float* im,
-                                           ComplexLanes* q) {
+TACTILE_CLAY_MULTIVERSION void backpropagateRows(const Propagator& g, const float* re, const float* im,
+                                                 ComplexLanes* q) {
   for (std::size_t i = 0; i < g.width; ++i) {
     Lanes sum_re{};
     Lanes sum_im{};
@@ -54,7 +55,7 @@ TACTILE_CLAY_CLONES void backpropagateRows(const Propagator& g, const float* re,
   }
 }
 
-TACTILE_CLAY_CLONES void gramRow(const Propagator& g, std::size_t m, float* re, float* im) {
+TACTILE_CLAY_MULTIVERSION void gramRow(const Propagator& g, std::size_t m, float* re, float* im) {
   const ComplexLanes* a = g.row(m);
   for (std::size_t k = 0; k <= m; ++k) {
     const ComplexLanes* b = g.row(k);
@@ -70,8 +71,8 @@ TACTILE_CLAY_CLONES void gramRow(const Propagator& g, std::size_t m, float* re, 
 }
 
 /// (re, im) is conj(p) / |p|.
-TACTILE_CLAY_CLONES float partsRow(const ComplexLanes* row, const ComplexLanes* q, std::size_t width,
-                                   float re, float im, Lanes* along, Lanes* across) {
+TACTILE_CLAY_MULTIVERSION float partsRow(const ComplexLanes* row, const ComplexLanes* q, std::size_t width,
+                                         float re, float im, Lanes* along, Lanes* across) {
   Lanes total{};
   for (std::size_t i = 0; i < width; ++i) {
     const Lanes x = row[i].re * q[i].re - row[i].im * q[i].im;
@@ -84,8 +85,8 @@ TACTILE_CLAY_CLONES float partsRow(const ComplexLanes* row, const ComplexLanes* 
 }
 
 /// \param moments sums of a sx, a sy, a sx^2, a sx sy, a sy^2, b sx, b sy
-TACTILE_CLAY_CLONES void shapeMoments(const ComplexLanes* s, const Lanes* along, const Lanes* across,
-                                      std::size_t width, float* moments) {
+TACTILE_CLAY_MULTIVERSION void shapeMoments(const ComplexLanes* s, const Lanes* along, const Lanes* across,
+                                            std::size_t width, float* moments) {
   Lanes total[7] = {};
   for (std::size_t i = 0; i < width; ++i) {
     const Lanes ax = along[i] * s[i].re;
@@ -113,14 +114,14 @@ Along along(const FocusParts& parts, std::size_t m, const PeakShape& shape, cons
           1.0f / std::max(parts.amplitude(static_cast<Eigen::Index>(m)), 1e-20f)};
 }
 
-TACTILE_CLAY_CLONES void fillSlopeRow(const ComplexLanes* s, const Lanes* along, std::size_t width, Along u,
-                                      Lanes* row) {
+TACTILE_CLAY_MULTIVERSION void fillSlopeRow(const ComplexLanes* s, const Lanes* along, std::size_t width,
+                                            Along u, Lanes* row) {
   for (std::size_t i = 0; i < width; ++i)
     row[i] = u.over * along[i] * (u.ux * s[i].re + u.uy * s[i].im - u.mean);
 }
 
-TACTILE_CLAY_CLONES void fillWidthRow(const ComplexLanes* s, const Lanes* across, std::size_t width, Along u,
-                                      Lanes* row) {
+TACTILE_CLAY_MULTIVERSION void fillWidthRow(const ComplexLanes* s, const Lanes* across, std::size_t width,
+                                            Along u, Lanes* row) {
   for (std::size_t i = 0; i < width; ++i) {
     const Lanes aside = u.ux * s[i].re + u.uy * s[i].im - u.mean;
     row[i] = u.over * across[i] * (aside * aside - u.square);
@@ -128,8 +129,8 @@ TACTILE_CLAY_CLONES void fillWidthRow(const ComplexLanes* s, const Lanes* across
 }
 
 /// Products of row m with the rows up to it.
-TACTILE_CLAY_CLONES void rowProductsOf(const Lanes* const* rows, std::size_t width, std::size_t m,
-                                       float* products) {
+TACTILE_CLAY_MULTIVERSION void rowProductsOf(const Lanes* const* rows, std::size_t width, std::size_t m,
+                                             float* products) {
   const Lanes* row = rows[m];
   std::size_t k = 0;
   for (; k + 3 <= m; k += 4) {  // four at a time, so that each lane of the row is loaded once for them
@@ -146,7 +147,7 @@ TACTILE_CLAY_CLONES void rowProductsOf(const Lanes* const* rows, std::size_t wid
   }
 }
 
-TACTILE_CLAY_CLONES void scaleLanes(ComplexLanes* a, std::size_t count, float factor) {
+TACTILE_CLAY_MULTIVERSION void scaleLanes(ComplexLanes* a, std::size_t count, float factor) {
   for (std::size_t i = 0; i < count; ++i) {
     a[i].re *= factor;
     a[i].im *= factor;
@@ -159,8 +160,8 @@ TransducerLanes::TransducerLanes(const ArrayLayout& layout) {
   const std::size_t width = lanesFor(layout.size());
   for (LaneArray<Lanes>* lanes : {&x, &y, &z, &nx, &ny, &nz}) lanes->resize(width, Lanes{});
   for (std::size_t n = 0; n < layout.size(); ++n) {
-    const std::size_t i = n / lane_count;
-    const std::size_t lane = n % lane_count;
+    const std::size_t i = n / wide_lane_count;
+    const std::size_t lane = n % wide_lane_count;
     x[i][lane] = static_cast<float>(layout.position[n].x());
     y[i][lane] = static_cast<float>(layout.position[n].y());
     z[i][lane] = static_cast<float>(layout.position[n].z());

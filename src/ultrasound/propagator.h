@@ -3,10 +3,10 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "lanes/wide_lanes.h"
 #include "ultrasound/acoustics.h"
 #include "ultrasound/array_layout.h"
 #include "ultrasound/focus_beam.h"
-#include "ultrasound/lanes.h"
 #include "ultrasound/piston_wave.h"
 
 namespace tactile_clay::ultrasound {

@@ -30,7 +30,10 @@ Eigen::Vector3d ontoSkin(const Eigen::Vector3d& point, const std::vector<SkinDis
   const SkinDisc* disc = nullptr;
   for (const SkinDisc& candidate : skin) {
     const double distance = candidate.distance(point);
-    if (distance < closest) closest = distance, disc = &candidate;
+    if (distance < closest) {
+      closest = distance;
+      disc = &candidate;
+    }
   }
   if (closest <= skin_tolerance) return point;
   // The way to the centre of a convex disc: what is left of the distance is less than the share of the way.

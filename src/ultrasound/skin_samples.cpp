@@ -59,7 +59,7 @@ void cut(std::vector<PressureSample>::const_iterator begin, std::vector<Pressure
 
 }  // namespace
 
-std::vector<SkinSample> skinSamples(const std::vector<PressureSample>& skin, std::size_t most) {
+std::vector<SkinSample> skinSamples(const std::vector<PressureSample>& skin, std::size_t maximum) {
   std::vector<std::pair<std::uint64_t, PressureSample>> sorted;
   double total = 0.0;
   for (const PressureSample& sample : skin) {
@@ -75,14 +75,14 @@ std::vector<SkinSample> skinSamples(const std::vector<PressureSample>& skin, std
   std::vector<PressureSample> ordered;
   for (const auto& entry : sorted) ordered.push_back(entry.second);
   std::vector<SkinSample> pieces;
-  if (ordered.size() <= most) {
+  if (ordered.size() <= maximum) {
     for (const PressureSample& sample : ordered)
       pieces.push_back({sample.position.cast<double>(), sample.pressure, sample.area, sample.weight});
     return pieces;
   }
   const auto bare = std::find_if(ordered.cbegin(), ordered.cend(),
                                  [](const PressureSample& sample) { return !(sample.pressure > 0.0f); });
-  const double area = total / static_cast<double>(most);
+  const double area = total / static_cast<double>(maximum);
   cut(ordered.cbegin(), bare, area, pieces);
   cut(bare, ordered.cend(), area, pieces);
   return pieces;

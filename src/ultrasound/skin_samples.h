@@ -15,8 +15,8 @@ struct SkinSample {
   double weight = 1.0;       // perceptual, 0-1, mean by area
 };
 
-/// Samples of skin that stand for all of it: all of them, where they are no more than `most`, or else some so
-/// many, each for as large an area as the others. They are not denser where skin feels more finely: fields
+/// Samples of skin that stand for all of it: all of them, where they are no more than `maximum`, or else some
+/// so many, each for as large an area as the others. They are not denser where skin feels more finely: fields
 /// that the palm has fewer samples of are worse on all of the skin, also by perceptual weights
 /// (doc/logbook/rendering.md).
 ///
@@ -24,7 +24,7 @@ struct SkinSample {
 /// neighbours one after the other (Morton 1966), and each piece is told by the sample in its middle, at the
 /// mean pressure of the piece. Pressed and bare skin are cut apart, and each has one piece at least.
 /// Deterministic; does not depend on the order of the samples. \param skin of positive finite area \param
-/// most samples, at least 1; one more where each part is smaller than a piece
-std::vector<SkinSample> skinSamples(const std::vector<contact::PressureSample>& skin, std::size_t most);
+/// maximum samples, at least 1; one more where each part is smaller than a piece
+std::vector<SkinSample> skinSamples(const std::vector<contact::PressureSample>& skin, std::size_t maximum);
 
 }  // namespace tactile_clay::ultrasound

@@ -191,7 +191,8 @@ void reference(benchmark::State& state, int count) {
     const std::chrono::duration<double, std::milli> slow = std::chrono::steady_clock::now() - start;
     benchmark::DoNotOptimize(moved.data());
     state.SetIterationTime(fast.count() / 1e3);
-    ours.push_back(fast.count()), plain.push_back(slow.count());
+    ours.push_back(fast.count());
+    plain.push_back(slow.count());
   }
   const double median = tools::quantile(ours, 0.5), reference_median = tools::quantile(plain, 0.5);
   state.counters["median_ms"] = median;

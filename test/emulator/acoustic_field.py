@@ -1,10 +1,11 @@
-"""The sound field of an array by a direct sum, written from the formula of a piston in a baffle and in no hurry.
+"""The sound field of an array by a direct sum, written from the formula of a piston in a baffle.
 
 Every transducer n sends cos(omega t - phi_n). It arrives at distance r after r / c, weakened by 1 / r, by the directivity
 2 J1(x) / x with x = k R sin(theta), and by the air. Positions in m, pressures in Pa.
 """
-import cmath
 import math
+
+import numpy
 
 FREQUENCY = 40000.0                                     # Hz
 SOUND_SPEED = 331.3 * math.sqrt(1.0 + 20.0 / 273.15)    # m/s, at 20 degrees C
@@ -22,20 +23,27 @@ def bessel_j1(x):
     return (ends + inner) / steps
 
 
-# 2 J1(x) / x over sin(theta), as a table: the sum is plain Python.
-_TABLE = [1.0] + [2.0 * bessel_j1(x) / x for x in (WAVENUMBER * RADIUS * i / 2000.0 for i in range(1, 2001))]
+_TABLE_STEPS = 2000
+# 2 J1(x) / x over sin(theta), as a table.
+_TABLE = numpy.array([1.0] + [2.0 * bessel_j1(x) / x for x in
+                              (WAVENUMBER * RADIUS * i / _TABLE_STEPS for i in range(1, _TABLE_STEPS + 1))])
+
+
+def pressures(sources, points):
+    """Peak pressure at each of N points, N x 3. `sources`: M x 3, (x, y, phase) of each transducer that plays, at height 0
+    and looking up."""
+    x, y, phase = numpy.asarray(sources, dtype=float).reshape(-1, 3).T
+    points = numpy.asarray(points, dtype=float)
+    aside = numpy.hypot(points[:, :1] - x, points[:, 1:2] - y)
+    r = numpy.hypot(aside, points[:, 2:])
+    directivity = _TABLE[(_TABLE_STEPS * aside / r + 0.5).astype(int)]
+    waves = directivity / r * numpy.exp(-ATTENUATION * r + 1j * (WAVENUMBER * r + phase))
+    return REFERENCE * abs(waves.sum(axis=1))
 
 
 def pressure(sources, point):
-    """Peak pressure at a point. `sources`: (x, y, phase) of each transducer that plays, at height 0 and looking up."""
-    total = 0j
-    for x, y, phase in sources:
-        dx, dy = point[0] - x, point[1] - y
-        aside = math.hypot(dx, dy)
-        r = math.hypot(aside, point[2])
-        directivity = _TABLE[int(2000.0 * aside / r + 0.5)]
-        total += cmath.rect(directivity / r * math.exp(-ATTENUATION * r), WAVENUMBER * r + phase)
-    return REFERENCE * abs(total)
+    """Peak pressure at a point."""
+    return float(pressures(sources, [point])[0])
 
 
 def peak(sources, start, reach=0.008, finest=0.0002):
@@ -43,11 +51,12 @@ def peak(sources, start, reach=0.008, finest=0.0002):
 
     Returns (point, pressure). Ends at `reach` aside of the start, where no peak is found nearer.
     """
+    sources = numpy.asarray(sources, dtype=float)
     here, best, step = tuple(start), pressure(sources, start), 0.0016
     while step >= finest:
         around = [(here[0] + dx * step, here[1] + dy * step, here[2])
                   for dx in (-1, 0, 1) for dy in (-1, 0, 1) if dx or dy]
-        found = max((pressure(sources, point), point) for point in around)
+        found = max(zip(pressures(sources, around), around))
         if found[0] > best and math.dist(found[1], start) <= reach:
             best, here = found
         else:

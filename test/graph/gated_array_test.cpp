@@ -106,7 +106,8 @@ class Stream {
       array.points.resize(1);
       array.points[0].id = 1;
       array.points[0].position.z = 0.2;
-      array.points[0].pressure = 1000.0f, array.points[0].intensity = 0.5f;
+      array.points[0].pressure = 1000.0f;
+      array.points[0].intensity = 0.5f;
       points.publish(array);
     }
   }

@@ -37,7 +37,8 @@ TEST(SignsOfLife, OfOneNodeAreThoseOfTheProcess) {
 }
 
 TEST(SignsOfLife, OneNodeThatHangsSilencesTheProcess) {
-  beat("/hangs"), beat("/goes_on");
+  beat("/hangs");
+  beat("/goes_on");
   Pipe::signs();  // that of before the second was known
   beat("/hangs");
   for (int k = 0; k < 10; ++k) beat("/goes_on");

@@ -40,7 +40,7 @@ def distance_of_peak(sources, point):
 
 
 class KneadingField(unittest.TestCase):
-    def knead(self, most_patterns, hands='bag', file=rig_run.bag('knead'), least_patterns=20, **arguments):
+    def knead(self, max_patterns, hands='bag', file=rig_run.bag('knead'), min_patterns=20, **arguments):
         """Distance (m) from each focal point to the peak of the field, in its plane, of so many of the patterns that played."""
         with rig_run.Graph() as graph, sonic_surface.Emulator(os.path.join(graph.folder, 'port')) as emulator:
             recording = graph.record(['/array/focal_points'])
@@ -56,8 +56,8 @@ class KneadingField(unittest.TestCase):
             wait_until(emulator.silent_for_good, 5, 'silence in the end')
         self.assertEqual(emulator.faults(), 0)
         played = patterns(emulator)
-        self.assertGreater(len(played), least_patterns, 'patterns')
-        step = -(-len(played) // most_patterns)
+        self.assertGreater(len(played), min_patterns, 'patterns')
+        step = -(-len(played) // max_patterns)
         distances, oldest = [], 0  # frame that the pattern before was of: they are played in the order in which they come
         for when, sources in played[::step]:
             # The first frame of the last seconds, for the machine may be busy, whose foci are peaks, and those after it while they
@@ -104,7 +104,7 @@ class KneadingField(unittest.TestCase):
         for name in rig_run.RECORDINGS:
             with self.subTest(name):
                 # The short touches of these two make some twenty patterns.
-                distances = self.recording(name, least_patterns=5 if name in ('grab', 'finger_tap') else 20)
+                distances = self.recording(name, min_patterns=5 if name in ('grab', 'finger_tap') else 20)
                 all_distances += distances
                 # Some have few points, of which one or two may be lost between their neighbours.
                 missed = sum(distance >= TOLERANCE for distance in distances)

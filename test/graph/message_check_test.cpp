@@ -22,7 +22,8 @@ constexpr std::uint32_t highest = std::numeric_limits<std::uint32_t>::max();
 /// As a message brings it: not set right by a constructor.
 ros::Time raw(std::uint32_t sec, std::uint32_t nsec) {
   ros::Time time;
-  time.sec = sec, time.nsec = nsec;
+  time.sec = sec;
+  time.nsec = nsec;
   return time;
 }
 
@@ -65,15 +66,15 @@ TEST(Stamps, OfTheFuture) {
 TEST(MessageCheck, SaysWhatIsTooMuch) {
   TrackedHands hands;
   hands.header.frame_id = "world";
-  hands.hands.resize(most_hands);
+  hands.hands.resize(max_hands);
   EXPECT_EQ(faultOf(hands), "");
   hands.header.stamp = raw(highest, highest);
   EXPECT_NE(faultOf(hands), "");
   hands.header.stamp = {};
-  hands.header.frame_id.assign(most_frame_id + 1, 'x');
+  hands.header.frame_id.assign(max_frame_id + 1, 'x');
   EXPECT_NE(faultOf(hands).find("257 characters"), std::string::npos);
   hands.header.frame_id = "world";
-  hands.hands.resize(most_hands + 1);
+  hands.hands.resize(max_hands + 1);
   EXPECT_NE(faultOf(hands).find("65 hands, expected at most 64"), std::string::npos);
 
   sensor_msgs::PointCloud2 cloud;
@@ -81,17 +82,17 @@ TEST(MessageCheck, SaysWhatIsTooMuch) {
   cloud.width = cloud.height = highest;
   EXPECT_NE(faultOf(cloud).find("points"), std::string::npos);
   cloud.width = cloud.height = 1;
-  cloud.data.resize(most_cloud_bytes + 1);
+  cloud.data.resize(max_cloud_bytes + 1);
   EXPECT_NE(faultOf(cloud).find("bytes"), std::string::npos);
   cloud.data.clear();
-  cloud.fields.resize(most_cloud_fields + 1);
+  cloud.fields.resize(max_cloud_fields + 1);
   EXPECT_NE(faultOf(cloud).find("fields"), std::string::npos);
 
   FocalPointArray points;
   EXPECT_EQ(faultOf(points), "");
   points.points.resize(2000);  // samples of a field, as many as the renderer makes at most
   EXPECT_EQ(faultOf(points), "");
-  points.points.resize(most_focal_points + 1);
+  points.points.resize(max_focal_points + 1);
   EXPECT_NE(faultOf(points).find("focal points"), std::string::npos);
   points.points.clear();
   points.header.stamp = raw(1u << 31, 0);
@@ -124,8 +125,16 @@ TEST(MessageCheck, CloudsThatContradictThemselvesAreRefused) {
       {"no step", [](auto& c) { c.point_step = 0; }},
       {"a short step", [](auto& c) { c.point_step = 27; }},
       {"a long step", [](auto& c) { c.point_step = highest; }},
-      {"a product that wraps around", [](auto& c) { c.width = c.height = 1u << 31, c.point_step = 28; }},
-      {"rows with gaps", [](auto& c) { c.width = c.height = 2, c.row_step = 64; }},
+      {"a product that wraps around",
+       [](auto& c) {
+         c.width = c.height = 1u << 31;
+         c.point_step = 28;
+       }},
+      {"rows with gaps",
+       [](auto& c) {
+         c.width = c.height = 2;
+         c.row_step = 64;
+       }},
       {"the other end first", [](auto& c) { c.is_bigendian = true; }},
       {"a field beyond the step", [](auto& c) { c.fields[3].offset = 26; }},
       {"an offset that wraps around", [](auto& c) { c.fields[3].offset = highest - 1; }},

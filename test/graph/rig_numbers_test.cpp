@@ -33,7 +33,10 @@ TEST(RigNumbers, OfTheClay) {
   status.stages = {"neighbours", "contact_search", "bonds", "setup", "iterations", "finish", "new"};
   status.stage_ms = {1, 2, 3, 4, 5, 6, 7};
   status.density_error_mean = 0.02f;
-  status.active_particles = 11, status.contacts = 12, status.lumps = 13, status.iterations = 1.5f;
+  status.active_particles = 11;
+  status.contacts = 12;
+  status.lumps = 13;
+  status.iterations = 1.5f;
   RigNumbers numbers = unknownNumbers();
   takeNumbers(status, numbers);
   EXPECT_EQ(numbers.real_time_factor, 0.5f);
@@ -67,7 +70,9 @@ TEST(RigNumbers, OfTheArray) {
   RenderingReport report;
   report.gain = 0.002f;
   report.error = 0.25f;
-  report.force = 3.0f, report.vibration = 8.0f, report.static_force = 20.0f;
+  report.force = 3.0f;
+  report.vibration = 8.0f;
+  report.static_force = 20.0f;
   report.granted = {1, 2, 3};
   ArrayState state;
   state.header.stamp = ros::Time(7.0);

@@ -36,7 +36,9 @@ Eigen::Vector3f direction() {
 const Eigen::Vector3f middle(0.0f, 0.0f, 0.015f);  // m, of the block
 
 void add(Ghosts& skin, const Eigen::Vector3f& x, const Eigen::Vector3f& n, const Eigen::Vector3f& v) {
-  skin.position.push_back(x), skin.normal.push_back(n), skin.velocity.push_back(v);
+  skin.position.push_back(x);
+  skin.normal.push_back(n);
+  skin.velocity.push_back(v);
 }
 
 /// A lost hand: the flesh of all 26 joints lies about one place.
@@ -109,17 +111,17 @@ class BoundedSteps : public testing::Test {
     SCOPED_TRACE(name);
     const auto start = std::chrono::steady_clock::now();
     constexpr int frames = 2, steps = 4;  // of a frame
-    std::uint64_t most = 0;
+    std::uint64_t maximum = 0;
     for (int k = 0; k < frames; ++k) {
       clay_->advance(skin, {ground()}, 1.0 / 60.0);
-      most = std::max(most, clay_->statistics().ghosts_looked_at);
+      maximum = std::max(maximum, clay_->statistics().ghosts_looked_at);
     }
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / frames;
-    RecordProperty(name, std::to_string(most));
+    RecordProperty(name, std::to_string(maximum));
     std::printf("%-30s %6zu ghosts, %9lu looked at, %.3f s a frame\n", name.c_str(), skin.size(),
-                static_cast<unsigned long>(most), seconds);
-    EXPECT_LE(most, 2U * steps * Contacts::most_looks);
+                static_cast<unsigned long>(maximum), seconds);
+    EXPECT_LE(maximum, 2U * steps * Contacts::max_looks);
     EXPECT_LT(seconds, 10.0);  // on a busy machine
     for (int k = 0; k < 15; ++k) clay_->advance({}, {ground()}, 1.0 / 60.0);
     const Particles& p = clay_->particles();
@@ -145,7 +147,7 @@ TEST_F(BoundedSteps, GhostsAllAbout) {
   bear("slow", scattered(10000, 1.0f));
   bear("fast", scattered(10000, 49.0f));
   bear("beyond_all_speed", scattered(10000, 1e30f));
-  bear("as_many_as_may_be", scattered(mostGhosts(spacing), 1.0f));
+  bear("as_many_as_may_be", scattered(maxGhosts(spacing), 1.0f));
 }
 TEST_F(BoundedSteps, NumbersThatNoSkinHas) {
   for (int k = 0; k < 3; ++k) bear("bad_numbers", withBadNumbers());
@@ -170,7 +172,7 @@ TEST_F(BoundedSteps, TooManyGhostsAreRefusedAndTheClayIsAsItWas) {
   EXPECT_EQ(clay_->time(), 0.0);
   clay_->advance({}, {ground()}, 1.0 / 60.0);
   EXPECT_GT(clay_->time(), 0.0);
-  EXPECT_EQ(mostGhosts(spacing), 40000U);
+  EXPECT_EQ(maxGhosts(spacing), 40000U);
 }
 
 }  // namespace

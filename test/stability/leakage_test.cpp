@@ -253,12 +253,12 @@ TEST(RandomClaps, LetClayGoSideways) {
   std::vector<unsigned> seeds = seedsTo(20);
   seeds.push_back(87);
   expectNoLeak(seeds, [](const auto& any) {
-    const double speed = any(0.2, 3.0), least = any(0.001, 0.01), yaw = any(0.0, 2.0 * M_PI);
+    const double speed = any(0.2, 3.0), minimum = any(0.001, 0.01), yaw = any(0.0, 2.0 * M_PI);
     const double height = any(0.01, 0.03), bend = any(0.0, 20.0) * degree, thumb = any(-0.6, -0.2);
     const Eigen::Vector3d way(std::cos(yaw), std::sin(yaw), 0.0);
     const Eigen::Vector3d up = Eigen::AngleAxisd(any(0.0, 1.5), way) * Eigen::Vector3d::UnitZ();
     return [=](int k) {
-      const double half = std::max(0.15 - speed * frame * k, least);
+      const double half = std::max(0.15 - speed * frame * k, minimum);
       std::vector<hand::TrackedHand> hands;
       for (const double side : {-1.0, 1.0}) {
         const Eigen::Vector3d at = side * half * way + height * Eigen::Vector3d::UnitZ();
@@ -274,7 +274,7 @@ TEST(RandomClaps, LetClayGoSideways) {
 /// and goes up again.
 TEST(RandomSlams, LetClayGoSideways) {
   expectNoLeak(seedsTo(20), [](const auto& any) {
-    const double speed = any(0.3, 5.0), least = any(0.004, 0.012), along = any(-0.02, 0.02);
+    const double speed = any(0.3, 5.0), minimum = any(0.004, 0.012), along = any(-0.02, 0.02);
     const double bend = any(0.0, 45.0) * degree, thumb = any(-0.6, -0.2);
     const Eigen::Vector3d fingers =
         Eigen::AngleAxisd(any(0.0, 2.0 * M_PI), Eigen::Vector3d::UnitZ()) * Eigen::Vector3d::UnitX();
@@ -282,7 +282,7 @@ TEST(RandomSlams, LetClayGoSideways) {
     const hand::Side side = any(0.0, 1.0) < 0.5 ? hand::Side::left : hand::Side::right;
     return [=](int k) {
       const double height =
-          k > 40 ? least + 0.5 * frame * (k - 40) : std::max(0.2 - speed * frame * k, least);
+          k > 40 ? minimum + 0.5 * frame * (k - 40) : std::max(0.2 - speed * frame * k, minimum);
       const Eigen::Vector3d at = along * fingers + height * Eigen::Vector3d::UnitZ();
       return std::vector<hand::TrackedHand>{handAt(side, palm, fingers, at.dot(palm), at, bend, thumb)};
     };
@@ -295,14 +295,14 @@ TEST(RandomGrabs, LeaveNoneInside) {
   std::vector<unsigned> seeds = seedsTo(20);
   seeds.push_back(43);
   expectNoLeak(seeds, [](const auto& any) {
-    const double speed = any(0.1, 1.0), least = any(0.01, 0.03), along = any(0.0, 0.03);
+    const double speed = any(0.1, 1.0), minimum = any(0.01, 0.03), along = any(0.0, 0.03);
     const double bend = any(50.0, 95.0) * degree, thumb = any(-0.6, -0.2);
     const Eigen::Vector3d fingers =
         Eigen::AngleAxisd(any(0.0, 2.0 * M_PI), Eigen::Vector3d::UnitZ()) * Eigen::Vector3d::UnitX();
     const hand::Side side = any(0.0, 1.0) < 0.5 ? hand::Side::left : hand::Side::right;
-    const int down = static_cast<int>((0.12 - least) / (speed * frame)) % 30 + 3;
+    const int down = static_cast<int>((0.12 - minimum) / (speed * frame)) % 30 + 3;
     return [=](int k) {
-      const double height = std::max(least + 0.12 - speed * frame * k, least);
+      const double height = std::max(minimum + 0.12 - speed * frame * k, minimum);
       const bool closed = k >= down && (k < down + 15 || k >= down + 22);
       const Eigen::Vector3d at = along * fingers + height * Eigen::Vector3d::UnitZ();
       return std::vector<hand::TrackedHand>{handAt(side, -Eigen::Vector3d::UnitZ(), fingers, -height, at,
@@ -322,7 +322,7 @@ TEST_P(OnThePalm, ASoftFistInOneFrameKeepsNoneInside) {
   hand::SoftHands soft(spacing, parameters);
   const hand::SoftHandTemplate anatomy =
       hand::makeSoftHandTemplate(std::get<0>(GetParam()), parameters.finger_cell, parameters.palm_cell);
-  const int most = static_cast<int>(std::lround(0.2 / frame));
+  const int maximum = static_cast<int>(std::lround(0.2 / frame));
   std::vector<int> within(clay.particles().size(), 0);  // frames on end
   for (int k = 0; k < 60; ++k) {
     const auto stamp = std::chrono::nanoseconds(std::llround(1e9 * (clay.time() + frame)));
@@ -337,7 +337,7 @@ TEST_P(OnThePalm, ASoftFistInOneFrameKeepsNoneInside) {
       const bool engulfed = insideFlesh(*soft.hand(std::get<0>(GetParam())), anatomy,
                                         clay.particles().position.at(i).cast<double>());
       within[i] = engulfed ? within[i] + 1 : 0;
-      EXPECT_LT(within[i], most) << "particle " << i << " frame " << k;
+      EXPECT_LT(within[i], maximum) << "particle " << i << " frame " << k;
     }
   }
   EXPECT_TRUE(touched);

@@ -185,7 +185,7 @@ class DensityRatio : public ::testing::TestWithParam<double> {};
 TEST_P(DensityRatio, OfTheUpperCubeToTheLower) {
   Trial t = drop(4);
   t.materials.assign(2, Material());
-  t.materials[0].density = 1000.0 / std::sqrt(GetParam()),
+  t.materials[0].density = 1000.0 / std::sqrt(GetParam());
   t.materials[1].density = 1000.0 * std::sqrt(GetParam());
   const auto upper = block(4, 4, 4, t.config.spacing, {0.001, 0.0, 0.0275}, Eigen::Matrix3d::Identity(), 1);
   t.particles.insert(t.particles.end(), upper.begin(), upper.end());
@@ -225,7 +225,7 @@ void watchRandom(unsigned seed) {
   const double d = t.config.spacing;
   t.particles = block(5, 4, 5, d, {0.0, 0.0, 7.0 * d}, turn);
   const double speed = between(0.01, 2.0);
-  t.obstacle_speed = speed;
+  t.collider_speed = speed;
   t.squeezes = true;
   t.ghosts = [d, speed](double time) {
     const double z = std::max(20.0 * d - speed * time, 4.0 * d);
@@ -357,7 +357,7 @@ void watchInside(unsigned seed) {
   const std::vector<Solid> solids = t.solids(0.0);
   for (const Solid& solid : solids)
     normals += solid.pose.linear().col(2) / static_cast<double>(solids.size());
-  t.obstacle_speed = 0.5 / normals.norm();
+  t.collider_speed = 0.5 / normals.norm();
   watch(t);
 }
 class Inside : public ::testing::TestWithParam<unsigned> {};

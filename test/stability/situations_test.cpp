@@ -93,7 +93,7 @@ TEST(Rest, Long) {
 
 TEST(Hand, ThroughTheClayAt20MetresPerSecond) {
   Trial t = standing();
-  t.obstacle_speed = 20.0;
+  t.collider_speed = 20.0;
   t.ghosts = [](double time) {
     return ghostBall({-0.5 + 20.0 * time, 0.0, 0.03}, 0.03, 0.004, {20.0, 0.0, 0.0});
   };
@@ -117,7 +117,7 @@ TEST(Hand, AppearsInsideTheClay) {
 
 TEST(Hand, FistClosesInOneFrame) {
   Trial t = standing();
-  t.obstacle_speed = 0.03 * 60.0;
+  t.collider_speed = 0.03 * 60.0;
   t.ghosts = [frame =
                   t.config.frame](double time) {  // four fingers come from 60 mm to 30 mm about the middle
     const int k = static_cast<int>(std::lround(time / frame));
@@ -137,7 +137,7 @@ TEST(Hand, TwoPalmsSqueezeABlockFlat) {
   t.config.gravity.setZero();
   t.solids = [](double) { return std::vector<Solid>(); };
   t.materials[0].yield_strain = 0.05;
-  t.obstacle_speed = 0.05;
+  t.collider_speed = 0.05;
   t.squeezes = true;
   t.ghosts = [](double time) {
     const double x = std::max(0.016 - 0.05 * time, 0.002), speed = x > 0.002 ? 0.05 : 0.0;
@@ -151,7 +151,7 @@ TEST(Hand, TwoPalmsSqueezeABlockFlat) {
 TEST(Hand, PressesABlockFlatOnTheTable) {
   Trial t = standing(6);
   t.materials[0].yield_strain = 0.05;
-  t.obstacle_speed = 0.1;
+  t.collider_speed = 0.1;
   t.squeezes = true;
   t.ghosts = [](double time) {
     const double z = std::max(0.032 - 0.1 * time, 0.006);
@@ -169,7 +169,7 @@ TEST_P(Wheel, Rpm) {
   Trial t = standing(6);
   t.config.world = 0.3;
   const double rate = GetParam() * 2.0 * M_PI / 60.0;
-  t.obstacle_speed = rate * 0.05;
+  t.collider_speed = rate * 0.05;
   t.solids = [rate](double time) {
     Solid wheel;
     wheel.shape = Solid::Shape::cylinder;
@@ -192,7 +192,7 @@ TEST(Hand, OfRottenNumbers) {
   const std::vector<float> rotten{nan, inf, -inf, tiny, -tiny, huge, -huge, 1e20f, 0.0f};
   Trial t = standing(5);
   t.frames = 30;
-  t.obstacle_speed = 50.0 * std::sqrt(3.0);  // a finite velocity below 50 m/s an axis is believed
+  t.collider_speed = 50.0 * std::sqrt(3.0);  // a finite velocity below 50 m/s an axis is believed
   t.overlap = 0.02;
   t.ghosts = [&rotten, nth = std::size_t{0}](double) mutable {
     Ghosts hand = ghostBall({0.0, 0.0, 0.035}, 0.015, 0.004);

@@ -180,11 +180,11 @@ class InsideOut {
  public:
   void see(const SoftHand& hand) {
     const int now = hand.inverted();
-    most = std::max(most, now);
+    maximum = std::max(maximum, now);
     on_end_ = now > 0 ? on_end_ + 1 : 0;
     longest = std::max(longest, on_end_);
   }
-  int most = 0, longest = 0;  // tetrahedra, frames
+  int maximum = 0, longest = 0;  // tetrahedra, frames
 
  private:
   int on_end_ = 0;
@@ -480,7 +480,7 @@ TEST(SoftHand, NothingLastsOfViolentAndImpossiblePoses) {
       EXPECT_TRUE(allFinite(skin)) << attack;
     }
     const InsideOut after = seen(hands, flat, k, 120);
-    std::printf("  attack %zu: %d inside out, %d frames on end\n", attack, after.most, after.longest);
+    std::printf("  attack %zu: %d inside out, %d frames on end\n", attack, after.maximum, after.longest);
     EXPECT_LE(after.longest, 12) << attack;
     EXPECT_EQ(hands.hand(Side::right)->inverted(), 0) << attack;
     EXPECT_LT(hands.hand(Side::right)->energy(), 1.5 * at_rest + 1e-3) << attack;
@@ -557,7 +557,7 @@ void expectHeldRightSideOut(const std::vector<TrackedHand>& way, const std::stri
     held.see(*hands.hand(Side::right));
     if (step >= 30) moving = std::max(moving, static_cast<double>(fastest(skin)));
   }
-  EXPECT_EQ(held.most, 0) << name;
+  EXPECT_EQ(held.maximum, 0) << name;
   EXPECT_LT(moving, still) << name;
   EXPECT_EQ(hands.hand(Side::right)->restarts(), 0) << name;
 }

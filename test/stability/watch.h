@@ -21,10 +21,10 @@ struct Trial {
   int frames = 60;
   std::function<Ghosts(double)> ghosts = [](double) { return Ghosts(); };  // at a time, s
   std::function<std::vector<Solid>(double)> solids = [](double) { return std::vector<Solid>{ground()}; };
-  double obstacle_speed = 0.0;  // m/s, of the fastest point of a moving obstacle
-  bool squeezes = false;        // moving obstacles press clay that cannot evade
+  double collider_speed = 0.0;  // m/s, of the fastest point of a moving collider
+  bool squeezes = false;        // moving colliders press clay that cannot evade
   bool energy = true;           // whether energy is watched
-  double overlap = 0.0;         // m, by which the clay starts inside an obstacle
+  double overlap = 0.0;         // m, by which the clay starts inside a collider
 };
 
 /// Energy of compression that the particles start with: sum of kappa/2 V max(rho/rho_0 - 1, 0)^2, J.
@@ -50,10 +50,10 @@ inline double storedEnergy(const Trial& trial) {
 /// Runs a trial. The kinetic energy gained may not exceed the sum of
 ///  - what gravity gave, M g . (x - x_0) of the centre of mass,
 ///  - what was stored by compression at the start,
-///  - the work of moving obstacles: what strikes at V leaves elastic clay with 2 V at most, M (2 V)^2 / 2;
+///  - the work of moving colliders: what strikes at V leaves elastic clay with 2 V at most, M (2 V)^2 / 2;
 ///  what
 ///    squeezes it does the work of the forces on the ghosts, where that is more,
-///  - undoing a start inside an obstacle: lifting by the overlap, and the 0.5 m/s of recovery,
+///  - undoing a start inside a collider: lifting by the overlap, and the 0.5 m/s of recovery,
 ///  - slack: 1 % of all that, and 20 mm/s of every particle, which is what the step of a contact that was met
 ///    late can give.
 inline void watch(Trial trial) {
@@ -64,7 +64,7 @@ inline void watch(Trial trial) {
   const double total = totalMass(p), first = kineticEnergy(p), stored = storedEnergy(trial);
   const Eigen::Vector3d start = p.size() > 0 ? centreOfMass(p) : Eigen::Vector3d::Zero();
   const double pull = trial.config.gravity.norm();
-  const double struck = 0.5 * total * std::pow(2.0 * trial.obstacle_speed, 2.0);
+  const double struck = 0.5 * total * std::pow(2.0 * trial.collider_speed, 2.0);
   const double undone = trial.overlap > 0.0 ? total * (pull * trial.overlap + 0.5 * 0.25) : 0.0;
   double squeezed = 0.0, worst = 0.0, allowed_then = 0.0;
   int worst_frame = -1;
@@ -88,7 +88,11 @@ inline void watch(Trial trial) {
         1.01 * (first + std::max(fallen, 0.0) + stored + std::max(struck, squeezed) + undone) +
         std::min(fallen, 0.0) + 0.5 * total * 0.02 * 0.02;
     const double excess = kineticEnergy(p) - allowed;
-    if (excess > worst) worst = excess, worst_frame = k, allowed_then = allowed;
+    if (excess > worst) {
+      worst = excess;
+      worst_frame = k;
+      allowed_then = allowed;
+    }
   }
   if (!trial.energy) return;
   EXPECT_LE(worst, 0.0) << "J of kinetic energy too much at frame " << worst_frame << " of " << trial.frames

@@ -86,9 +86,9 @@ inline int settled(SoftHands& hands, const TrackedHand& hand, int from, int fram
 }
 
 inline double fastest(const Skin& skin) {
-  float most = 0.0F;
-  for (const Eigen::Vector3f& v : skin.velocity) most = std::max(most, v.norm());
-  return most;
+  float maximum = 0.0F;
+  for (const Eigen::Vector3f& v : skin.velocity) maximum = std::max(maximum, v.norm());
+  return maximum;
 }
 
 /// At rest the skin of a soft hand is that of the kinematic one.

@@ -104,7 +104,8 @@ inline Vectors referenceStep(const Sculpture& before, const Sculpture& bonds, co
   std::vector<double> amend(n, 0.0), excess(n, kernel.sigma / lattice - 1.0);
   forPairsWithin(h, x, [&](std::size_t i, std::size_t j) {
     const double r = (x[i] - x[j]).norm(), share = weight(r) * std::pow(r, 4.0) / lattice_dashpots;
-    amend[i] += share, amend[j] += share;
+    amend[i] += share;
+    amend[j] += share;
   });
   for (double& a : amend) a = 1.0 / std::max(a, 0.25);
 
@@ -139,7 +140,8 @@ inline Vectors referenceStep(const Sculpture& before, const Sculpture& bonds, co
     std::vector<double> growth(n, 0.0);
     for (const ReferencePair& p : pairs) {
       const double grown = p.compression * p.x.dot(u[p.j] - u[p.i]);
-      growth[p.i] += grown, growth[p.j] += grown;
+      growth[p.i] += grown;
+      growth[p.j] += grown;
     }
     return growth;
   };
@@ -147,17 +149,22 @@ inline Vectors referenceStep(const Sculpture& before, const Sculpture& bonds, co
     for (const ReferencePair& p : pairs) {
       const double pressure =
           kappa * ((compressed[p.i] ? c[p.i] : 0.0) + (compressed[p.j] ? c[p.j] : 0.0)) * p.compression;
-      force[p.i] += pressure * p.x, force[p.j] -= pressure * p.x;
+      force[p.i] += pressure * p.x;
+      force[p.j] -= pressure * p.x;
     }
   };
   const auto residual = [&](const Vectors& u) {
     std::vector<double> c = growthOf(u);
-    for (std::size_t i = 0; i < n; ++i) c[i] += excess[i], compressed[i] = c[i] > 0.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      c[i] += excess[i];
+      compressed[i] = c[i] > 0.0;
+    }
     Vectors r(n);
     for (std::size_t i = 0; i < n; ++i) r[i] = inertia * (free[i] - u[i]);
     for (const ReferencePair& p : pairs) {
       const Eigen::Vector3d force = (p.push + p.stiffness * p.x.dot(u[p.j] - u[p.i])) * p.x;
-      r[p.i] += force, r[p.j] -= force;
+      r[p.i] += force;
+      r[p.j] -= force;
     }
     addPressure(c, r);
     return r;
@@ -166,7 +173,8 @@ inline Vectors referenceStep(const Sculpture& before, const Sculpture& bonds, co
     Vectors product(n, Eigen::Vector3d::Zero());
     for (const ReferencePair& p : pairs) {
       const Eigen::Vector3d force = p.stiffness * p.x.dot(u[p.j] - u[p.i]) * p.x;
-      product[p.i] += force, product[p.j] -= force;
+      product[p.i] += force;
+      product[p.j] -= force;
     }
     addPressure(growthOf(u), product);
     for (std::size_t i = 0; i < n; ++i) product[i] = inertia * u[i] - product[i];
@@ -188,7 +196,10 @@ inline Vectors referenceStep(const Sculpture& before, const Sculpture& bonds, co
     for (int k = 0; k < std::min(left, a_round) && rr > 1e-24 * first; ++k) {
       const Vectors a_p = multiply(p);
       const double alpha = rr / dot(p, a_p);
-      for (std::size_t i = 0; i < n; ++i) u[i] += alpha * p[i], r[i] -= alpha * a_p[i];
+      for (std::size_t i = 0; i < n; ++i) {
+        u[i] += alpha * p[i];
+        r[i] -= alpha * a_p[i];
+      }
       const double next = dot(r, r);
       for (std::size_t i = 0; i < n; ++i) p[i] = r[i] + next / rr * p[i];
       rr = next;

@@ -38,8 +38,10 @@ inline ClayConfig weightless(const Resolution& r) {
 /// Clay that solids hold without slip, once it touched them.
 inline Material sticking(double viscosity, double stiffness) {
   Material m;
-  m.viscosity = viscosity, m.stiffness = stiffness;
-  m.friction = 10.0, m.adhesion = 1e5;
+  m.viscosity = viscosity;
+  m.stiffness = stiffness;
+  m.friction = 10.0;
+  m.adhesion = 1e5;
   return m;
 }
 
@@ -81,7 +83,8 @@ struct Plates {
   void advance(Clay& clay) {
     const double frame = clay.config().frame;
     clay.advance({}, {lower, upper}, frame);
-    lower.pose = poseAfter(lower, frame), upper.pose = poseAfter(upper, frame);
+    lower.pose = poseAfter(lower, frame);
+    upper.pose = poseAfter(upper, frame);
   }
   /// N, of the clay on the upper plate
   static Eigen::Vector3d force(const Clay& clay) { return clay.solidForces()[1]; }

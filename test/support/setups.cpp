@@ -26,8 +26,14 @@ std::vector<InitialParticle> block(int nx, int ny, int nz, double spacing, const
 
 Material firmClay() {
   Material clay;
-  clay.density = 1600.0, clay.viscosity = 200.0, clay.stiffness = 1e6, clay.bulk_modulus = 1e7;
-  clay.bond_rate = 1.0, clay.unbond_rate = 10.0, clay.yield_strain = 0.005, clay.friction = 0.6;
+  clay.density = 1600.0;
+  clay.viscosity = 200.0;
+  clay.stiffness = 1e6;
+  clay.bulk_modulus = 1e7;
+  clay.bond_rate = 1.0;
+  clay.unbond_rate = 10.0;
+  clay.yield_strain = 0.005;
+  clay.friction = 0.6;
   return clay;
 }
 
@@ -144,7 +150,8 @@ std::pair<double, double> extent(const Particles& p, const Eigen::Vector3d& dire
   double low = INFINITY, high = -INFINITY;
   for (std::size_t i = 0; i < p.size(); ++i) {
     const double x = direction.dot(p.position.at(i).cast<double>());
-    low = std::min(low, x), high = std::max(high, x);
+    low = std::min(low, x);
+    high = std::max(high, x);
   }
   return {low, high};
 }

@@ -5,7 +5,7 @@
 
 #include "clay/clay.h"
 
-/// Blocks of clay and obstacles that tests and benchmarks are made of, and what is measured on them.
+/// Blocks of clay and colliders that tests and benchmarks are made of, and what is measured on them.
 namespace tactile_clay::clay {
 
 /// A block on a cubic lattice, nx x ny x nz particles, standing on `foot`, the middle of its bottom face.

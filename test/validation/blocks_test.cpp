@@ -18,8 +18,14 @@ struct Pair {
 std::vector<Material> materials(const Pair& pair) {
   Material firm, soft;
   firm.yield_strain = 0.05;
-  soft.density = 1150.0, soft.viscosity = 150.0, soft.stiffness = 2e4, soft.yield_strain = 0.15;
-  for (Material* m : {&firm, &soft}) m->adhesion = 1e7, m->friction = 10.0;
+  soft.density = 1150.0;
+  soft.viscosity = 150.0;
+  soft.stiffness = 2e4;
+  soft.yield_strain = 0.15;
+  for (Material* m : {&firm, &soft}) {
+    m->adhesion = 1e7;
+    m->friction = 10.0;
+  }
   return pair.alike ? std::vector<Material>{firm} : std::vector<Material>{firm, soft};
 }
 

@@ -10,7 +10,9 @@ TEST(Collision, KeepsMomentumAndGainsNoEnergy) {
   constexpr double spacing = 0.005;
   Material firm, soft;
   firm.density = 2000.0;
-  soft.stiffness = 1e4, soft.viscosity = 50.0, soft.density = 1000.0;
+  soft.stiffness = 1e4;
+  soft.viscosity = 50.0;
+  soft.density = 1000.0;
   auto particles = block(6, 6, 6, spacing, {-0.021, 0.0, 0.0});
   for (InitialParticle& p : particles) p.velocity = {0.4f, 0.0f, 0.0f};
   auto other = block(6, 6, 6, spacing, {0.021, 0.006, 0.004},

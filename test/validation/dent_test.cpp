@@ -47,7 +47,8 @@ Dent dent(const Resolution& resolution, const Material& material, double depth, 
     int count = 0;
     for (std::size_t i = p.size() - static_cast<std::size_t>(columns * columns); i < p.size(); ++i) {
       if (p.position.at(i).head<2>().norm() > 0.7 * radius) continue;
-      sum += static_cast<double>(p.position.at(i).z()), ++count;
+      sum += static_cast<double>(p.position.at(i).z());
+      ++count;
     }
     return sum / count;
   };
@@ -69,7 +70,9 @@ Dent dent(const Resolution& resolution, const Material& material, double depth, 
 Material firm() {
   Material m;
   m.name = "firm clay";
-  m.stiffness = 1e6, m.yield_strain = 0.01, m.bulk_modulus = 1e7;
+  m.stiffness = 1e6;
+  m.yield_strain = 0.01;
+  m.bulk_modulus = 1e7;
   return m;
 }
 

@@ -41,7 +41,10 @@ template <class X, class Y>
 double exponent(const std::vector<Load>& loads, X x, Y y) {
   double mx = 0.0, my = 0.0, xy = 0.0, xx = 0.0;
   const auto n = static_cast<double>(loads.size());
-  for (const Load& load : loads) mx += std::log(x(load)) / n, my += std::log(y(load)) / n;
+  for (const Load& load : loads) {
+    mx += std::log(x(load)) / n;
+    my += std::log(y(load)) / n;
+  }
   for (const Load& load : loads) {
     xy += (std::log(x(load)) - mx) * (std::log(y(load)) - my);
     xx += (std::log(x(load)) - mx) * (std::log(x(load)) - mx);

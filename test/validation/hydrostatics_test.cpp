@@ -29,7 +29,9 @@ TEST_P(Column, RestsOnTheFloorWithItsWeightAndPressesTheWallsByItsDepth) {
   config.budget = {GetParam().first, GetParam().second};
   config.threads = 2;
   Material liquid;
-  liquid.stiffness = 0.0, liquid.friction = 0.0, liquid.viscosity = 20.0;
+  liquid.stiffness = 0.0;
+  liquid.friction = 0.0;
+  liquid.viscosity = 20.0;
   Clay clay(config, {liquid}, block(edge, edge, layers, spacing));
   const auto solids = box();
   for (int k = 0; k < 120; ++k) clay.advance({}, solids, config.frame);
@@ -57,7 +59,9 @@ TEST_P(Column, KeepsItsVolume) {
   config.budget = {GetParam().first, GetParam().second};
   config.threads = 2;
   Material liquid;
-  liquid.stiffness = 0.0, liquid.friction = 0.0, liquid.viscosity = 20.0;
+  liquid.stiffness = 0.0;
+  liquid.friction = 0.0;
+  liquid.viscosity = 20.0;
   Clay clay(config, {liquid}, block(edge, edge, layers, spacing));
   const auto solids = box();
   for (int k = 0; k < 120; ++k) clay.advance({}, solids, config.frame);

@@ -28,7 +28,8 @@ Material firm() {
   return m;
 }
 Material onAnything(Material m, bool holds) {
-  m.friction = holds ? 10.0 : 0.0, m.adhesion = holds ? 1e6 : 0.0;
+  m.friction = holds ? 10.0 : 0.0;
+  m.adhesion = holds ? 1e6 : 0.0;
   return m;
 }
 
@@ -48,7 +49,8 @@ double volumeOfCells(const Particles& p, int columns, int layers) {
         for (int axis = 0; axis < 3; ++axis) {
           const bool far = (corner >> axis & 1) != 0;
           const double at = (point >> axis & 1) != 0 ? 1.0 - gauss : gauss;
-          weight[axis] = far ? at : 1.0 - at, slope[axis] = far ? 1.0 : -1.0;
+          weight[axis] = far ? at : 1.0 - at;
+          slope[axis] = far ? 1.0 : -1.0;
         }
         const int i = ((z + (corner >> 2)) * rows + y + (corner >> 1 & 1)) * columns + x + (corner & 1);
         gradient += p.position.at(i).cast<double>() * Eigen::RowVector3d(slope[0] * weight[1] * weight[2],
@@ -72,7 +74,8 @@ TEST_P(Plasticity, CylinderSlumps) {
   for (const double part : {0.5, 1.2}) {
     Material m = onAnything(firm(), false);
     const double gravity = 9.81, stress = m.density * gravity * height;
-    m.viscosity = 5.0, m.stiffness = 1e5;
+    m.viscosity = 5.0;
+    m.stiffness = 1e5;
     m.yield_strain = part * stress / (2.0 * std::sqrt(3.0) * m.stiffness);
     ClayConfig config = weightless(GetParam());
     config.gravity = {0.0, 0.0, -gravity};
@@ -250,7 +253,8 @@ TEST_P(Plasticity, TornAndJoinedIsAsStrong) {
   EXPECT_NEAR(whole, yieldInTension(firm()) * width * width, 0.3 * yieldInTension(firm()) * width * width);
   run(0.0, 10);
   ASSERT_EQ(clay.statistics().lumps, 2u);
-  run(-0.055, 60), run(0.0, 30);
+  run(-0.055, 60);
+  run(0.0, 30);
   ASSERT_EQ(clay.statistics().lumps, 1u);
   EXPECT_GT(run(0.05, 20), 0.9 * whole);
 }

@@ -22,7 +22,8 @@ TEST_P(Relaxation, OfStressIsExponential) {
   putty.relaxation_time = 0.5;
   SimpleShear slab(GetParam(), putty, 0.3);
   slab.shearTo(0.02);
-  slab.plates.upper.linear_velocity.setZero(), slab.plates.lower.linear_velocity.setZero();
+  slab.plates.upper.linear_velocity.setZero();
+  slab.plates.lower.linear_velocity.setZero();
   const auto stress = [&] {
     slab.plates.advance(slab.clay);
     return -Plates::force(slab.clay).x() / (SimpleShear::length * SimpleShear::width);
@@ -66,7 +67,8 @@ TEST_P(Relaxation, KeepsNoStressOfALongFlow) {
 /// Herschel & Bulkley: tau = tau_y + eta rate^n. Within 10 %, as the yield stress is.
 TEST_P(Relaxation, HerschelBulkley) {
   Material paste = sticking(1500.0, 1e5);
-  paste.flow_index = 0.4, paste.yield_strain = 0.02;
+  paste.flow_index = 0.4;
+  paste.yield_strain = 0.02;
   for (const double rate : {1.0, 4.0}) {
     SimpleShear slab(GetParam(), paste, rate);
     slab.shearTo(0.6);
@@ -153,7 +155,8 @@ TEST(Putty, DISABLED_BouncesAtBalanced) {
 /// a body eight particles thick is 2.3 to 2.9 G.
 TEST(Putty, SlumpsWhenLeftAlone) {
   Material putty = siliconePutty();
-  putty.friction = 0.0, putty.adhesion = 0.0;
+  putty.friction = 0.0;
+  putty.adhesion = 0.0;
   ClayConfig config;
   config.threads = 1;
   constexpr int layers = 8;

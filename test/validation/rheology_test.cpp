@@ -58,7 +58,8 @@ TEST_P(Viscosity, DampsATwistAtItsRate) {
   for (const bool turned : {false, true}) {
     for (const double eta : {20.0, 200.0}) {
       Material fluid;
-      fluid.viscosity = eta, fluid.stiffness = 0.0;
+      fluid.viscosity = eta;
+      fluid.stiffness = 0.0;
       Twisted sample(GetParam(), fluid, 0.2, turned);
       const double first = sample.amplitude();
       const int steps = 4;
@@ -177,7 +178,9 @@ struct Bar {
         plates(layers * r.spacing) {}
   static Material slippery(double yield_strain) {
     Material m;
-    m.viscosity = 50.0, m.friction = 0.0, m.yield_strain = yield_strain;
+    m.viscosity = 50.0;
+    m.friction = 0.0;
+    m.yield_strain = yield_strain;
     return m;
   }
   /// To a strain, and holds it for a tenth of a second. \return Pa, force over the area at first
@@ -244,7 +247,8 @@ TEST_P(Stiffness, KeepsWhatYielded) {
 /// than d / R of the frequency.
 TEST_P(Stiffness, IsTheShearModulus) {
   Material solid;
-  solid.viscosity = 0.0, solid.stiffness = 1000.0;
+  solid.viscosity = 0.0;
+  solid.stiffness = 1000.0;
   Twisted sample(GetParam(), solid, 0.01, false);
   const double dt = sample.timeStep();
   double before = sample.amplitude(), zero = 0.0;
@@ -300,7 +304,8 @@ double yieldStress(const Material& m) {
 TEST_P(Yield, StressOfShearedClay) {
   for (const double rate : {1.0, 4.0}) {
     Material m = sticking(50.0, 1e6);
-    m.yield_strain = 0.005, m.bulk_modulus = 1e7;
+    m.yield_strain = 0.005;
+    m.bulk_modulus = 1e7;
     SimpleShear shear(GetParam(), m, rate);
     const double yield_stress = yieldStress(m), viscous = m.viscosity * rate;
     shear.shearTo(0.2);
@@ -340,7 +345,8 @@ TEST_P(Yield, DecidesWhetherAFilmFlows) {
   m.yield_strain = 0.05;
   Film rests = filmUnder(0.9 * yieldStress(m), m, GetParam()),
        flows = filmUnder(1.05 * yieldStress(m), m, GetParam());
-  rests.run(30), flows.run(60);
+  rests.run(30);
+  flows.run(60);
   EXPECT_LT(std::abs(rests.profile().back()), 1e-4);
   EXPECT_GT(flows.profile().back(), 0.25 * binghamSpeed(1.05 * yieldStress(m), m, flows.height));
 }

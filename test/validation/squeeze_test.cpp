@@ -29,7 +29,8 @@ class Squeeze : public ::testing::TestWithParam<Resolution> {};
 /// cells, so the volume is that of all layers while h is between the outermost. Within 10 %.
 TEST_P(Squeeze, OfAFluidBetweenSlipperyPlates) {
   Material fluid;
-  fluid.stiffness = 0.0, fluid.friction = 0.0;
+  fluid.stiffness = 0.0;
+  fluid.friction = 0.0;
   const auto [force, h] = squeeze(GetParam(), fluid);
   const double expected = 3.0 * fluid.viscosity * speed / (h * h) * M_PI * radius * radius * thickness;
   EXPECT_NEAR(force, expected, 0.1 * expected);

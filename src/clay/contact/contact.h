@@ -5,7 +5,7 @@
 
 namespace tactile_clay::clay {
 
-/// Where a particle may touch one side of an obstacle in a step: n . u >= gap. ContactSearch finds it, and it
+/// Where a particle may touch one side of a collider in a step: n . u >= gap. ContactSearch finds it, and it
 /// stays in the step.
 struct ContactGeometry {
   static constexpr std::uint32_t skin = 0xffffffffu;
@@ -14,8 +14,8 @@ struct ContactGeometry {
   std::uint32_t particle = 0;
   std::uint32_t solid = skin;                        // index of the solid, or `skin`
   float gap = 0.0f;                                  // m, least displacement along the normal
-  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit, out of the obstacle
-  Eigen::Vector3f drift = Eigen::Vector3f::Zero();   // m, displacement of the obstacle there in this step
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit, out of the collider
+  Eigen::Vector3f drift = Eigen::Vector3f::Zero();   // m, displacement of the collider there in this step
   std::uint32_t first_ghost = 0, ghost_count = 0;    // of a skin contact, in the shares listed beside it
 
   /// m, by which the displacement u of the particle violates it.
@@ -44,7 +44,7 @@ struct ContactResult {
   float paid = 0.0f;     // J, at the end of the step: what the friction spring may store
 };
 
-/// Contact of a particle with one side of an obstacle: impenetrability, and friction.
+/// Contact of a particle with one side of a collider: impenetrability, and friction.
 struct Contact : ContactGeometry, ContactMemory, ContactResult {};
 
 /// A ghost's share in a contact.

@@ -7,9 +7,9 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr float detour = 2.0f;      // spacings, that a contact may lead a particle beyond its depth
-constexpr float least_free = 0.3f;  // of a normal, that earlier contacts leave free for it to be prescribed
-constexpr float most_damping = 500.0f;  // particle masses per step^2, of a slide: as of the stiffest spring
+constexpr float detour = 2.0f;    // spacings, that a contact may lead a particle beyond its depth
+constexpr float min_free = 0.3f;  // of a normal, that earlier contacts leave free for it to be prescribed
+constexpr float max_damping = 500.0f;  // particle masses per step^2, of a slide: as of the stiffest spring
 
 using Vector = Eigen::Vector3f;
 
@@ -26,7 +26,7 @@ Eigen::Vector3f Contacts::prescribed(Filter& filter, Vector u) {
     // Only what earlier contacts of the particle leave free can be prescribed.
     const Vector left = filter.free * c.normal;
     const float size = left.norm();
-    if (filter.rank == 3 || size < least_free) continue;
+    if (filter.rank == 3 || size < min_free) continue;
     const Vector q = left / size;
     const float way = c.depth(u);
     // Between two that all but face each other the way is longer than deep: no solution, if by much.
@@ -59,11 +59,11 @@ void Contacts::filter(std::size_t first, std::size_t last, VectorField& field) c
 void Contacts::dampSlides(const Particles& particles, const VectorField& u, float dt) {
   forEach(filters_.size(), [&](std::size_t f) {
     const std::uint32_t i = filters_[f].particle;
-    const float most = most_damping / (particles.inverse_mass[i] * dt * dt);
+    const float maximum = max_damping / (particles.inverse_mass[i] * dt * dt);
     for (Contact& c : of(filters_[f])) {
       const float force = c.friction.norm(), slip = c.along(u.at(i) - c.drift).norm();
       if (c.state == Contact::State::slide && force > 0.0f)
-        c.damping = force < most * slip ? force / slip : most;
+        c.damping = force < maximum * slip ? force / slip : maximum;
     }
   });
 }
@@ -111,7 +111,7 @@ Contacts::Changes Contacts::update(const Particles& particles, const VectorField
     filter.pulled = 0.0f;
     // What the contacts must add for the particle to move as prescribed.
     Vector needed = filter.free * lacking - lacking;
-    // The same without the friction on the particle. Where two obstacles slide on it, each would press harder
+    // The same without the friction on the particle. Where two colliders slide on it, each would press harder
     // for the other's friction, and rub harder for that, without end.
     Vector loaded = needed;
     if (filter.last > filter.first + 1) {

@@ -58,34 +58,35 @@ void append(const ContactSearch::Found& more, ContactSearch::Found& found) {
 }
 
 void clear(ContactSearch::Found& found) {
-  found.contacts.clear(), found.shares.clear();
+  found.contacts.clear();
+  found.shares.clear();
 }
 
 }  // namespace
 
 ContactSearch::Found& ContactSearch::findAtStart(const std::vector<Contact>& before,
                                                  const Neighbourhood& near, const Particles& particles,
-                                                 const VectorField& guess, const Obstacles& obstacles,
+                                                 const VectorField& guess, const Colliders& colliders,
                                                  float dt) {
   guess_ = &guess;
-  const Step step{particles, guess, obstacles, obstacles.ghosts(), dt};
+  const Step step{particles, guess, colliders, colliders.ghosts(), dt};
   candidates_.find(near, guess, step.ghosts, dt);
   findEach(particles.size(), particles_a_chunk, [&](std::size_t i, Found& found) {
     touchSkin(before, step, i, found);
-    for (std::size_t s = 0; s < obstacles.solids().size(); ++s) touchSolid(step, i, s, found);
+    for (std::size_t s = 0; s < colliders.solids().size(); ++s) touchSolid(step, i, s, found);
   });
   return found_;
 }
 
 /// What is struck goes where nothing led to at the start of the step; and over the way of what flies, the
 /// skin is no plane.
-const ContactSearch::Found& ContactSearch::findStrays(const Particles& particles, const Obstacles& obstacles,
+const ContactSearch::Found& ContactSearch::findStrays(const Particles& particles, const Colliders& colliders,
                                                       const VectorField& u, float dt) {
-  const Step step{particles, u, obstacles, obstacles.ghosts(), dt};
-  const float foreseen = margin * spacing_, far = Obstacles::reach * spacing_;
+  const Step step{particles, u, colliders, colliders.ghosts(), dt};
+  const float foreseen = margin * spacing_, far = Colliders::reach * spacing_;
   findEach(particles.size(), range_size, [&](std::size_t i, Found& found) {
     const bool led_off = (u.at(i) - guess_->at(i)).squaredNorm() > foreseen * foreseen;
-    for (std::size_t s = 0; led_off && s < obstacles.solids().size(); ++s) strayIntoSolid(step, i, s, found);
+    for (std::size_t s = 0; led_off && s < colliders.solids().size(); ++s) strayIntoSolid(step, i, s, found);
     if (led_off || u.at(i).squaredNorm() > far * far) strayIntoSkin(step, i, found);
   });
   return found_;
@@ -113,7 +114,7 @@ void ContactSearch::touchSkin(const std::vector<Contact>& before, const Step& st
   const SkinCandidates::Range near = candidates_.of(i);
   if (near.first == near.last) return;
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
-  const float deepest = isHeld(before, i) ? Obstacles::reach * spacing_ : capture * spacing_;
+  const float deepest = isHeld(before, i) ? Colliders::reach * spacing_ : capture * spacing_;
   thread_local std::vector<NearGhost> rest;
   rest.clear();
   std::copy_if(near.first, near.last, std::back_inserter(rest),
@@ -127,13 +128,13 @@ void ContactSearch::touchSkin(const std::vector<Contact>& before, const Step& st
 
 /// Where particle i went through the skin, or ends in it: its tangent planes there.
 void ContactSearch::strayIntoSkin(const Step& step, std::size_t i, Found& found) const {
-  const float radius = Obstacles::reach * spacing_;
+  const float radius = Colliders::reach * spacing_;
   const Ghosts& ghosts = step.ghosts;
   const Vector x = step.particles.position.at(i), u = step.u.at(i), end = x + u;
   thread_local std::vector<NearGhost> rest;
   findCrossed(step, i, rest);
   if (rest.empty()) {
-    step.obstacles.forGhostsNear(end, end, radius, [&](std::size_t g) {
+    step.colliders.forGhostsNear(end, end, radius, [&](std::size_t g) {
       const float square = (end - ghosts.position[g]).squaredNorm();
       if (square < radius * radius && heightAtStart(step, x, g) >= -capture * spacing_)
         rest.push_back({static_cast<std::uint32_t>(g), square});
@@ -150,11 +151,12 @@ void ContactSearch::strayIntoSkin(const Step& step, std::size_t i, Found& found)
 
 /// Ghosts beside which particle i goes from in front of the skin to behind it, where it first does so.
 void ContactSearch::findCrossed(const Step& step, std::size_t i, std::vector<NearGhost>& crossed) const {
-  const float radius = Obstacles::reach * spacing_;
+  const float radius = Colliders::reach * spacing_;
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
   thread_local std::vector<float> gone;  // m, on the way to where it crosses, as the ghost sees it
-  crossed.clear(), gone.clear();
-  step.obstacles.forGhostsNear(x, x + u, radius, [&](std::size_t g) {
+  crossed.clear();
+  gone.clear();
+  step.colliders.forGhostsNear(x, x + u, radius, [&](std::size_t g) {
     const Vector motion = step.dt * step.ghosts.velocity[g], way = u - motion;
     const Vector start = x - (step.ghosts.position[g] - motion);
     const float before = step.ghosts.normal[g].dot(start), after = before + step.ghosts.normal[g].dot(way);
@@ -182,11 +184,13 @@ void ContactSearch::touchSides(const Step& step, std::size_t i, const Vector& x,
   while (!rest.empty()) {
     takeSide(step.ghosts, rest, side);
     ContactGeometry contact;
-    contact.particle = static_cast<std::uint32_t>(i), contact.solid = Contact::skin;
+    contact.particle = static_cast<std::uint32_t>(i);
+    contact.solid = Contact::skin;
     contact.first_ghost = static_cast<std::uint32_t>(found.shares.size());
     contact.ghost_count = static_cast<std::uint32_t>(side.size());
-    const SkinPlane plane = planeOf(step.ghosts, side, x, Obstacles::reach * spacing_, step.dt, found.shares);
-    contact.normal = plane.normal, contact.drift = plane.drift;
+    const SkinPlane plane = planeOf(step.ghosts, side, x, Colliders::reach * spacing_, step.dt, found.shares);
+    contact.normal = plane.normal;
+    contact.drift = plane.drift;
     if (touches(plane, contact))
       found.contacts.push_back(contact);
     else
@@ -201,7 +205,7 @@ double ContactSearch::allowedDepth(double before, float dt) const {
 }
 
 void ContactSearch::touchSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const {
-  const Obstacles::MovingSolid& moving = step.obstacles.solids()[s];
+  const Colliders::MovingSolid& moving = step.colliders.solids()[s];
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
   const double near = (0.5 + margin) * spacing_;
   if (!moving.mayMeet(x.cast<double>(), u.norm(), near)) return;
@@ -210,7 +214,8 @@ void ContactSearch::touchSolid(const Step& step, std::size_t i, std::size_t s, F
   const auto met = firstMet(moving.solid, local, motion, near, 0.01 * spacing_);
   if (!met) return;
   ContactGeometry contact;
-  contact.particle = static_cast<std::uint32_t>(i), contact.solid = static_cast<std::uint32_t>(s);
+  contact.particle = static_cast<std::uint32_t>(i);
+  contact.solid = static_cast<std::uint32_t>(s);
   contact.normal = (moving.end.linear() * met->normal).cast<float>();
   contact.drift = (moving.end * local).cast<float>() - x;
   const double allowance = allowedDepth(met->distance, step.dt);
@@ -221,7 +226,7 @@ void ContactSearch::touchSolid(const Step& step, std::size_t i, std::size_t s, F
 
 /// Where particle i ends deeper in a solid than recovery leaves it.
 void ContactSearch::strayIntoSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const {
-  const Obstacles::MovingSolid& moving = step.obstacles.solids()[s];
+  const Colliders::MovingSolid& moving = step.colliders.solids()[s];
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
   const SurfacePoint touch = surface(moving.solid, moving.to_end * (x + u).cast<double>());
   if (!(touch.distance < 0.5 * spacing_)) return;
@@ -231,7 +236,8 @@ void ContactSearch::strayIntoSolid(const Step& step, std::size_t i, std::size_t 
   const auto depth = static_cast<float>(0.5 * spacing_ - touch.distance - allowedDepth(before, step.dt));
   if (!(depth > 0.0f)) return;
   ContactGeometry contact;
-  contact.particle = static_cast<std::uint32_t>(i), contact.solid = static_cast<std::uint32_t>(s);
+  contact.particle = static_cast<std::uint32_t>(i);
+  contact.solid = static_cast<std::uint32_t>(s);
   contact.normal = (moving.end.linear() * touch.normal).cast<float>();
   contact.gap = depth + contact.normal.dot(u);
   found.contacts.push_back(contact);

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "clay/contact/colliders.h"
 #include "clay/contact/contact.h"
-#include "clay/contact/obstacles.h"
 #include "clay/contact/skin_candidates.h"
 #include "clay/contact/skin_side.h"
 #include "clay/ghosts.h"
@@ -33,26 +33,26 @@ class ContactSearch {
   static constexpr double solid_recovery_speed = 0.1;
 
   /// \param spacing m
-  explicit ContactSearch(float spacing) : spacing_(spacing), candidates_(Obstacles::reach * spacing) {}
+  explicit ContactSearch(float spacing) : spacing_(spacing), candidates_(Colliders::reach * spacing) {}
 
   /// What may touch in a step, in the order of the particles, and of each the skin first. The guess must
   /// outlive the step. \param before contacts of the step before, by particle \param guess as in
   /// Contacts::detect \return the caller's, until the next search
   Found& findAtStart(const std::vector<Contact>& before, const Neighbourhood& near,
-                     const Particles& particles, const VectorField& guess, const Obstacles& obstacles,
+                     const Particles& particles, const VectorField& guess, const Colliders& colliders,
                      float dt);
 
   /// In the same step, what touches particles where they go through the skin or end, if u leads them
   /// elsewhere than the guess or far, in the order of the particles. \return good until the next search
-  const Found& findStrays(const Particles& particles, const Obstacles& obstacles, const VectorField& u,
+  const Found& findStrays(const Particles& particles, const Colliders& colliders, const VectorField& u,
                           float dt);
 
  private:
   struct Step {                  // of the clay and what it may touch; everything moves straight
     const Particles& particles;  // at its start
     const VectorField& u;        // m, their displacements
-    const Obstacles& obstacles;
-    const Ghosts& ghosts;  // of the obstacles, at its end
+    const Colliders& colliders;
+    const Ghosts& ghosts;  // of the colliders, at its end
     float dt;              // s
   };
 

@@ -9,7 +9,7 @@ namespace {
 constexpr float pre_sliding = 0.01f;  // spacings, by which a friction spring gives before its contact slides
 // Particle masses per step^2, of friction springs: softer ones would let a light load creep, and what is much
 // stiffer than inertia takes conjugate gradients more iterations than there are.
-constexpr float least_stiffness = 20.0f, most_stiffness = 500.0f;
+constexpr float min_stiffness = 20.0f, max_stiffness = 500.0f;
 
 using Vector = Eigen::Vector3f;
 
@@ -20,7 +20,7 @@ bool isBefore(const Contact& a, std::uint32_t particle) {
 }  // namespace
 
 Contacts::Contacts(float spacing, const std::vector<Material>& materials)
-    : spacing_(spacing), obstacles_(spacing), search_(spacing) {
+    : spacing_(spacing), colliders_(spacing), search_(spacing) {
   for (const Material& m : materials) {
     friction_.push_back(static_cast<float>(m.friction));
     skin_friction_.push_back(static_cast<float>(m.skin_friction));
@@ -42,9 +42,10 @@ void Contacts::detect(const Neighbourhood& near, const Particles& particles, con
                       const Surroundings& around) {
   looks_ = 0;
   previous_.swap(contacts_);
-  obstacles_.begin(around);
-  ContactSearch::Found& found = search_.findAtStart(previous_, near, particles, guess, obstacles_, around.dt);
-  contacts_.resize(found.contacts.size()), shares_.swap(found.shares);
+  colliders_.begin(around);
+  ContactSearch::Found& found = search_.findAtStart(previous_, near, particles, guess, colliders_, around.dt);
+  contacts_.resize(found.contacts.size());
+  shares_.swap(found.shares);
   parallelRanges(contacts_.size(), range_size, [&](std::size_t first, std::size_t last) {
     for (std::size_t c = first; c < last; ++c) contacts_[c] = opened(found.contacts[c], particles, around.dt);
     recall(guess, first, last);
@@ -58,7 +59,7 @@ Contact Contacts::opened(const ContactGeometry& found, const Particles& particle
   static_cast<ContactGeometry&>(c) = found;
   c.anchor = c.drift;
   if (friction(c, particles) > 0.0f)
-    c.stiffness = least_stiffness / (particles.inverse_mass[c.particle] * dt * dt);
+    c.stiffness = min_stiffness / (particles.inverse_mass[c.particle] * dt * dt);
   return c;
 }
 
@@ -96,7 +97,7 @@ void Contacts::listFilters() {
 }
 
 bool Contacts::detectStrays(const Particles& particles, const VectorField& u, float dt) {
-  const ContactSearch::Found& strays = search_.findStrays(particles, obstacles_, u, dt);
+  const ContactSearch::Found& strays = search_.findStrays(particles, colliders_, u, dt);
   const std::size_t led_to = contacts_.size();
   bool turned = false;
   for (const ContactGeometry& stray : strays.contacts) {
@@ -107,7 +108,8 @@ bool Contacts::detectStrays(const Particles& particles, const VectorField& u, fl
       contacts_.back().first_ghost = static_cast<std::uint32_t>(shares_.size());
       shares_.insert(shares_.end(), first, first + stray.ghost_count);
     } else if (stray.solid == Contact::skin) {
-      same->normal = stray.normal, same->gap = stray.gap;
+      same->normal = stray.normal;
+      same->gap = stray.gap;
       same->friction = stray.along(same->friction);
       turned = true;
     }
@@ -147,10 +149,10 @@ void Contacts::finish(const Particles& particles, float dt) {
       // As stiff as the next step's load asks for; only half the way there, since a stiffness that follows a
       // trembling force would feed the trembling.
       const float limit = friction(c, particles) * (c.force.dot(c.normal) + adhesion(c, particles));
-      c.stiffness = std::clamp(0.5f * (c.stiffness + limit / (pre_sliding * spacing_)),
-                               least_stiffness * unit, most_stiffness * unit);
-      const float most = std::sqrt(2.0f * c.paid / c.stiffness), length = c.friction.norm() / c.stiffness;
-      c.anchor = std::min(most / std::max(length, 1e-30f), 1.0f) / c.stiffness * c.friction;
+      c.stiffness = std::clamp(0.5f * (c.stiffness + limit / (pre_sliding * spacing_)), min_stiffness * unit,
+                               max_stiffness * unit);
+      const float maximum = std::sqrt(2.0f * c.paid / c.stiffness), length = c.friction.norm() / c.stiffness;
+      c.anchor = std::min(maximum / std::max(length, 1e-30f), 1.0f) / c.stiffness * c.friction;
     }
   });
 }

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "clay/contact/colliders.h"
 #include "clay/contact/contact.h"
 #include "clay/contact/contact_search.h"
-#include "clay/contact/obstacles.h"
 #include "clay/forces/boundary_density.h"
 #include "clay/material.h"
 #include "clay/neighbourhood.h"
@@ -29,7 +29,7 @@ class Contacts {
  public:
   /// Ghosts that `release` looks at in a step, for all particles together and but for the last look of each:
   /// some 0.2 s. Hands that knead at the shipped scenes' pace need none of it.
-  static constexpr std::int64_t most_looks = 20'000'000;
+  static constexpr std::int64_t max_looks = 20'000'000;
 
   /// \param materials friction is theirs; \param spacing m
   Contacts(float spacing, const std::vector<Material>& materials);
@@ -101,7 +101,7 @@ class Contacts {
   /// In this step, by `release`: ghosts that were looked at.
   std::uint64_t looks() const { return looks_; }
 
-  /// Takes from the displacements w, which follow u, what goes into obstacles.
+  /// Takes from the displacements w, which follow u, what goes into colliders.
   void stop(const Particles& particles, const VectorField& u, VectorField& w) const;
 
  private:
@@ -156,7 +156,7 @@ class Contacts {
   float spacing_;
   std::vector<float> friction_, skin_friction_;  // of each material
   std::vector<float> adhesion_;                  // N, of one particle of each material
-  Obstacles obstacles_;
+  Colliders colliders_;
   ContactSearch search_;
   std::vector<Contact> contacts_, previous_;
   std::vector<GhostShare> shares_;

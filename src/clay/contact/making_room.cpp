@@ -34,7 +34,10 @@ void Contacts::expel(const Filter& filter, float inertia, Vector& u) {
     if (c.solid == Contact::skin) return;
     if (!(c.depth(u) > rounding * spacing_) || c.gap > 0.0f) continue;
     const float reached = c.gap / c.normal.dot(u);
-    if (reached < share) share = reached, nearest = &c;
+    if (reached < share) {
+      share = reached;
+      nearest = &c;
+    }
   }
   // Out of one solid into another it would gain energy: it goes no further than to the first on its way.
   if (nearest != nullptr) push(*nearest, (share - 1.0f) * u, inertia, u);
@@ -48,11 +51,11 @@ void Contacts::push(Contact& c, const Vector& by, float inertia, Vector& u) {
 }
 
 /// Where skin fills all there is, many particles look for places that there are not: together they look at no
-/// more ghosts than `most_looks`, in equal parts, and those that found none by then stay where they are.
+/// more ghosts than `max_looks`, in equal parts, and those that found none by then stay where they are.
 void Contacts::release(const Particles& particles, VectorField& u, float dt) {
   const std::vector<std::uint32_t> held_filters = held(particles, u);
   if (held_filters.empty()) return;
-  const std::int64_t part = most_looks / static_cast<std::int64_t>(held_filters.size());
+  const std::int64_t part = max_looks / static_cast<std::int64_t>(held_filters.size());
   constexpr std::size_t grain =
       4;  // searches, which may be long, that a thread does before it takes the next
   std::atomic<std::int64_t> looked{0};
@@ -100,14 +103,14 @@ bool Contacts::isHeld(const Filter& filter, const Vector& x, const Vector& step)
   }
   if (!by_skin) return false;
   const Vector end = x + step;
-  return held || isCovered(filter, end, 0.0f) || (leads_far && obstacles_.isInFlesh(end));
+  return held || isCovered(filter, end, 0.0f) || (leads_far && colliders_.isInFlesh(end));
 }
 
 /// Whether a place is beneath what is nearest to it of a side of the skin that touches the particle, or all
 /// but is. A side is the mean of the skin nearby, and where fingers overlap, some of that is before the mean.
 /// \param clearance m
 bool Contacts::isCovered(const Filter& filter, const Vector& x, float clearance) const {
-  const std::vector<Vector>& skin = obstacles_.ghosts().position;
+  const std::vector<Vector>& skin = colliders_.ghosts().position;
   const auto nearer = [&](const GhostShare& a, const GhostShare& b) {
     return (x - skin[a.ghost]).squaredNorm() < (x - skin[b.ghost]).squaredNorm();
   };
@@ -115,20 +118,20 @@ bool Contacts::isCovered(const Filter& filter, const Vector& x, float clearance)
     if (c.solid != Contact::skin) return false;
     const auto first = shares_.begin() + c.first_ghost;
     const auto nearest = std::min_element(first, first + c.ghost_count, nearer);
-    return obstacles_.covers(nearest->ghost, x, clearance);
+    return colliders_.covers(nearest->ghost, x, clearance);
   };
   return std::any_of(of(filter).begin(), of(filter).end(), isCovering);
 }
 
 /// A free place near x: one that is not far if there is any, though it leave a particle less than half a
-/// spacing off where there is no room for that. \param looks as of Obstacles::nearestFree
+/// spacing off where there is no room for that. \param looks as of Colliders::nearestFree
 std::optional<Vector> Contacts::wayOut(const Vector& x, std::int64_t& looks) const {
   struct Attempt {
-    float clearance, most;  // spacings
+    float clearance, maximum;  // spacings
   };
   for (const Attempt& a : {Attempt{0.5f, 2.0f}, {0.25f, 2.0f}, {0.25f, farthest}, {narrow, farthest}}) {
     if (looks <= 0) break;
-    const auto place = obstacles_.nearestFree(x, a.clearance * spacing_, a.most * spacing_, looks);
+    const auto place = colliders_.nearestFree(x, a.clearance * spacing_, a.maximum * spacing_, looks);
     if (place) return place;
   }
   return std::nullopt;
@@ -154,7 +157,7 @@ void Contacts::stop(const Particles& particles, const VectorField& u, VectorFiel
   forEach(w.size(), [&](std::size_t i) {
     const Vector step = w.at(i), end = particles.position.at(i) + u.at(i) + step;
     if (!(step.norm() > rounding * spacing_)) return;
-    if (obstacles_.isInFlesh(end) || obstacles_.isInSolid(end)) w.set(i, Vector::Zero());
+    if (colliders_.isInFlesh(end) || colliders_.isInSolid(end)) w.set(i, Vector::Zero());
   });
 }
 

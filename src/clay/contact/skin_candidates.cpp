@@ -27,7 +27,7 @@ unsigned passing(const Passed& ghost, const Neighbourhood::Places& places, std::
   const LaneVector approach{u.x - ghost.motion[0], u.y - ghost.motion[1], u.z - ghost.motion[2]};
   const Lane square = approach.x * approach.x + (approach.y * approach.y + approach.z * approach.z);
   const Lane along = r.x * approach.x + (r.y * approach.y + r.z * approach.z);
-  const Lane t = square > 0.0f ? least(positive(-along / square), all(1.0f)) : Lane{};
+  const Lane t = square > 0.0f ? min(positive(-along / square), all(1.0f)) : Lane{};
   const LaneVector then{r.x + t * approach.x, r.y + t * approach.y, r.z + t * approach.z};
   const Lane distance = then.x * then.x + (then.y * then.y + then.z * then.z);
   const Lane height = r.x * ghost.normal[0] + (r.y * ghost.normal[1] + r.z * ghost.normal[2]);
@@ -36,10 +36,12 @@ unsigned passing(const Passed& ghost, const Neighbourhood::Places& places, std::
 }
 
 Eigen::AlignedBox3f boxOf(const VectorField& field) {
-  Eigen::Vector4f least = field.size() > 0 ? field[0] : Eigen::Vector4f::Zero(), most = least;
-  for (std::size_t i = 0; i < field.size(); ++i)
-    least = least.cwiseMin(field[i]), most = most.cwiseMax(field[i]);
-  return {least.head<3>(), most.head<3>()};
+  Eigen::Vector4f minimum = field.size() > 0 ? field[0] : Eigen::Vector4f::Zero(), maximum = minimum;
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    minimum = minimum.cwiseMin(field[i]);
+    maximum = maximum.cwiseMax(field[i]);
+  }
+  return {minimum.head<3>(), maximum.head<3>()};
 }
 
 }  // namespace

@@ -40,7 +40,9 @@ SkinPlane planeOf(const Ghosts& ghosts, const std::vector<NearGhost>& side, cons
   }
   for (std::size_t s = first_share; s < shares.size(); ++s) shares[s].share /= total;
   plane.normal.normalize();
-  plane.distance /= total, plane.before /= total, plane.drift /= total;
+  plane.distance /= total;
+  plane.before /= total;
+  plane.drift /= total;
   return plane;
 }
 

@@ -110,7 +110,7 @@ std::uint32_t flowAndList(const NeighbourPairs near, std::size_t i, const Flow& 
       const Lane flowed = rest_length + (1.0f - share) * (length - rest_length - strain * length);
       const Lane force_kept = stiffens ? before / stiffness : all(1.0f);
       const Lane stiffened = length - force_kept * (length - flowed);
-      rest_length = holds ? greatest(stiffened, all(1e-6f) * length) : Lane{};
+      rest_length = holds ? max(stiffened, all(1e-6f) * length) : Lane{};
       store(rest_lengths + p, rest_length);
     }
     const unsigned mask = bits(holds);
@@ -172,9 +172,12 @@ void Bonds::update(const Neighbourhood& near, const Particles& particles, const 
                    bool form, float duration, const std::vector<Contact>& contacts) {
   const std::size_t n = particles.size();
   std::swap(lists_, before_);
-  before_.begin.resize(n, 0), before_.end.resize(n, 0);
-  lists_.begin.resize(n), lists_.end.resize(n);
-  lists_.bonds.resize(near.pairs()), rest_lengths_.resize(near.pairs());
+  before_.begin.resize(n, 0);
+  before_.end.resize(n, 0);
+  lists_.begin.resize(n);
+  lists_.end.resize(n);
+  lists_.bonds.resize(near.pairs());
+  rest_lengths_.resize(near.pairs());
   flow_.resize(n);
   flow_.kept.clear();
   for (const float rate : relaxation_rates_) flow_.kept.push_back(std::exp(-duration * rate));

@@ -12,7 +12,7 @@ namespace {
 
 constexpr float fresh = 6.0f * 1.0f + 12.0f * 2.0f;  // squares of the rest lengths in the initial lattice
 // That count at least, those of a flat face: an edge or a crumb is stiffened no more than that.
-constexpr float least = 5.0f * 1.0f + 8.0f * 2.0f;
+constexpr float minimum = 5.0f * 1.0f + 8.0f * 2.0f;
 
 struct Measure {
   NeighbourPairs pairs;
@@ -56,7 +56,7 @@ TACTILE_CLAY_INLINE Lane volumeStrain(const Strained& total) {
   const Lane scale = 7.5f * per_square * per_square;
   const Symmetric uneven = deviator(n);
   const Lane mean = trace(t) * per_square - scale * product(t, uneven);
-  return mean / greatest(1.0f - scale * product(uneven, uneven), all(0.5f));  // few bonds tell little
+  return mean / max(1.0f - scale * product(uneven, uneven), all(0.5f));  // few bonds tell little
 }
 
 template <bool alike>
@@ -88,7 +88,7 @@ TACTILE_CLAY_INLINE Strained strainedBonds(const Measure& m, std::size_t i) {
 }
 
 /// Adds to the stress of the particles from `first` on what holds them against the pull of their bonds where
-/// an obstacle is: at most the friction there. \param contact the first one that may be theirs
+/// a collider is: at most the friction there. \param contact the first one that may be theirs
 /// \return the first one that is not
 std::size_t addContacts(const std::vector<Contact>& contacts, std::size_t contact, std::size_t first,
                         float spacing, const LaneVector& pull, Symmetric& stress) {
@@ -97,11 +97,14 @@ std::size_t addContacts(const std::vector<Contact>& contacts, std::size_t contac
     const std::size_t k = c.particle - first;
     const Eigen::Vector3f& n = c.normal;
     const Eigen::Vector3f pulled(pull.x[k], pull.y[k], pull.z[k]), along = pulled - pulled.dot(n) * n;
-    const float most = c.friction.norm(), size = along.norm();
-    const Eigen::Vector3f f = spacing * (size > most ? most / size : 1.0f) * along;
-    stress.xx[k] += 2.0f * f.x() * n.x(), stress.yz[k] += f.y() * n.z() + f.z() * n.y();
-    stress.yy[k] += 2.0f * f.y() * n.y(), stress.zx[k] += f.z() * n.x() + f.x() * n.z();
-    stress.zz[k] += 2.0f * f.z() * n.z(), stress.xy[k] += f.x() * n.y() + f.y() * n.x();
+    const float maximum = c.friction.norm(), size = along.norm();
+    const Eigen::Vector3f f = spacing * (size > maximum ? maximum / size : 1.0f) * along;
+    stress.xx[k] += 2.0f * f.x() * n.x();
+    stress.yz[k] += f.y() * n.z() + f.z() * n.y();
+    stress.yy[k] += 2.0f * f.y() * n.y();
+    stress.zx[k] += f.z() * n.x() + f.x() * n.z();
+    stress.zz[k] += 2.0f * f.z() * n.z();
+    stress.xy[k] += f.x() * n.y() + f.y() * n.x();
   }
   return contact;
 }
@@ -125,7 +128,8 @@ TACTILE_CLAY_INLINE void measure(const Measure& m, std::size_t first, std::size_
     contact = addContacts(m.contacts, contact, i, m.spacing, total.pull, s);
     const Lane size = 0.5f * root(0.5f * product(s, s));  // J, |s| V
     const Lane share = kept * (size > yield ? yield / size : all(1.0f));
-    store(m.share + i, share), store(m.secant + i, share * load(m.stiffness + i));
+    store(m.share + i, share);
+    store(m.secant + i, share * load(m.stiffness + i));
     store(m.dilation + i, volumeStrain(total));
   }
 }
@@ -146,7 +150,7 @@ void Flow::resize(std::size_t particles) {
 }
 
 float bondStiffness(float squares) {
-  const float ratio = std::max(squares, least) / fresh;
+  const float ratio = std::max(squares, minimum) / fresh;
   return 1.0f / (ratio < 1.0f ? std::sqrt(ratio) : ratio);
 }
 

@@ -23,9 +23,9 @@ class Bonds;
 /// Where the material has a relaxation time t_r, stress fades below the yield, too (Maxwell): `share` is less
 /// by exp(-t / t_r) in a time t.
 ///
-/// What an obstacle holds a particle with counts beside its bonds, as a pull f at half a spacing along the
+/// What a collider holds a particle with counts beside its bonds, as a pull f at half a spacing along the
 /// normal n: -1/(2 V) d/2 (f n^T + n f^T). So clay that sticks to a wall yields there as in its inside. f is
-/// what the bonds pull with along the obstacle, and at most the friction of the last step.
+/// what the bonds pull with along the collider, and at most the friction of the last step.
 ///
 /// Worked clay has more bonds than the initial lattice, up to 2.6 times their sum k l^2, and a particle at a
 /// surface has less of that, but no more or less clay. So the bonds of a particle are softer by what they

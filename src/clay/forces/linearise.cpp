@@ -27,7 +27,7 @@ void measureDensities(const Setup s, std::size_t first, std::size_t last) {
   const float per_lattice_sum = 1.0f / s.lattice_sum, per_square = 1.0f / (s.kernel.h * s.kernel.h);
   const Lane shortest = all(1e-4f * s.kernel.h);
   // So that springs can be told per square of a gradient; C does not notice.
-  const Lane least_compression = all(1e-8f * per_square);
+  const Lane min_compression = all(1e-8f * per_square);
   for (std::size_t i = first; i < last; ++i) {
     Lane density{}, dashpots{}, steepness{};
     for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.end[i]; p += lane_width) {
@@ -35,10 +35,11 @@ void measureDensities(const Setup s, std::size_t first, std::size_t last) {
       density += s.kernel.value(r);
       dashpots += dashpotWeight(per_square, square) * square * square;
       if (!s.dense) continue;
-      const Lane compression =
-          greatest(-s.kernel.slope(r) * per_lattice_sum / greatest(r, shortest), least_compression);
+      const Lane compression = max(-s.kernel.slope(r) * per_lattice_sum / max(r, shortest), min_compression);
       const LaneVector g = times(compression, loadVector(s.pairs.x, s.pairs.y, s.pairs.z, p));
-      store(s.of_pairs.x + p, g.x), store(s.of_pairs.y + p, g.y), store(s.of_pairs.z + p, g.z);
+      store(s.of_pairs.x + p, g.x);
+      store(s.of_pairs.y + p, g.y);
+      store(s.of_pairs.z + p, g.z);
       store(s.of_pairs.spring + p, compression);
       steepness += dot(g, g);
     }
@@ -91,7 +92,7 @@ TACTILE_CLAY_INLINE void linearise(const Setup s, std::size_t first, std::size_t
       const LaneVector d = difference(gather(s.guess, s.pairs.slot + p), guess);
       const Lane r = load(s.pairs.distance + p), square = r * r;
       const Lane compression = s.dense ? load(s.of_pairs.spring + p) : all(1.0f);
-      const Lane inverse = 1.0f / (greatest(square, shortest) * compression);  // one division for two
+      const Lane inverse = 1.0f / (max(square, shortest) * compression);  // one division for two
       const Lane inverse_square = inverse * compression;
       const Lane along = dot(x, d);
       const LaneVector e = difference(x, d);
@@ -119,9 +120,10 @@ TACTILE_CLAY_INLINE void linearise(const Setup s, std::size_t first, std::size_t
           // much less stiff (the secant of its force), so that it stores no more at u = 0 than it did.
           const Lane secant = 0.5f * (own_secant + gatherNumbers(s.elastic.secant, s.pairs.slot + p));
           const Lane bond = (kept > 0.0f ? secant * stiffness : Lane{}) * inverse_square;
-          spring += bond, push += bond * (kept - start);
+          spring += bond;
+          push += bond * (kept - start);
         }
-        const Lane per_compression = greatest(square, shortest) * inverse;
+        const Lane per_compression = max(square, shortest) * inverse;
         store(s.of_pairs.spring + p, spring * per_compression * per_compression);
         push *= r;
         add(forces, times(push, x));

@@ -77,16 +77,16 @@ TACTILE_CLAY_INLINE void press(const Pairs pairs, const Press (&all_of)[count], 
     Lane own[count];
     LaneVector forces[count]{};
     for (int k = 0; k < count; ++k) own[k] = all(all_of[k].pressure[i]);
-    Lane most = own[0];
+    Lane maximum = own[0];
     for (std::uint32_t p = pairs.begin[i]; p < pairs.end[i]; p += lane_width) {
       const LaneVector g = loadGradient(pairs, p);
       for (int k = 0; k < count; ++k) {
         const Lane of_others = gatherNumbers(all_of[k].pressure, pairs.slot + p);
-        if (find && k == 0) most = most > of_others ? most : of_others;
+        if (find && k == 0) maximum = maximum > of_others ? maximum : of_others;
         add(forces[k], times(own[k] + of_others, g));
       }
     }
-    if constexpr (find) squeezed[i] = bits(most > 0.0f) != 0;
+    if constexpr (find) squeezed[i] = bits(maximum > 0.0f) != 0;
     for (int k = 0; k < count; ++k) {
       float* f = all_of[k].f + slot_size * i;
       storeSlot(f, slot(f) + sums(forces[k]));

@@ -89,10 +89,14 @@ void Potential::resize(const StepInput& input) {
   }
   if (dense_ || sprung) s.spring.resize(near.pairs());
   s.start_force.resize(n);
-  s.half_spacing = 0.5f * spacing_, s.dt = input.dt;
+  s.half_spacing = 0.5f * spacing_;
+  s.dt = input.dt;
   s.pairs = {near.arrays(), s.spring.data(), dense_, sprung, n > few};
-  if (dense_)
-    s.pairs.x = s.gradient_x.data(), s.pairs.y = s.gradient_y.data(), s.pairs.z = s.gradient_z.data();
+  if (dense_) {
+    s.pairs.x = s.gradient_x.data();
+    s.pairs.y = s.gradient_y.data();
+    s.pairs.z = s.gradient_z.data();
+  }
   dashpots_of_step_.clear();
   for (const float dashpot : dashpots_) dashpots_of_step_.push_back(dashpot / input.dt);
 }
@@ -132,8 +136,10 @@ const StepPotential& Potential::linearise(const StepInput& input, const std::vec
   std::atomic<bool> excessive{false};
   if (dense_) {
     DensityConstraints& d = step_.density;
-    for (const BoundaryDensity::Share& share : boundary_.update(input.particles, d.ratio, contacts))
-      d.ratio[share.particle] += share.ratio, d.excess[share.particle] += share.ratio;
+    for (const BoundaryDensity::Share& share : boundary_.update(input.particles, d.ratio, contacts)) {
+      d.ratio[share.particle] += share.ratio;
+      d.excess[share.particle] += share.ratio;
+    }
     parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) d.bulk[i] = bulks_[input.particles.material[i]];
       if (boundExcess(input.particles, first, last, d)) excessive = true;

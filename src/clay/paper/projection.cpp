@@ -30,7 +30,8 @@ TACTILE_CLAY_INLINE void projectTouch(Projection::Touch& touch, Eigen::Vector4f&
   const float square = pull.squaredNorm(), limit = touch.friction * depth;
   if (square > limit * limit) pull *= limit / std::sqrt(square);
   u.head<3>() = moved + pull;
-  touch.pushed += depth, touch.pulled += pull;
+  touch.pushed += depth;
+  touch.pulled += pull;
 }
 
 }  // namespace
@@ -67,17 +68,27 @@ void Projection::begin(const StepInput& input) {
   const std::size_t n = input.particles.size(), whole = wholeLanes(n), pairs = input.near.pairs();
   pairs_ = input.near.arrays();
   bonded_ = input.bonds != nullptr && input.bonds->size() > 0;
-  ratio_.resize(n), u_.resize(n), moved_.resize(n);
+  ratio_.resize(n);
+  u_.resize(n);
+  moved_.resize(n);
   inverse_mass_.resize(whole);
-  if (any_dense_)
-    density_gradient_.resize(3 * pairs), density_share_.resize(whole), density_step_.resize(whole);
+  if (any_dense_) {
+    density_gradient_.resize(3 * pairs);
+    density_share_.resize(whole);
+    density_step_.resize(whole);
+  }
   if (viscous_) {
-    gradient_.resize(3 * pairs), own_gradient_.resize(n), compliance_.resize(whole);
+    gradient_.resize(3 * pairs);
+    own_gradient_.resize(n);
+    compliance_.resize(whole);
     viscosities_.resize(whole / lane_width);
-    strain_step_xy_.resize(8 * whole), strain_step_z_.resize(4 * whole);
+    strain_step_xy_.resize(8 * whole);
+    strain_step_z_.resize(4 * whole);
   }
   if (bonded_) {
-    bond_relaxation_.resize(n), bond_end_.resize(n), bond_slot_.resize(pairs);
+    bond_relaxation_.resize(n);
+    bond_end_.resize(n);
+    bond_slot_.resize(pairs);
     for (auto* numbers : {&bond_x_, &bond_y_, &bond_z_, &rest_length_, &bond_share_}) numbers->resize(pairs);
   }
   parallelFor(whole, grain, [&](std::size_t i) { beginParticle(input, i); });

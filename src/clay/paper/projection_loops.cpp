@@ -9,7 +9,7 @@ constexpr float viscosity_relaxation = 0.125f;  // share of full corrections, se
 // So that no distance is zero. Its square is added to squares, and lost in rounding beyond 10 um.
 constexpr float tiny_distance = 1e-9f, tiny = tiny_distance * tiny_distance;  // m, m^2
 // Of the cube of a third of the trace: a determinant of the moments below this is of neighbours in a plane.
-constexpr float least_determinant = 0.02f;
+constexpr float min_determinant = 0.02f;
 
 /// Gradients of pairs: eight x, eight y and eight z in turn.
 TACTILE_CLAY_INLINE LaneVector loadGradient(const float* gradient, std::uint32_t p) {
@@ -18,7 +18,9 @@ TACTILE_CLAY_INLINE LaneVector loadGradient(const float* gradient, std::uint32_t
 }
 TACTILE_CLAY_INLINE void storeGradient(float* gradient, std::uint32_t p, const LaneVector& g) {
   float* at = gradient + 3 * std::size_t{p};
-  store(at, g.x), store(at + lane_width, g.y), store(at + 2 * lane_width, g.z);
+  store(at, g.x);
+  store(at + lane_width, g.y);
+  store(at + 2 * lane_width, g.z);
 }
 
 }  // namespace
@@ -43,7 +45,7 @@ void beginStrains(const Pairs pairs, const Strains s, std::size_t first, std::si
       Symmetric moment{}, weight{};
       for (std::uint32_t p = pairs.begin[i + k]; p < pairs.end[i + k]; p += lane_width) {
         const LaneVector x = loadVector(pairs.x, pairs.y, pairs.z, p);
-        const Lane r = greatest(load(pairs.distance + p), all(tiny_distance));
+        const Lane r = max(load(pairs.distance + p), all(tiny_distance));
         const LaneVector g = times(s.kernel.slope(r) * (s.volume / r), x);
         storeGradient(s.gradient, p, g);
         add(total, g);
@@ -51,12 +53,15 @@ void beginStrains(const Pairs pairs, const Strains s, std::size_t first, std::si
         addOuter(weight, times(gatherNumbers(s.inverse_mass, pairs.slot + p), g), g);
       }
       storeSlot(s.own_gradient + 4 * (i + k), sums(total));
-      moments.set(k, moment), weights.set(k, weight);
+      moments.set(k, moment);
+      weights.set(k, weight);
     }
     LaneVector total{};
     const float* const own = s.own_gradient;
     for (int k = 0; k < lane_width && i + k < last; ++k) {
-      total.x[k] = own[4 * (i + k)], total.y[k] = own[4 * (i + k) + 1], total.z[k] = own[4 * (i + k) + 2];
+      total.x[k] = own[4 * (i + k)];
+      total.y[k] = own[4 * (i + k) + 1];
+      total.z[k] = own[4 * (i + k) + 2];
     }
     Symmetric weight = weights.get();
     addOuter(weight, times(load(s.inverse_mass + i), total), total);
@@ -67,7 +72,7 @@ void beginStrains(const Pairs pairs, const Strains s, std::size_t first, std::si
     const Lane determinant = m.xx * cofactors.xx + m.xy * cofactors.xy + m.zx * cofactors.zx;
     const Lane scale = (m.xx + m.yy + m.zz) / 3.0f, wanted = load(s.compliance + i);
     // Where the neighbours do not span space, there is no velocity gradient to damp.
-    const LaneOrder spans = (determinant > least_determinant * scale * scale * scale) & (wanted >= 0.0f);
+    const LaneOrder spans = (determinant > min_determinant * scale * scale * scale) & (wanted >= 0.0f);
     Viscosity& v = s.viscosities[i / lane_width];
     v.compliance = spans ? wanted : all(-1.0f);
     v.inverse = where(spans, times(1.0f / determinant, cofactors));
@@ -236,7 +241,7 @@ void listBonds(const Pairs pairs, const float* pair_rest_length, const float* re
       const unsigned mask = bits(rest_length > 0.0f);
       const LaneOrder& order = selections.order[mask];
       const std::uint32_t* slot = pairs.slot + p;
-      const Lane share = least(all(relaxation[i]), gatherNumbers(relaxation, slot)) * inverse_mass[i] /
+      const Lane share = min(all(relaxation[i]), gatherNumbers(relaxation, slot)) * inverse_mass[i] /
                          (inverse_mass[i] + gatherNumbers(inverse_mass, slot));
       store(ends.slot + b, select(load(slot), order));
       store(ends.x + b, select(load(pairs.x + p), order));

@@ -13,10 +13,14 @@ constexpr double longest_step = 1.01;
 
 void ConjugateGradients::begin(const StepPotential& step, const VectorField& free, const Contacts& contacts,
                                float dt) {
-  step_ = &step, free_ = &free, contacts_ = &contacts, dt_ = dt;
+  step_ = &step;
+  free_ = &free;
+  contacts_ = &contacts;
+  dt_ = dt;
   const std::size_t n = particles_.size();
   for (VectorField* field : {&r_, &z_, &p_, &q_, &d_, &a_d_}) field->resize(n);
-  compression_.resize(n), inertia_.resize(n);
+  compression_.resize(n);
+  inertia_.resize(n);
   parallelFor(n, range_size,
               [&](std::size_t i) { inertia_[i] = 1.0f / (particles_.inverse_mass[i] * dt * dt); });
   iterations_ = 0;

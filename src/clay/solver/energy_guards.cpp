@@ -12,7 +12,7 @@ namespace {
 // m/s; a gain of less than the energy of this speed is left, as tests of stability leave it.
 constexpr float unnoticed_gain = 0.02f;
 // Of the energy of motion: where contacts pulled with less work than that, it is not why clay is too fast.
-constexpr double least_pull = 0.01;
+constexpr double min_pull = 0.01;
 // Of the energy of motion, and of that at a speed, m/s: less than that, 2 mm/s, is not looked for.
 constexpr double unnoticed_share = 1e-3, unnoticed_speed = 0.06;
 // Of the way along u, whose end is then known to a millionth.
@@ -39,13 +39,13 @@ bool Minimiser::gainsByPull(double pulled, const Eigen::Vector3f& gravity, const
   });
   const std::vector<double> pushed = lumps_.workOfPushingOut(*contacts_);
   const double gain = std::accumulate(pushed.begin(), pushed.end(), energies.second, std::minus<>());
-  return gain > 0.0 && pulled > least_pull * energies.first;
+  return gain > 0.0 && pulled > min_pull * energies.first;
 }
 
 /// Where a step goes far, the set of compressed particles at its end is not that of the last round's start,
 /// and `expel` knows no energy at all: clay that neither viscosity, bonds nor friction hold may then have
 /// gained what nothing gave it. If it lies on what rests, all shorter ways along u are free too, and the
-/// energies, which are convex, are least along u where no force is left along it but that of obstacles that
+/// energies, which are convex, are least along u where no force is left along it but that of colliders that
 /// push out what is inside of them; so far it goes. The step then gains no energy but their work.
 void Minimiser::shorten(VectorField& u) {
   if (step_->pairs.sprung) return;
@@ -57,7 +57,7 @@ void Minimiser::shorten(VectorField& u) {
   if (!mayGain(rests, work, u)) return;
   product_.resize(particles_.size());
   descent_.multiply(u, product_);
-  std::vector<double> share(near_.lumps(), 1.0), least(near_.lumps(), 0.0), most(near_.lumps(), 1.0);
+  std::vector<double> share(near_.lumps(), 1.0), minimum(near_.lumps(), 0.0), maximum(near_.lumps(), 1.0);
   const auto slopesAtShares = [&]() -> const auto& {
     return slopes_.of(near_, particles_.size(), [&](std::size_t i) {
       const double step = share[near_.lump(i)] - 1.0;
@@ -68,13 +68,14 @@ void Minimiser::shorten(VectorField& u) {
   };
   const auto& whole = slopesAtShares();
   for (std::size_t l = 0; l < rests.size(); ++l)
-    if (!rests[l] || whole[l][0] <= work[l]) least[l] = 1.0;
+    if (!rests[l] || whole[l][0] <= work[l]) minimum[l] = 1.0;
   for (int k = 0; k < halvings; ++k) {
-    for (std::size_t l = 0; l < rests.size(); ++l) share[l] = 0.5 * (least[l] + most[l]);
+    for (std::size_t l = 0; l < rests.size(); ++l) share[l] = 0.5 * (minimum[l] + maximum[l]);
     const auto& slopes = slopesAtShares();
-    for (std::size_t l = 0; l < rests.size(); ++l) (slopes[l][0] > work[l] ? most : least)[l] = share[l];
+    for (std::size_t l = 0; l < rests.size(); ++l) (slopes[l][0] > work[l] ? maximum : minimum)[l] = share[l];
   }
-  parallelFor(u.size(), range_size, [&](std::size_t i) { u[i] *= static_cast<float>(least[near_.lump(i)]); });
+  parallelFor(u.size(), range_size,
+              [&](std::size_t i) { u[i] *= static_cast<float>(minimum[near_.lump(i)]); });
   descent_.findResidual(u);  // for the compression that is left
 }
 

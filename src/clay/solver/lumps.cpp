@@ -12,7 +12,7 @@ namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;  // translation, rotation
 
-constexpr double dents = 0.25;  // spacings; moves of less than that through an obstacle dent nothing
+constexpr double dents = 0.25;  // spacings; moves of less than that through a collider dent nothing
 constexpr double thin = 1e-9;   // of mass times size^2; inertia that a lump has about any axis
 
 Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
@@ -53,7 +53,7 @@ double Lumps::size(const Body& body) const {
 
 /// kg m^2, to be added about each axis: a particle, and a row of them about itself, have none of their own,
 /// or less than none by rounding.
-double Lumps::leastInertia(const Body& body) const {
+double Lumps::minInertia(const Body& body) const {
   return std::max(std::pow(size(body), 2) * body.mass * thin, body.rounding);
 }
 
@@ -71,8 +71,7 @@ std::vector<Eigen::Matrix3f> Lumps::bends(float dt) {
   std::vector<Eigen::Matrix3f> turns(bodies_.size(), Eigen::Matrix3f::Zero());
   for (std::size_t l = 0; l < bodies_.size(); ++l) {
     const Body& body = bodies_[l];
-    const Eigen::LDLT<Eigen::Matrix3d> inertia(body.inertia +
-                                               leastInertia(body) * Eigen::Matrix3d::Identity());
+    const Eigen::LDLT<Eigen::Matrix3d> inertia(body.inertia + minInertia(body) * Eigen::Matrix3d::Identity());
     const Eigen::Vector3d turn = dt * inertia.solve(momentum[l].tail<3>());
     const double sine = turn.norm();
     if (!(sine > 1e-6) || sine > 0.5) continue;
@@ -114,8 +113,10 @@ std::vector<Eigen::Vector3f> Lumps::falls(const VectorField& free, const VectorF
     lump.blocked += normal * normal.transpose();
     const Eigen::Vector3d friction = frictionOn(c, u.at(c.particle)).cast<double>();
     (c.state == Contact::State::slide ? lump.rubbing : lump.force) += friction;
-    if (c.state == Contact::State::slide)
-      lump.slip += (u.at(c.particle) - c.drift).cast<double>(), ++lump.slides;
+    if (c.state == Contact::State::slide) {
+      lump.slip += (u.at(c.particle) - c.drift).cast<double>();
+      ++lump.slides;
+    }
     if (c.state == Contact::State::stick) {
       lump.inertia += c.stiffness * (Eigen::Matrix3d::Identity() - normal * normal.transpose());
     }
@@ -134,8 +135,8 @@ std::vector<Eigen::Vector3f> Lumps::falls(const VectorField& free, const VectorF
     }
     // Friction of the last step foretells that of this one, but ends with the slip.
     if (lump.slides > 0) {
-      const double most = (move + lump.slip / lump.slides).norm(), length = back.norm();
-      if (length > most) back *= most / length;
+      const double maximum = (move + lump.slip / lump.slides).norm(), length = back.norm();
+      if (length > maximum) back *= maximum / length;
     }
     moves[l] = (move + back).cast<float>();
   }
@@ -146,7 +147,7 @@ std::vector<std::uint32_t> Lumps::meet(const VectorField& u, const Contacts& con
                                        std::vector<Eigen::Vector3f>& moves) const {
   const float together = static_cast<float>(0.01 * spacing_), deep = static_cast<float>(dents * spacing_);
   const std::vector<Contact>& all = contacts.contacts();
-  // Calls f(contact, way, slack) where a lump goes into an obstacle, by `way` of which `slack` is free.
+  // Calls f(contact, way, slack) where a lump goes into a collider, by `way` of which `slack` is free.
   const auto for_approaches = [&](const auto& f) {
     for (std::uint32_t k = 0; k < all.size(); ++k) {
       const Contact& c = all[k];
@@ -158,8 +159,8 @@ std::vector<std::uint32_t> Lumps::meet(const VectorField& u, const Contacts& con
   };
   std::vector<float> share(moves.size(), 1.0f);
   for_approaches([&](std::uint32_t k, float way, float slack) {
-    float& least = share[near_.lump(all[k].particle)];
-    least = std::min(least, std::max(slack, 0.0f) / way);
+    float& minimum = share[near_.lump(all[k].particle)];
+    minimum = std::min(minimum, std::max(slack, 0.0f) / way);
   });
   std::vector<std::uint32_t> met;
   for_approaches([&](std::uint32_t k, float way, float slack) {
@@ -279,8 +280,10 @@ bool Lumps::findLacking(const VectorField& lack, const Contacts& contacts, float
     const Motion lacking = within(bodies_[l], motions[l], momenta[l], static_cast<double>(dt) * dt);
     if (lacking.translation.norm() + 2.0 * size(bodies_[l]) * lacking.rotation.norm() < dents * spacing_)
       motions[l].lacking = lacking;
-    else
-      motions[l].done = Motion(), far = true;
+    else {
+      motions[l].done = Motion();
+      far = true;
+    }
   }
   return far;
 }

@@ -39,7 +39,7 @@ class Lumps {
   std::vector<Eigen::Vector3f> falls(const VectorField& free, const VectorField& u, const Contacts& contacts,
                                      float dt);
 
-  /// Shortens translations of lumps from the displacements u to where each first meets an obstacle. Falls of
+  /// Shortens translations of lumps from the displacements u to where each first meets a collider. Falls of
   /// less than a quarter of a spacing are left to the iterations: they dent nothing. \param moves m, of each
   /// lump \return contacts that they meet there, within a hundredth of a spacing, by their indices
   std::vector<std::uint32_t> meet(const VectorField& u, const Contacts& contacts,
@@ -47,7 +47,7 @@ class Lumps {
 
   /// Which lumps touch something, and only what rests and has no friction.
   std::vector<bool> slideOnWhatRests(const Contacts& contacts) const;
-  /// J, of each lump: work of the contact forces that push it out of obstacles it is inside of.
+  /// J, of each lump: work of the contact forces that push it out of colliders it is inside of.
   std::vector<double> workOfPushingOut(const Contacts& contacts) const;
   /// J, the part of it that solids did beyond their motion on what they still hold inside at the end.
   std::vector<double> workOfRecovery(const Contacts& contacts, float dt) const;
@@ -80,7 +80,7 @@ class Lumps {
     double rounding = 0.0;                              // kg m^2, that the inertia may be off
   };
   double size(const Body& body) const;
-  double leastInertia(const Body& body) const;
+  double minInertia(const Body& body) const;
   Motion within(const Body& body, const Unblocked& motion, LumpSums<6>::Sum momentum, double scale) const;
   std::vector<Eigen::MatrixXd> unblocked(const Contacts& contacts) const;
   LumpSums<6>::Sum momentum(std::size_t i, const VectorField& velocity) const;

@@ -10,9 +10,9 @@ namespace {
 // Fewer would leave nothing to be conjugate to, more would solve with contacts that are wrong by then.
 constexpr int iterations_a_round = 4;
 // Rounds beyond the budget, at most, where contacts pulled: they bound the cost of a step.
-constexpr int most_rounds_more = 8;
+constexpr int max_rounds_more = 8;
 // Times that what was pushed out of one side of the skin may be pushed out of another; then it is released.
-constexpr int most_sides = 8;
+constexpr int max_sides = 8;
 // Directions in which a lump can be stopped.
 constexpr int directions = 3;
 
@@ -29,7 +29,9 @@ Minimiser::Minimiser(const Neighbourhood& near, const Particles& particles, cons
 Minimiser::Solved Minimiser::solve(const Bonds* bonds, const VectorField& free, Contacts& contacts, float dt,
                                    const Goal& goal, VectorField& u) {
   Solved solved;
-  free_ = &free, contacts_ = &contacts, dt_ = dt;
+  free_ = &free;
+  contacts_ = &contacts;
+  dt_ = dt;
   {
     const Stopwatch watch(solved.setup_ms);
     step_ = &potential_.linearise({near_, particles_, bonds, free, dt}, contacts.contacts());
@@ -39,7 +41,7 @@ Minimiser::Solved Minimiser::solve(const Bonds* bonds, const VectorField& free, 
   }
   start(goal.gravity, u);            // from the last velocity
   solved.rounds = iterate(goal, u);  // lumps as a whole, then conjugate gradients, then contacts anew
-  makeRoom(u);                       // what is still inside of obstacles goes out
+  makeRoom(u);                       // what is still inside of colliders goes out
   shorten(u);                        // where it went farther than any energy took it
   balanceForces(u);                  // contacts bear all of the momentum
   keepCompression();                 // no more than what was paid for
@@ -62,8 +64,8 @@ void Minimiser::start(const Eigen::Vector3f& gravity, VectorField& u) {
 
 /// Rounds of iterations; between them contacts and compression are looked at anew. \return how many
 int Minimiser::iterate(const Goal& goal, VectorField& u) {
-  int rounds = 0, rounds_more = most_rounds_more;
-  for (int left = goal.iterations; left > 0; left -= iterations_a_round) {
+  int rounds = 0, rounds_more = max_rounds_more, left = goal.iterations;
+  while (left > 0) {
     ++rounds;
     translate(u);
     // Friction as it was in the last step foretells the slip, in the first of several rounds.
@@ -74,7 +76,9 @@ int Minimiser::iterate(const Goal& goal, VectorField& u) {
     if (solved && !changes.any && !strayed) break;
     const bool last = left <= iterations_a_round;
     if (last && rounds_more > 0 && gainsByPull(changes.pulled, goal.gravity, u))
-      left += iterations_a_round, --rounds_more;
+      --rounds_more;
+    else
+      left -= iterations_a_round;
   }
   return rounds;
 }
@@ -94,11 +98,11 @@ void Minimiser::translate(VectorField& u) {
   contacts_->prescribe(u);
 }
 
-/// What the iterations left inside of obstacles goes out, whatever it takes. Out of one side of the skin may
+/// What the iterations left inside of colliders goes out, whatever it takes. Out of one side of the skin may
 /// be into another.
 void Minimiser::makeRoom(VectorField& u) {
   contacts_->expel(particles_, u, dt_);
-  for (int k = 0; k < most_sides && contacts_->detectStrays(particles_, u, dt_); ++k)
+  for (int k = 0; k < max_sides && contacts_->detectStrays(particles_, u, dt_); ++k)
     contacts_->expel(particles_, u, dt_);
   contacts_->release(particles_, u, dt_);
 }

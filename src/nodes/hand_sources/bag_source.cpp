@@ -14,18 +14,18 @@
 namespace tactile_clay::nodes {
 namespace {
 
-constexpr std::uint32_t most_message = 1U << 20U;  // bytes; 64 hands have 110 kB
+constexpr std::uint32_t max_message = 1U << 20U;  // bytes; 64 hands have 110 kB
 
 using Hands = ros::message_traits::DataType<TrackedHands>;
 using HandsMd5 = ros::message_traits::MD5Sum<TrackedHands>;
 
 /// The first few of the names, in words.
 std::string listed(const std::set<std::string>& names) {
-  constexpr std::size_t most = 8;
+  constexpr std::size_t maximum = 8;
   std::string list;
   std::size_t told = 0;
   for (const std::string& name : names) {
-    if (told++ == most) return list + ", ...";
+    if (told++ == maximum) return list + ", ...";
     list += (list.empty() ? "" : ", ") + name;
   }
   return list;
@@ -97,7 +97,7 @@ void BagSource::open(const hand::SourceOptions& options) {
   file_ = options.file;
   loop_ = options.loop;
   if (file_.empty()) throw std::runtime_error("hands from a bag: expected its file name in 'file'");
-  files::requireInput(file_, files::most::recording);
+  files::requireInput(file_, files::maximum::recording);
   try {
     bag_.open(file_, rosbag::bagmode::Read);
   } catch (const rosbag::BagUnindexedException&) {
@@ -125,14 +125,14 @@ hand::HandSource::Read BagSource::read(hand::TrackedFrame& frame, std::chrono::m
       stamps_.rewind();
       next_ = view_->begin();
     }
-    if (next_->size() > most_message)
+    if (next_->size() > max_message)
       throw std::runtime_error(file_ + ": a message of " + std::to_string(next_->size()) +
-                               " bytes, expected at most " + std::to_string(most_message));
+                               " bytes, expected at most " + std::to_string(max_message));
     const auto message = next_->instantiate<TrackedHands>();
     if (!message) throw std::runtime_error(file_ + ": a message that is no tactile_clay/TrackedHands");
-    if (message->hands.size() > most_hands)
+    if (message->hands.size() > max_hands)
       throw std::runtime_error(file_ + ": a message of " + std::to_string(message->hands.size()) +
-                               " hands, expected at most " + std::to_string(most_hands));
+                               " hands, expected at most " + std::to_string(max_hands));
     frame = toCore(*message);
     if (message->header.stamp.isZero()) frame.stamp = toCore(next_->getTime());
     ++next_;

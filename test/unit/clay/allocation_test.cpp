@@ -41,8 +41,8 @@ TEST(Allocation, WarmFramesAllocateForNoParticleOrContact) {
   config.threads = 2;
   Clay clay(config, {Material{}}, block(10, 10, 8, config.spacing));
   std::size_t contacts = 0;
-  const auto mostOfAStroke = [&] {
-    long most = 0;
+  const auto maxOfAStroke = [&] {
+    long maximum = 0;
     for (int k = 0; k < 60; ++k) {
       const double phase = 2.0 * M_PI * k / 60, height = 0.035 + 0.01 * std::cos(phase);
       Ghosts skin = ghostPlane({0.0, 0.0, height}, -Eigen::Vector3d::UnitZ(), 0.03, 0.004);
@@ -50,13 +50,13 @@ TEST(Allocation, WarmFramesAllocateForNoParticleOrContact) {
         v.z() = static_cast<float>(-0.01 * std::sin(phase) * 2.0 * M_PI);
       const long before = allocationCount();
       clay.advance(skin, {ground()}, 1.0 / 60.0);
-      most = std::max<long>(most, allocationCount() - before);
+      maximum = std::max<long>(maximum, allocationCount() - before);
       contacts = std::max<std::size_t>(contacts, clay.statistics().contacts);
     }
-    return most;
+    return maximum;
   };
-  mostOfAStroke();
-  EXPECT_LT(mostOfAStroke(), 150);
+  maxOfAStroke();
+  EXPECT_LT(maxOfAStroke(), 150);
   EXPECT_GT(contacts, 150U);
 }
 

@@ -120,7 +120,9 @@ TEST(Bonds, NoneWithoutStiffnessAndNoneBetweenCoincidentParticles) {
 
 TEST(Bonds, TheWeakerOfTwoMaterialsDecides) {
   Material weak = testMaterial();
-  weak.stiffness = 2e4, weak.bond_rate = 0.1, weak.unbond_rate = 0.2;
+  weak.stiffness = 2e4;
+  weak.bond_rate = 0.1;
+  weak.unbond_rate = 0.2;
   Bonded pair({{0, 0, 0}, {spacing, 0, 0}}, {testMaterial(), weak});
   pair.particles.material[1] = 1;
   EXPECT_FLOAT_EQ(pair.bonds.stiffness(0, 1), 2e4f * spacing);

@@ -12,7 +12,10 @@ constexpr float spacing = 0.005f;
 Contact on(std::uint32_t particle, std::uint32_t solid, const Eigen::Vector3f& normal,
            Contact::State state = Contact::State::stick) {
   Contact c;
-  c.particle = particle, c.solid = solid, c.normal = normal, c.state = state;
+  c.particle = particle;
+  c.solid = solid;
+  c.normal = normal;
+  c.state = state;
   return c;
 }
 

@@ -168,7 +168,9 @@ std::size_t bondsOfPair(double rate, double stiffness, int substeps) {
   Material material;
   material.viscosity = material.bulk_modulus = 0.0;
   material.stiffness = stiffness;
-  material.bond_rate = 1.0, material.unbond_rate = 10.0, material.yield_strain = 2.0;
+  material.bond_rate = 1.0;
+  material.unbond_rate = 10.0;
+  material.yield_strain = 2.0;
   ClayConfig config = configOf(substeps, 8);
   config.gravity.setZero();
   const float half = static_cast<float>(0.5 * rate * spacing);
@@ -362,7 +364,8 @@ TEST(Clay, GivesTheSameBitsForAnyNumberOfThreads) {
                             Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()).toRotationMatrix());
     particles.insert(particles.end(), lump.begin(), lump.end());
     Material soft;
-    soft.stiffness = 2e4, soft.yield_strain = 0.05;
+    soft.stiffness = 2e4;
+    soft.yield_strain = 0.05;
     Clay clay(config, {soft}, particles);
     for (int k = 0; k < 60; ++k) {
       const Eigen::Vector3d velocity(0.0, 0.0, k < 30 ? -0.1 : 0.1);

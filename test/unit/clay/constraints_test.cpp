@@ -13,7 +13,10 @@ constexpr double spacing = 0.005;
 
 Material nothing() {
   Material m;
-  m.bulk_modulus = 0.0, m.viscosity = 0.0, m.stiffness = 0.0, m.friction = m.skin_friction = 0.0;
+  m.bulk_modulus = 0.0;
+  m.viscosity = 0.0;
+  m.stiffness = 0.0;
+  m.friction = m.skin_friction = 0.0;
   return m;
 }
 
@@ -89,7 +92,9 @@ TEST(Constraint, ViscosityBrakesAShearFlow) {
     const Particles& p = clay.particles();
     for (std::size_t i = 0; i < p.size(); ++i) {
       const double x = particles[i].position.x(), z = particles[i].position.z();
-      zz += z * z, vz += p.velocity[i].x() * z, vx += p.velocity[i].z() * x;
+      zz += z * z;
+      vz += p.velocity[i].x() * z;
+      vx += p.velocity[i].z() * x;
     }
     return (vz + vx) / zz / rate;
   };
@@ -103,7 +108,8 @@ TEST(Constraint, ViscosityBrakesAShearFlow) {
 TEST(Constraint, BondsShortenWhatIsStretched) {
   Material m = nothing();
   m.stiffness = 1e4;
-  m.bond_rate = 1e3, m.unbond_rate = 1e4;  // nothing breaks here
+  m.bond_rate = 1e3;
+  m.unbond_rate = 1e4;  // nothing breaks here
   const auto lengthsOf = [&m](double stiffness) {
     Material tested = m;
     tested.stiffness = stiffness;

@@ -12,7 +12,7 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr float spacing = 0.005f, dt = 1.0f / 240.0f, reach = Obstacles::reach * spacing;
+constexpr float spacing = 0.005f, dt = 1.0f / 240.0f, reach = Colliders::reach * spacing;
 const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
 
 /// A search in one step, with what it looks at.
@@ -21,21 +21,24 @@ struct Search {
       : particles(particlesAt(points, 2e-4f)), guess(zeros(points.size())), ghosts(std::move(skin)) {
     near.build(particles.position);
     std::vector<Eigen::Isometry3d> start, end;
-    for (const Solid& s : solids) start.push_back(s.pose), end.push_back(poseAfter(s, dt));
-    obstacles.begin({ghosts, solids, start, end, dt});
+    for (const Solid& s : solids) {
+      start.push_back(s.pose);
+      end.push_back(poseAfter(s, dt));
+    }
+    colliders.begin({ghosts, solids, start, end, dt});
   }
   const ContactSearch::Found& atStart(const std::vector<Contact>& before = {}) {
-    return search.findAtStart(before, near, particles, guess, obstacles, dt);
+    return search.findAtStart(before, near, particles, guess, colliders, dt);
   }
   const ContactSearch::Found& strays(const VectorField& u) {
-    return search.findStrays(particles, obstacles, u, dt);
+    return search.findStrays(particles, colliders, u, dt);
   }
 
   Particles particles;
   VectorField guess;
   Ghosts ghosts;
   Neighbourhood near{2.0f * spacing};
-  Obstacles obstacles{spacing};
+  Colliders colliders{spacing};
   ContactSearch search{spacing};
 };
 
@@ -128,7 +131,9 @@ TEST(ContactSearch, FromTheDepthOnlyWhatWasHeldComesBack) {
   Search s({{0.0f, 0.0f, -1.2f * spacing}}, ghostPlane(Eigen::Vector3d::Zero(), up, 0.02, 0.003));
   EXPECT_TRUE(s.atStart().contacts.empty());
   Contact held;
-  held.particle = 0, held.solid = Contact::skin, held.state = Contact::State::slide;
+  held.particle = 0;
+  held.solid = Contact::skin;
+  held.state = Contact::State::slide;
   EXPECT_EQ(s.atStart({held}).contacts.size(), 1u);
   held.state = Contact::State::open;
   EXPECT_TRUE(s.atStart({held}).contacts.empty());

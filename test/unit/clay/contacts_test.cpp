@@ -217,22 +217,22 @@ TEST(Contacts, WhatPalmsOverlapIsNotPrescribedToWhereTheirPlanesMeet) {
 }
 
 /// Out of a finger's end that is half in a palm, the nearest skin is deep in the palm's flesh.
-TEST(Obstacles, PlacesInFleshAreNotFree) {
+TEST(Colliders, PlacesInFleshAreNotFree) {
   const double radius = 1.6 * spacing;
   Ghosts skin = ghostPlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.03, 0.004);
   append(skin, ghostBall(Eigen::Vector3d::Zero(), radius, 0.6 * spacing));
-  Obstacles obstacles(spacing);
+  Colliders colliders(spacing);
   const std::vector<Solid> none;
   const std::vector<Eigen::Isometry3d> nowhere;
-  obstacles.begin({skin, none, nowhere, nowhere, dt});
+  colliders.begin({skin, none, nowhere, nowhere, dt});
   const Eigen::Vector3f x(0.0f, 0.0f, -0.9f * spacing);
   std::int64_t looks = 1'000'000;
-  const auto place = obstacles.nearestFree(x, 0.25f * spacing, 6.0f * spacing, looks);
+  const auto place = colliders.nearestFree(x, 0.25f * spacing, 6.0f * spacing, looks);
   ASSERT_TRUE(place.has_value());
   EXPECT_GE(place->z(), 0.2f * spacing);
   EXPECT_GE(place->norm(), radius + 0.2 * spacing);
   EXPECT_LT((*place - x).norm(), 3.0f * spacing);
-  EXPECT_FALSE(obstacles.nearestFree(x, 0.25f * spacing, 1.5f * spacing, looks).has_value());
+  EXPECT_FALSE(colliders.nearestFree(x, 0.25f * spacing, 1.5f * spacing, looks).has_value());
 }
 
 /// A finger's end comes down on a particle on the table, to where it leaves no room: it goes aside, neither
@@ -251,7 +251,7 @@ TEST(Contacts, WhatAFingerPressesOnTheTableGoesAside) {
   EXPECT_NEAR((force - inertia * pressed.u.at(0)).norm(), 0.0f, 1e-3f * force.norm());
 }
 
-TEST(Contacts, WhatIsStoppedGoesIntoNoObstacle) {
+TEST(Contacts, WhatIsStoppedGoesIntoNoCollider) {
   Loose resting({{0.0f, 0.0f, 0.6f * spacing}}, 0.0f);
   resting.step(floorOfGhosts(), {});
   ASSERT_EQ(resting.contacts.contacts().size(), 1u);
@@ -280,7 +280,8 @@ TEST(Contacts, WhatIsStoppedEndsInNoFlesh) {
   }
   // However little that is, where the step led it to skin that it had not met.
   VectorField u = zeros(1), w = zeros(1);
-  u.set(0, {-1.0f * spacing, 0.0f, 0.0f}), w.set(0, {-0.15f * spacing, 0.0f, 0.0f});
+  u.set(0, {-1.0f * spacing, 0.0f, 0.0f});
+  w.set(0, {-0.15f * spacing, 0.0f, 0.0f});
   resting.contacts.stop(resting.particles, u, w);
   EXPECT_EQ(w.at(0).x(), 0.0f);
 }

@@ -110,7 +110,10 @@ TEST(Lumps, FallsHaveNothingAlongWhatAContactBlocks) {
   two.detect(free);
   ASSERT_EQ(two.contacts.contacts().size(), 2u * edge * edge);
   two.changeContacts([&](Contact& c) {
-    if (two.cube(c.particle) == 0) c.state = Contact::State::slide, c.friction.setZero();
+    if (two.cube(c.particle) == 0) {
+      c.state = Contact::State::slide;
+      c.friction.setZero();
+    }
   });
   const VectorField u = zeros(two.particles.size());
   const std::vector<Eigen::Vector3f> falls = two.lumps.falls(free, u, two.contacts, dt);
@@ -195,7 +198,8 @@ TEST(Lumps, SlideOnWhatRestsOnlyWithoutFriction) {
   TwoCubes two;
   two.detect(zeros(two.particles.size()));
   two.changeContacts([&](Contact& c) {
-    c.state = two.cube(c.particle) == 0 ? Contact::State::slide : Contact::State::open, c.stiffness = 0.0f;
+    c.state = two.cube(c.particle) == 0 ? Contact::State::slide : Contact::State::open;
+    c.stiffness = 0.0f;
   });
   const std::size_t on = two.near.lump(0), off = two.near.lump(125);
   EXPECT_TRUE(two.lumps.slideOnWhatRests(two.contacts)[on]);

@@ -49,9 +49,9 @@ void expectBox(const Mesh& mesh, const Vector3d& half) {
     const SurfacePoint exact = surface(box, p), found = mesh.surface(p);
     ASSERT_NEAR(found.distance, exact.distance, 1e-12) << p.transpose();
     const Vector3d q = half - p.cwiseAbs();
-    double least[3] = {q.x(), q.y(), q.z()};
-    std::sort(least, least + 3);
-    const bool at_medial = exact.distance < 0.0 && least[1] - least[0] < 1e-9;
+    double minimum[3] = {q.x(), q.y(), q.z()};
+    std::sort(minimum, minimum + 3);
+    const bool at_medial = exact.distance < 0.0 && minimum[1] - minimum[0] < 1e-9;
     if (!at_medial) {
       ASSERT_NEAR((found.normal - exact.normal).norm(), 0.0, 1e-9) << p.transpose();
     }
@@ -188,9 +188,9 @@ TEST(Mesh, WhatIsFarOffIsToldAtOnce) {
   const Mesh mesh = meshOf(bowl);
   int far = 0;
   for (const Vector3d& p : randomPoints(5000, 0.06)) {
-    const double exact = mesh.surface(p).distance, least = mesh.atLeast(p);
-    EXPECT_LE(least, exact + 1e-12) << p.transpose();
-    if (p.norm() < 0.03) far += least > 0.005 ? 1 : -1;
+    const double exact = mesh.surface(p).distance, minimum = mesh.atLeast(p);
+    EXPECT_LE(minimum, exact + 1e-12) << p.transpose();
+    if (p.norm() < 0.03) far += minimum > 0.005 ? 1 : -1;
   }
   EXPECT_GT(far, 100) << "points in the middle of the bowl are not told";
 }
@@ -200,7 +200,8 @@ TEST(Mesh, WhatIsNotClosedIsRefused) {
   Triangles open = boxOfTriangles(-half, half), shared = open;
   open.triangles.pop_back();
   EXPECT_EQ(complaint(open), "is not closed: 3 open edges, expected none");
-  shared.triangles.emplace_back(0, 3, 4), shared.triangles.emplace_back(0, 4, 3);
+  shared.triangles.emplace_back(0, 3, 4);
+  shared.triangles.emplace_back(0, 4, 3);
   EXPECT_NE(complaint(shared).find("edges of more than two triangles"), std::string::npos)
       << complaint(shared);
   Triangles flat;
@@ -217,7 +218,8 @@ TEST(Mesh, ClayRestsOnAMeshWithItsWeight) {
   Material material;
   ClayConfig config;
   config.spacing = 0.005;
-  config.budget.substeps = 4, config.budget.iterations = 8;
+  config.budget.substeps = 4;
+  config.budget.iterations = 8;
   config.sleeping = false;  // so that the table is asked in each step
   const std::vector<InitialParticle> particles = block(5, 5, 4, config.spacing);
   const auto settle = [&](const Solid& table) {

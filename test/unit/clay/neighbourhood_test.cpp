@@ -98,9 +98,9 @@ TEST(Neighbourhood, HasNoCap) {
   expectExact(points);
   Neighbourhood near(h);
   near.build(toField(points));
-  std::uint32_t most = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) most = std::max(most, near.count(i));
-  EXPECT_GT(most, 60u);
+  std::uint32_t maximum = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) maximum = std::max(maximum, near.count(i));
+  EXPECT_GT(maximum, 60u);
 }
 
 TEST(Neighbourhood, ForEachRunFindsAllInTheBox) {

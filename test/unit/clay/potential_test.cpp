@@ -24,7 +24,9 @@ Vectors toVectors(const VectorField& f) {
 
 Material only(double bulk_modulus, double viscosity, double stiffness) {
   Material m;
-  m.bulk_modulus = bulk_modulus, m.viscosity = viscosity, m.stiffness = stiffness;
+  m.bulk_modulus = bulk_modulus;
+  m.viscosity = viscosity;
+  m.stiffness = stiffness;
   return m;
 }
 
@@ -248,7 +250,8 @@ TEST(Potential, BondForceIsTheGradientOfItsEnergy) {
 /// leaves of k (l - d), and is as much less stiff.
 TEST(Potential, BondsYieldWithinAStep) {
   Material material = bonds_only;
-  material.yield_strain = 0.0025, material.unbond_rate = 1e9;
+  material.yield_strain = 0.0025;
+  material.unbond_rate = 1e9;
   constexpr int edge = 7;
   constexpr std::uint32_t middle = edge * edge * edge / 2;
   constexpr float shear = 0.03f;
@@ -300,8 +303,10 @@ TEST(Potential, ForcesSumToZeroAndTurnNothing) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero(), torque = Eigen::Vector3d::Zero();
     double size = 0.0, arm = 0.0;
     for (std::size_t i = 0; i < s.size(); ++i) {
-      sum += f[i], torque += s.x(i).cross(f[i]);
-      size += f[i].norm(), arm += f[i].norm() * s.x(i).norm();
+      sum += f[i];
+      torque += s.x(i).cross(f[i]);
+      size += f[i].norm();
+      arm += f[i].norm() * s.x(i).norm();
     }
     ASSERT_GT(size, 0.0);
     EXPECT_LT(sum.norm(), 1e-5 * size);
@@ -431,10 +436,10 @@ TEST(Potential, CompressionBeyondThatOfTheLastStepPushesLittle) {
     s.linearise(rest);
     s.forceAt(rest);
     const double stiffness = density_only.bulk_modulus * std::pow(spacing, 3.0);
-    double most = 0.0;
+    double maximum = 0.0;
     for (std::size_t i = 0; i < s.size(); ++i)
-      most = std::max(most, 0.5 * stiffness * std::pow(s.state.acting(i), 2.0));
-    return most;
+      maximum = std::max(maximum, 0.5 * stiffness * std::pow(s.state.acting(i), 2.0));
+    return maximum;
   };
   const double whole = energy(1.0f), of_half_a_metre_a_second = 0.5 * 0.25 / s.particles.inverse_mass[0];
   ASSERT_GT(whole, 2.0 * of_half_a_metre_a_second);
@@ -450,16 +455,16 @@ TEST(Potential, CompressionThatWasLentIsNotKept) {
   const double stiffness = density_only.bulk_modulus * std::pow(spacing, 3.0);
   const double kept = 0.5 * 0.01 / s.particles.inverse_mass[0];  // J
   const std::vector<float> ratio = s.densityRatio();
-  const auto most = std::max_element(ratio.begin(), ratio.end()) - ratio.begin();
-  const float whole = ratio[most] - 1.0f;
-  s.particles.compression[most] = 0.5f * whole;
+  const auto maximum = std::max_element(ratio.begin(), ratio.end()) - ratio.begin();
+  const float whole = ratio[maximum] - 1.0f;
+  s.particles.compression[maximum] = 0.5f * whole;
   for (int k = 1; k <= 5; ++k) {
     s.linearise(rest);
     s.forceAt(rest);
-    const double paid = s.paid(most);
+    const double paid = s.paid(maximum);
     EXPECT_NEAR(0.5 * stiffness * (paid * paid - 0.25 * whole * whole), k * kept, 0.01 * kept);
-    EXPECT_LT(paid, s.state.acting(most));
-    s.particles.compression[most] = static_cast<float>(paid);
+    EXPECT_LT(paid, s.state.acting(maximum));
+    s.particles.compression[maximum] = static_cast<float>(paid);
   }
 }
 

@@ -18,7 +18,10 @@ constexpr float spacing = 0.005f, dt = 1.0f / 60.0f;
 
 Material nothing() {
   Material m;
-  m.bulk_modulus = 0.0, m.viscosity = 0.0, m.stiffness = 0.0, m.friction = m.skin_friction = 0.0;
+  m.bulk_modulus = 0.0;
+  m.viscosity = 0.0;
+  m.stiffness = 0.0;
+  m.friction = m.skin_friction = 0.0;
   return m;
 }
 
@@ -67,7 +70,8 @@ struct Bench {
 
 Material all() {
   Material m;
-  m.bond_rate = 1e3, m.unbond_rate = 1e4;
+  m.bond_rate = 1e3;
+  m.unbond_rate = 1e4;
   return m;
 }
 
@@ -169,7 +173,8 @@ TEST(Projection, KeepsMomentum) {
   double size = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3d moved = (u.at(i) - free.at(i)).cast<double>() / bench.particles.inverse_mass[i];
-    change += moved, size += moved.norm();
+    change += moved;
+    size += moved.norm();
   }
   ASSERT_GT(size, 0.0);
   EXPECT_LT(change.norm(), 1e-6 * size);

@@ -26,7 +26,9 @@ class SculptureTest : public testing::Test {
   /// Two blocks of two materials, the upper about to fall onto the lower, both on a sloping floor.
   Clay start(int threads = 1) {
     Material soft, stiff;
-    soft.name = "soft", stiff.name = "stiff", stiff.stiffness = 2e5;
+    soft.name = "soft";
+    stiff.name = "stiff";
+    stiff.stiffness = 2e5;
     auto particles = block(6, 6, 4, spacing);
     for (InitialParticle p : block(4, 4, 4, spacing, {0.0, 0.0, 0.023}, Eigen::Matrix3d::Identity(), 1)) {
       p.body = 1;

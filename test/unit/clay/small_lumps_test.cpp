@@ -49,9 +49,11 @@ struct Beside {
     const Particles& all = clay_->particles();
     Particles p;
     const std::size_t n = all.size() - first_;
-    p.position.resize(n), p.velocity.resize(n);
+    p.position.resize(n);
+    p.velocity.resize(n);
     for (std::size_t k = 0; k < n; ++k) {
-      p.position[k] = all.position[first_ + k], p.velocity[k] = all.velocity[first_ + k];
+      p.position[k] = all.position[first_ + k];
+      p.velocity[k] = all.velocity[first_ + k];
       p.inverse_mass.push_back(all.inverse_mass[first_ + k]);
     }
     return p;

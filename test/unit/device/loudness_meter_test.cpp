@@ -61,11 +61,11 @@ double highest(const ArrayLayout& layout, const ultrasound::Acoustics& air, cons
   const auto field = ultrasound::pressuresAt(layout, air, drive, grid);
   std::vector<std::size_t> order(grid.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  const std::size_t most = std::min<std::size_t>(order.size(), 3);
-  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(most), order.end(),
+  const std::size_t maximum = std::min<std::size_t>(order.size(), 3);
+  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(maximum), order.end(),
                     [&](std::size_t a, std::size_t b) { return std::abs(field[a]) > std::abs(field[b]); });
   double best = 0.0;
-  for (std::size_t i = 0; i < most; ++i) {
+  for (std::size_t i = 0; i < maximum; ++i) {
     Eigen::Vector3d here = grid[order[i]].cast<double>();
     double pressure = directSum(layout, air, drive, here);
     for (double step = 0.002; step > 0.0002;) {

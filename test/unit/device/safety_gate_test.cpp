@@ -391,14 +391,14 @@ TEST_F(StartedGate, LooksAtEveryInstantOfAModulation) {
   Emission path{{point(0.0, 0, 0.2, 0.4, 0), point(0.02, 0, 0.2, 0.9, 1), point(0.04, 0, 0.2, 0.5, 2)},
                 100.0,
                 Modulation::spatiotemporal};
-  std::size_t most = 0;
-  const auto meter = [&most](const Points& points) {
-    most = std::max(most, points.size());
+  std::size_t maximum = 0;
+  const auto meter = [&maximum](const Points& points) {
+    maximum = std::max(maximum, points.size());
     return Loudness{4000.0 * points.at(0).intensity, 0.0, ""};
   };
   const Verdict lowered = gate.check(path, now(), meter);
   ASSERT_EQ(lowered.reason, "");
-  EXPECT_EQ(most, 1u);
+  EXPECT_EQ(maximum, 1u);
   EXPECT_LE(4000.0 * lowered.sound.emission.points[1].intensity, 2000.0);
   EXPECT_NEAR(lowered.sound.emission.points[1].intensity / lowered.sound.emission.points[0].intensity,
               0.9 / 0.4, 1e-9);

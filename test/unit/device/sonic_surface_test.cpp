@@ -542,9 +542,9 @@ TEST_F(SonicSurfaceOnATerminal, PlaysAField) {
       field.points.push_back(sample);
     }
   for (const double amplitude : {1.0, 0.4}) {
-    ultrasound::FieldSolverOptions most;
-    most.amplitude = amplitude;
-    const auto solution = device.field(field.points, most, {});
+    ultrasound::FieldSolverOptions maximum;
+    maximum.amplitude = amplitude;
+    const auto solution = device.field(field.points, maximum, {});
     ASSERT_TRUE(solution);
     const ultrasound::Drive& drive = solution->drives.at(0);
     const auto on = static_cast<double>(std::count(drive.amplitude.begin(), drive.amplitude.end(), 1.0f));

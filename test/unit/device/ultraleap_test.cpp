@@ -200,9 +200,9 @@ TEST_F(UltraleapTest, TellsWhatIsMissing) {
   sdk::standIn().connected = false;
   EXPECT_EQ(refusal(), "ultraleap: no array: no device; expected one that streams, connected");
   sdk::standIn().connected = true;
-  sdk::standIn().most_points = 0;
+  sdk::standIn().max_points = 0;
   EXPECT_NE(refusal().find("no control points: too many"), std::string::npos);
-  sdk::standIn().most_points = 4;
+  sdk::standIn().max_points = 4;
   EXPECT_NE(refusal({{"callback_rate", "2000"}}).find("callback_rate is 2000"), std::string::npos)
       << "more than the array can do";
   EXPECT_NE(refusal({{"callback_rate", "0"}}).find("callback_rate is '0'"), std::string::npos);

@@ -125,7 +125,7 @@ TEST(Choreography, TheFlatHandPressesWithPalmToItsDepth) {
   const PressFinger parameters;
   const Score score = flatPress(parameters);
   double deepest = 1.0;
-  int most = 0;
+  int maximum = 0;
   play(score, [&](double, const TrackedFrame& /*frame*/, const Skin& skin) {
     int touching = 0;
     for (std::size_t i = 0; i < skin.size(); ++i) {
@@ -133,10 +133,10 @@ TEST(Choreography, TheFlatHandPressesWithPalmToItsDepth) {
       deepest = std::min<double>(deepest, skin.position[i].z());
       if (skin.position[i].z() < 0.04F) ++touching;
     }
-    most = std::max(most, touching);
+    maximum = std::max(maximum, touching);
   });
   EXPECT_NEAR(deepest, parameters.block_height - parameters.depth, 1.5e-3);
-  EXPECT_GT(most, 15);  // of 25 samples on 40 x 40 mm
+  EXPECT_GT(maximum, 15);  // of 25 samples on 40 x 40 mm
 }
 
 TEST(Choreography, ThePottersHandsAreMirrorImagesAndCloseToTheirDepth) {

@@ -23,7 +23,7 @@ namespace {
 using Eigen::Vector3d;
 using Nanoseconds = std::chrono::nanoseconds;
 
-constexpr double most_faster = 1.2;
+constexpr double max_faster = 1.2;
 
 struct Sample {
   double t;  // s
@@ -140,7 +140,7 @@ TEST(CleanSpeed, AStrokeOfAnyConfidenceStaysAsItIs) {
     worst_speed = std::max(worst_speed, ratio);
     worst_left = std::max(worst_left, left);
     worst_lag = std::max(worst_lag, lag);
-    EXPECT_LE(ratio, most_faster) << i << ": " << stroke.words;
+    EXPECT_LE(ratio, max_faster) << i << ": " << stroke.words;
     // A sample that was left out at the sharp start of a stroke, and caught up with.
     const double held = 2.0 * fastest(raw) / 30.0;
     EXPECT_LE(left, lag + stroke.noise + (left > lag + 1e-6 ? held : 0.0)) << i << ": " << stroke.words;
@@ -166,7 +166,7 @@ TEST(CleanSpeed, WhatIsMissedInAStrokeIsCaughtUpWithoutALeap) {
       if (t < until) frame.hands.clear();
     }
     const Path raw = pathOf(stroke.frames, Side::right), clean = pathOf(cleaned(stroke.frames), Side::right);
-    EXPECT_LE(fastest(clean), most_faster * fastest(raw)) << i << ": " << stroke.words;
+    EXPECT_LE(fastest(clean), max_faster * fastest(raw)) << i << ": " << stroke.words;
   }
 }
 
@@ -191,7 +191,7 @@ TEST(CleanSpeed, ALeapOfAnUnsureHandIsStillLeftOut) {
         EXPECT_GT((hand.joints[palm].position - frames[k].hands[0].joints[palm].position).norm(), 0.5 * leap)
             << i << ": " << stroke.words;
     const Path raw = pathOf(stroke.frames, Side::right), clean = pathOf(out, Side::right);
-    EXPECT_LE(fastest(clean), most_faster * fastest(raw))
+    EXPECT_LE(fastest(clean), max_faster * fastest(raw))
         << i << ": " << stroke.words;  // of the hand, not of the leap
   }
 }
@@ -220,7 +220,7 @@ TEST(CleanSpeed, NoRecordingGetsFaster) {
             "%zu\n",
             name, side == Side::left ? "left " : "right", fastest(raw), fastest(clean), 1e3 * left,
             1e3 * lagOfTheFilter(raw), clean.size(), raw.size());
-        EXPECT_LE(ratio, most_faster) << name;
+        EXPECT_LE(ratio, max_faster) << name;
         EXPECT_GE(clean.size(), 0.9 * raw.size()) << name;
       }
     }

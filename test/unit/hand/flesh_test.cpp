@@ -144,9 +144,9 @@ TEST(NeoHookean, LeastVolumeIsNotTakenFromNeighbours) {
     ASSERT_GT(flesh.inverted(nodes).size(), 5U);
     std::vector<Eigen::Vector3f> reaction(nodes.size(), Eigen::Vector3f::Zero());
     flesh.limit(all, nodes, reaction);
-    float least = 1.0F;
-    for (const int t : all) least = std::min(least, flesh.volumeShare(t, nodes));
-    EXPECT_GT(least, 0.29F) << seed;
+    float minimum = 1.0F;
+    for (const int t : all) minimum = std::min(minimum, flesh.volumeShare(t, nodes));
+    EXPECT_GT(minimum, 0.29F) << seed;
   }
 }
 

@@ -52,10 +52,10 @@ const std::string& threeFrames() {
   return text;
 }
 
-std::vector<long> stamps(LeapRecording& recording, int most) {
+std::vector<long> stamps(LeapRecording& recording, int maximum) {
   std::vector<long> all;
   TrackedFrame frame;
-  while (static_cast<int>(all.size()) < most &&
+  while (static_cast<int>(all.size()) < maximum &&
          recording.read(frame, milliseconds(0)) == HandSource::Read::frame)
     all.push_back(frame.stamp / microseconds(1));
   return all;

@@ -16,19 +16,19 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t most = 1U << 20U;
+constexpr std::size_t maximum = 1U << 20U;
 
 TEST(LzString, UnpacksWhatItsOwnTestsPack) {
-  EXPECT_EQ(unpackLzString("BYUwNmD2A0AECWsCGBbZtDUzkA==", most), "hello, i am a \xE7\x8C\xAB");
-  EXPECT_EQ(unpackLzString("IZA=", most), "a");
-  EXPECT_EQ(unpackLzString("Q===", most), "");
+  EXPECT_EQ(unpackLzString("BYUwNmD2A0AECWsCGBbZtDUzkA==", maximum), "hello, i am a \xE7\x8C\xAB");
+  EXPECT_EQ(unpackLzString("IZA=", maximum), "a");
+  EXPECT_EQ(unpackLzString("Q===", maximum), "");
 }
 
 TEST(LzString, WhatIsNoneIsRefused) {
-  EXPECT_NE(errorOf([] { unpackLzString("BYUwNmD2A0AECWsC", most); }).find("cut off"), std::string::npos);
-  EXPECT_NE(errorOf([] { unpackLzString("BY{}", most); }).find("not base64"), std::string::npos);
-  EXPECT_NE(errorOf([] { unpackLzString("/w==", most); }).find("nobody knows"), std::string::npos);
-  EXPECT_NE(errorOf([] { unpackLzString("", most); }).find("cut off"), std::string::npos);
+  EXPECT_NE(errorOf([] { unpackLzString("BYUwNmD2A0AECWsC", maximum); }).find("cut off"), std::string::npos);
+  EXPECT_NE(errorOf([] { unpackLzString("BY{}", maximum); }).find("not base64"), std::string::npos);
+  EXPECT_NE(errorOf([] { unpackLzString("/w==", maximum); }).find("nobody knows"), std::string::npos);
+  EXPECT_NE(errorOf([] { unpackLzString("", maximum); }).find("cut off"), std::string::npos);
   EXPECT_NE(errorOf([] { unpackLzString("BYUwNmD2A0AECWsCGBbZtDUzkA==", 10); }).find("more than 10 bytes"),
             std::string::npos);
 }
@@ -59,8 +59,8 @@ std::string packedLzString(const std::u16string& text) {
 }
 
 TEST(LzString, LettersOfAnyLengthBecomeUtf8) {
-  EXPECT_EQ(unpackLzString(packedLzString(u"x\u00FC\u732B\U0001F600"), most), u8"x\u00FC\u732B\U0001F600");
-  EXPECT_EQ(unpackLzString(packedLzString(std::u16string{0xD83D, u'x', 0xDE00}), most), u8"x\uFFFD");
+  EXPECT_EQ(unpackLzString(packedLzString(u"x\u00FC\u732B\U0001F600"), maximum), u8"x\u00FC\u732B\U0001F600");
+  EXPECT_EQ(unpackLzString(packedLzString(std::u16string{0xD83D, u'x', 0xDE00}), maximum), u8"x\uFFFD");
 }
 
 /// Values of `example`'s names; {"name": [[names]]} for a list of objects.

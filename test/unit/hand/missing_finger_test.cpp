@@ -47,7 +47,7 @@ std::size_t samplesOf(const Skin& skin, int finger, int from = 0) {
 }
 
 template <typename Hands>
-void expectNoSkin(Hands& hands, double most_elsewhere) {
+void expectNoSkin(Hands& hands, double max_elsewhere) {
   for (int finger = 0; finger < finger_count; ++finger)
     for (const int from : {0, 2}) {
       if (finger == 0 && from > 0) continue;
@@ -65,12 +65,12 @@ void expectNoSkin(Hands& hands, double most_elsewhere) {
         ASSERT_TRUE(less.position[i].allFinite() && less.normal[i].allFinite() &&
                     less.velocity[i].allFinite());
         ASSERT_LT((less.position[i].cast<double>() - Vector3d(0.1, 0.0, 0.2)).norm(), 0.25);
-        ASSERT_LT(less.velocity[i].norm(), most_elsewhere);
+        ASSERT_LT(less.velocity[i].norm(), max_elsewhere);
       }
       const Skin back = hands.update({whole}, start + 20ms);
       EXPECT_EQ(back.size(), all.size());
       for (std::size_t i = 0; i < back.size(); ++i)
-        ASSERT_LT(back.velocity[i].norm(), isOf(back, i, finger) ? 3.0F : most_elsewhere);
+        ASSERT_LT(back.velocity[i].norm(), isOf(back, i, finger) ? 3.0F : max_elsewhere);
     }
 }
 

@@ -26,10 +26,10 @@ HandPose bent(const FingerAngles& thumb, double flexion) {
 }
 
 double farthest(const TrackedHand& a, const TrackedHand& b) {
-  double most = 0.0;
+  double maximum = 0.0;
   for (int j = 0; j < joint_count; ++j)
-    most = std::max(most, (a.joints[j].position - b.joints[j].position).norm());
-  return most;
+    maximum = std::max(maximum, (a.joints[j].position - b.joints[j].position).norm());
+  return maximum;
 }
 
 // Whatever the sides: the palm stays, bones keep their lengths, a second time changes nothing.
@@ -72,9 +72,10 @@ TEST(WithinReach, TurnsBackABoneThatIsTurnedAboutItself) {
     }
     return hand;
   };
-  constexpr double most = 30.0 * M_PI / 180.0;
+  constexpr double maximum = 30.0 * M_PI / 180.0;
   for (const double angle : {-2.5, -1.0, -0.4, 0.3, 1.2}) {
-    const TrackedHand hand = withinReach(turned(angle)), expected = turned(std::clamp(angle, -most, most));
+    const TrackedHand hand = withinReach(turned(angle)),
+                      expected = turned(std::clamp(angle, -maximum, maximum));
     EXPECT_LT(farthest(hand, expected), 1e-6) << angle;
     EXPECT_LT(hand.joints[ring_distal].orientation.angularDistance(expected.joints[ring_distal].orientation),
               1e-6)
@@ -209,10 +210,10 @@ TEST(WithinReach, AFingerHasTheShareThatItIsGiven) {
   const TrackedHand half = forwardKinematics(bent({{0.05, 0.0, 0.0}, 0.5}, 0.47 + 0.5 * bend));
   const TrackedHand hand = withinReach(bent_hand, {1.0, 1.0, 0.0, 0.5, 1.0});
   const auto off = [&](const TrackedHand& expected, int finger) {
-    double most = 0.0;
+    double maximum = 0.0;
     for (int j = fingers[finger].first; j <= fingers[finger].tip(); ++j)
-      most = std::max(most, (hand.joints[j].position - expected.joints[j].position).norm());
-    return most;
+      maximum = std::max(maximum, (hand.joints[j].position - expected.joints[j].position).norm());
+    return maximum;
   };
   for (const int finger : {0, 1, 4}) EXPECT_LT(off(bent_hand, finger), 1e-6) << finger;
   EXPECT_LT(off(middle, 2), 1e-6);
@@ -229,16 +230,16 @@ TEST(WithinReach, LeadsWithoutLeaps) {
     std::array<Vector3d, joint_count> way;  // m
     for (Vector3d& v : way) v = 0.02 * Vector3d(normal(random), normal(random), normal(random));
     const auto longest_move = [&](int steps) {
-      double most = 0.0;
+      double maximum = 0.0;
       TrackedHand before = withinReach(possible);
       for (int k = 1; k <= steps; ++k) {
         TrackedHand odd = possible;
         for (int j = 0; j < joint_count; ++j) odd.joints[j].position += k * way[j] / steps;
         const TrackedHand hand = withinReach(odd);
-        most = std::max(most, farthest(hand, before));
+        maximum = std::max(maximum, farthest(hand, before));
         before = hand;
       }
-      return most;
+      return maximum;
     };
     EXPECT_LT(longest_move(16000), 0.3 * longest_move(4000)) << seed;
   }
@@ -251,10 +252,10 @@ TEST(WithinReach, RecordedHandsAre) {
     if (!frames) GTEST_SKIP() << handRecording(name) << " is not here";
     for (const TrackedFrame& frame : *frames)
       for (const TrackedHand& hand : frame.hands) {
-        const double most = farthest(withinReach(hand), hand);
-        EXPECT_LT(most, 5e-4) << name;
+        const double maximum = farthest(withinReach(hand), hand);
+        EXPECT_LT(maximum, 5e-4) << name;
         ++hands;
-        changed += most > 0.0;
+        changed += maximum > 0.0;
       }
   }
   std::printf("  %d of %d recorded hands turned back\n", changed, hands);

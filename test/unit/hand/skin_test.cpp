@@ -67,7 +67,10 @@ TEST(SkinTemplate, SoftFingersHaveFinePads) {
     if (sample.pad_distance > 5e-3F) continue;
     const Joint tip = bones[sample.bone].to;
     for (int finger = 0; finger < finger_count; ++finger)
-      if (tip == fingers[finger].tip()) pad_area[finger] += sample.area, ++pad_samples[finger];
+      if (tip == fingers[finger].tip()) {
+        pad_area[finger] += sample.area;
+        ++pad_samples[finger];
+      }
   }
   EXPECT_EQ(soft.bare_at_rest, soft.samples.size());
   EXPECT_NEAR(area / kinematic_area, 1.0, 0.01);
@@ -193,9 +196,9 @@ TEST(KinematicHand, RigidMotionGivesRigidVelocity) {
 
 TEST(KinematicHand, VelocityIsZeroAfterLossJumpFlipAndStandingClock) {
   const auto fastest = [](const Skin& skin) {
-    float most = 0.0F;
-    for (const Eigen::Vector3f& v : skin.velocity) most = std::max(most, v.norm());
-    return most;
+    float maximum = 0.0F;
+    for (const Eigen::Vector3f& v : skin.velocity) maximum = std::max(maximum, v.norm());
+    return maximum;
   };
   KinematicHands hands(coarse);
   TrackedHand hand = flatHand(Side::right);

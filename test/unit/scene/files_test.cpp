@@ -31,7 +31,8 @@ class Files : public ScratchFolder {
 };
 
 TEST_F(Files, AMaterialIsFoundBesideItsSceneFromAnyFolder) {
-  writeMaterial("scenes/mud.yaml", 1501.0), writeMaterial("shared stuff/mud.yaml", 1502.0);
+  writeMaterial("scenes/mud.yaml", 1501.0);
+  writeMaterial("shared stuff/mud.yaml", 1502.0);
   writeMaterial("lab/mud.yaml", 1503.0);
   const std::vector<std::pair<std::string, double>> named = {
       {"mud.yaml", 1501.0},

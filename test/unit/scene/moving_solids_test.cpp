@@ -44,13 +44,13 @@ double top(const clay::Clay& clay) {
 /// frame and then jumped back: 75 N at the peak and 34 N held, beside 60 and 60.
 TEST(MovingSolids, APlateThatStopsWithinAFramePressesAsOneThatStopsAtItsEnd) {
   Press within({{"plate_joint", 0.2, -0.1, 0.17}}), whole({{"plate_joint", 0.2, -0.102, 10.0 * frame}});
-  double most_within = 0.0, most_whole = 0.0, last_within = 0.0, last_whole = 0.0;
+  double max_within = 0.0, max_whole = 0.0, last_within = 0.0, last_whole = 0.0;
   for (int k = 0; k < 36; ++k) {
-    most_within = std::max(most_within, last_within = within.frameOn());
-    most_whole = std::max(most_whole, last_whole = whole.frameOn());
+    max_within = std::max(max_within, last_within = within.frameOn());
+    max_whole = std::max(max_whole, last_whole = whole.frameOn());
   }
   EXPECT_GT(last_whole, 30.0);
-  EXPECT_NEAR(most_within, most_whole, 0.05 * most_whole);
+  EXPECT_NEAR(max_within, max_whole, 0.05 * max_whole);
   EXPECT_NEAR(last_within, last_whole, 0.03 * last_whole);
   EXPECT_NEAR(top(*within.clay), top(*whole.clay), 0.25e-3);
 }
@@ -58,9 +58,9 @@ TEST(MovingSolids, APlateThatStopsWithinAFramePressesAsOneThatStopsAtItsEnd) {
 /// A motion that is shorter than a step still moves the solid by all of it.
 TEST(MovingSolids, MotionsShorterThanAStepAreNotLost) {
   Press jerky({{"plate_joint", 0.2015, -10.0, 0.0017}});
-  double most = 0.0;
-  for (int k = 0; k < 24; ++k) most = std::max(most, jerky.frameOn());
-  EXPECT_GT(most, 20.0);
+  double maximum = 0.0;
+  for (int k = 0; k < 24; ++k) maximum = std::max(maximum, jerky.frameOn());
+  EXPECT_GT(maximum, 20.0);
   EXPECT_NEAR(jerky.solids.joints(jerky.clay->time()).at("plate_joint"), -0.017, 1e-12);
   EXPECT_LT(top(*jerky.clay), 0.045 - 0.017);
 }
@@ -97,7 +97,9 @@ TEST(MovingSolids, AThinCupThatIsTurnedFastKeepsItsLiquid) {
   }
   const Solids solids(cup + "</link></robot>", {{"tilt", 0.2, 12.0, 3.0 * frame - 1e-4}});
   clay::Material honey;
-  honey.viscosity = 1.0, honey.stiffness = 0.0, honey.friction = 0.1;
+  honey.viscosity = 1.0;
+  honey.stiffness = 0.0;
+  honey.friction = 0.1;
   std::vector<clay::InitialParticle> drink;
   for (int k = 0; k < 8 * 8 * 6; ++k) {
     const Eigen::Vector3f at(static_cast<float>(k % 8) - 3.5f, static_cast<float>(k / 8 % 8) - 3.5f,

@@ -221,8 +221,10 @@ TEST(ClaySurface, ClayThatMovesByCellsKeepsItsMesh) {
                      there = meshOf(turned(points, Eigen::Matrix3f::Identity(), {spacing, 0, 0}));
   ASSERT_EQ(here.position.size(), there.position.size());
   Vector3f low = Vector3f::Constant(1.0f), moved = low;
-  for (std::size_t i = 0; i < here.position.size(); ++i)
-    low = low.cwiseMin(here.position[i]), moved = moved.cwiseMin(there.position[i]);
+  for (std::size_t i = 0; i < here.position.size(); ++i) {
+    low = low.cwiseMin(here.position[i]);
+    moved = moved.cwiseMin(there.position[i]);
+  }
   EXPECT_NEAR((moved - low - Vector3f(spacing, 0, 0)).norm(), 0.0f, 1e-6f);
 }
 

@@ -16,7 +16,9 @@ TEST(AccuracyReport, SolversHaveTheNamesByWhichTheyAreChosen) {
 
 Errors errors(double displacement, double height, double force) {
   Errors e;
-  e.displacement = displacement, e.height = height, e.force = force;
+  e.displacement = displacement;
+  e.height = height;
+  e.force = force;
   return e;
 }
 

@@ -67,10 +67,15 @@ struct Press {
       const int rows = static_cast<int>(std::lround(duration / 0.02));
       for (int k = 1; k <= rows; ++k)
         curve.push_back({t + 0.02 * k, depth + (deeper - depth) * k / rows, 0.0});
-      t += 0.02 * rows, depth = deeper;
+      t += 0.02 * rows;
+      depth = deeper;
     };
     curve.push_back({0.0, 0.0, 0.0});
-    to(0.002, 0.4), to(0.002, 0.2), to(0.006, 0.06), to(0.006, 0.2), to(0.003, 0.1);
+    to(0.002, 0.4);
+    to(0.002, 0.2);
+    to(0.006, 0.06);
+    to(0.006, 0.2);
+    to(0.003, 0.1);
     windows = windowsOf(curve);
   }
   std::vector<double> forces(const clay::Material& m) const { return modelForces(setup, m, curve, windows); }
@@ -82,7 +87,10 @@ struct Press {
 
 clay::Material known() {
   clay::Material m;
-  m.stiffness = 4e5, m.yield_strain = 0.02, m.viscosity = 2000.0, m.bulk_modulus = 4e6;
+  m.stiffness = 4e5;
+  m.yield_strain = 0.02;
+  m.viscosity = 2000.0;
+  m.bulk_modulus = 4e6;
   return m;
 }
 
@@ -145,7 +153,9 @@ class MaterialFile : public ScratchFolder {};
 TEST_F(MaterialFile, IsReadByScenes) {
   MaterialFit fit;
   fit.material = known();
-  fit.material.relaxation_time = 2.5, fit.material.flow_index = 0.4, fit.material.adhesion = 1234.5;
+  fit.material.relaxation_time = 2.5;
+  fit.material.flow_index = 0.4;
+  fit.material.adhesion = 1234.5;
   const clay::Material read =
       scene::loadMaterial(write("mine.yaml", materialFile(fit, {"Fitted to a curve"})), TACTILE_CLAY_SHARE);
   EXPECT_EQ(read.name, "mine");
@@ -201,7 +211,10 @@ TEST(PressSetup, MeansOfACurveAreExact) {
 /// incompressible cylinder on a slippery table within 15 %, both at a coarse spacing.
 TEST(PressSetup, PressesWithSphereAndPlate) {
   clay::Material elastic;
-  elastic.stiffness = 1e5, elastic.bulk_modulus = 1e6, elastic.viscosity = 50.0, elastic.friction = 0.0;
+  elastic.stiffness = 1e5;
+  elastic.bulk_modulus = 1e6;
+  elastic.viscosity = 50.0;
+  elastic.friction = 0.0;
   Press press;
   press.setup.spacing = 0.003;
   press.setup.tool = PressSetup::Tool::sphere;

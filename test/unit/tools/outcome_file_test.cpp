@@ -20,7 +20,10 @@ Outcome someOutcome() {
   outcome.position.set(0, {0.1F, -1.0F / 3.0F, 1e-9F});
   outcome.position.set(1, {3.4e5F, 0.0F, 7.0F});
   outcome.force = {Load::Constant(1.0 / 7.0), Load::Zero()};
-  outcome.height = 0.04, outcome.mean_force = 2.0 / 3.0, outcome.density = 1e-4, outcome.densest = 0.2;
+  outcome.height = 0.04;
+  outcome.mean_force = 2.0 / 3.0;
+  outcome.density = 1e-4;
+  outcome.densest = 0.2;
   outcome.volume_change = -0.01;
   outcome.rendered = {{1.0 / 3.0, 2.5}};
   return outcome;

@@ -106,7 +106,7 @@ TEST(Compare, ThereIsNoForceErrorWhereTheReferenceTouchesNothing) {
 }
 
 TEST(Greatest, IsOfEachErrorBySize) {
-  const Errors e = greatest({0.1, -0.4, 0.3, 0.2}, {0.2, 0.3, 0.1, -0.5});
+  const Errors e = max({0.1, -0.4, 0.3, 0.2}, {0.2, 0.3, 0.1, -0.5});
   EXPECT_EQ(e.displacement, 0.2);
   EXPECT_EQ(e.height, 0.4);
   EXPECT_EQ(e.force, 0.3);

@@ -30,13 +30,13 @@ TEST(RandomContact, IsPressedSkinWithBareSkinAroundIt) {
 // 15 %.
 TEST(RandomContact, PressesAsHertzDoes) {
   for (unsigned seed = 0; seed < 20; seed += 2) {  // palms
-    double force = 0.0, area = 0.0, most = 0.0;
+    double force = 0.0, area = 0.0, maximum = 0.0;
     for (const auto& sample : randomContact(seed, 0.001)) {
       force += sample.force;
       if (sample.pressure > 0.0f) area += sample.area;
-      most = std::max(most, static_cast<double>(sample.pressure));
+      maximum = std::max(maximum, static_cast<double>(sample.pressure));
     }
-    EXPECT_NEAR(force, 2.0 / 3.0 * most * area, 0.15 * force) << seed;
+    EXPECT_NEAR(force, 2.0 / 3.0 * maximum * area, 0.15 * force) << seed;
   }
 }
 

@@ -190,11 +190,12 @@ void expectBatchEqualsTheDoublePrecisionSum(const ArrayLayout& layout, bool far)
   ASSERT_EQ(fast.size(), points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3d point = points[i].cast<double>();
-    double most = 0.0;
+    double maximum = 0.0;
     for (std::size_t n = 0; n < layout.size(); ++n) {
-      most += drive.amplitude[n] * std::abs(transducerPressure(layout, air, n, point));
+      maximum += drive.amplitude[n] * std::abs(transducerPressure(layout, air, n, point));
     }
-    EXPECT_LE(std::abs(std::complex<double>(fast[i]) - pressureAt(layout, air, drive, point)), 1e-4 * most);
+    EXPECT_LE(std::abs(std::complex<double>(fast[i]) - pressureAt(layout, air, drive, point)),
+              1e-4 * maximum);
   }
 }
 

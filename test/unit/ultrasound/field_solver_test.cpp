@@ -21,10 +21,10 @@ class FieldSolver : public ::testing::Test {
   ArrayLayout layout = arrayLayout("usx");
   Acoustics air;
 
-  /// \param most Pa, in the middle of the contact \param d distance from there, radii of the contact
-  static contact::PressureSample pressed(const Eigen::Vector3d& at, double most, double d, double step) {
+  /// \param maximum Pa, in the middle of the contact \param d distance from there, radii of the contact
+  static contact::PressureSample pressed(const Eigen::Vector3d& at, double maximum, double d, double step) {
     const auto area = static_cast<float>(step * step);
-    const auto pressure = static_cast<float>(d < 1.0 ? most * std::sqrt(1.0 - d * d) : 0.0);
+    const auto pressure = static_cast<float>(d < 1.0 ? maximum * std::sqrt(1.0 - d * d) : 0.0);
     return {at.cast<float>(), {0, 0, -1}, pressure, pressure * area, area, 1.0f};
   }
 
@@ -42,14 +42,14 @@ class FieldSolver : public ::testing::Test {
     }
     std::vector<contact::PressureSample> skin;
     for (const Eigen::Vector3d& tip : tips) {
-      const double most = 22500.0 + 7500.0 * uniform();
+      const double maximum = 22500.0 + 7500.0 * uniform();
       const double radius = 0.005 + 0.001 * uniform();
       for (double x = -0.007; x < 0.0071; x += step) {
         for (double y = -0.025; y < 0.0071; y += step) {
           const double end = std::max(y, 0.0);
           const double depth = 0.008 - std::sqrt(std::max(6.4e-5 - x * x - end * end, 0.0));
           const double d = std::hypot(x, y) / radius;
-          skin.push_back(pressed(tip + Eigen::Vector3d(x, y, depth), most, d, step));
+          skin.push_back(pressed(tip + Eigen::Vector3d(x, y, depth), maximum, d, step));
         }
       }
     }
@@ -188,7 +188,7 @@ TEST_F(FieldSolver, GradientIsThatOfTheObjectiveInDoublePrecision) {
     Turns turns(solver.size(), Lanes{}), gradient(solver.size());
     for (std::size_t k = 0; k < drives.size(); ++k)
       for (std::size_t n = 0; n < layout.size(); ++n)
-        turns[k * solver.width() + n / lane_count][n % lane_count] =
+        turns[k * solver.width() + n / wide_lane_count][n % wide_lane_count] =
             drives[k].phase[n] * static_cast<float>(0.5 / M_PI);
     const double value = solver(turns, &gradient);
     const double expected = objective(points, drives, options);
@@ -196,7 +196,8 @@ TEST_F(FieldSolver, GradientIsThatOfTheObjectiveInDoublePrecision) {
 
     double steepest = 0.0;
     for (const Lanes& lane : gradient)
-      for (std::size_t i = 0; i < lane_count; ++i) steepest = std::max(steepest, std::abs(double{lane[i]}));
+      for (std::size_t i = 0; i < wide_lane_count; ++i)
+        steepest = std::max(steepest, std::abs(double{lane[i]}));
     ASSERT_GT(steepest, 0.0);
     for (const std::size_t n : {0u, 17u, 130u, 255u}) {
       const std::size_t k = n % drives.size();
@@ -207,7 +208,7 @@ TEST_F(FieldSolver, GradientIsThatOfTheObjectiveInDoublePrecision) {
         moved[k].phase[n] += static_cast<float>(2.0 * M_PI * (side == 0 ? -step : step));
         at[side] = objective(points, moved, options);
       }
-      EXPECT_NEAR(gradient[k * solver.width() + n / lane_count][n % lane_count],
+      EXPECT_NEAR(gradient[k * solver.width() + n / wide_lane_count][n % wide_lane_count],
                   (at[1] - at[0]) / (2.0 * step), 5e-3 * steepest)
           << n;
     }

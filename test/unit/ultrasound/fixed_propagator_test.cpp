@@ -38,8 +38,8 @@ class FixedPropagatorOf : public ::testing::TestWithParam<std::size_t> {
   LaneArray<ComplexLanes> lanesOf(const Row& row) const {
     LaneArray<ComplexLanes> lanes(width_, ComplexLanes{});
     for (std::size_t n = 0; n < row.size(); ++n) {
-      lanes[n / lane_count].re[n % lane_count] = static_cast<float>(row[n].real());
-      lanes[n / lane_count].im[n % lane_count] = static_cast<float>(row[n].imag());
+      lanes[n / wide_lane_count].re[n % wide_lane_count] = static_cast<float>(row[n].real());
+      lanes[n / wide_lane_count].im[n % wide_lane_count] = static_cast<float>(row[n].imag());
     }
     return lanes;
   }
@@ -62,7 +62,8 @@ class FixedPropagatorOf : public ::testing::TestWithParam<std::size_t> {
     g_->transposed(re.data(), im.data(), z.data());
     Row sums;
     for (std::size_t n = 0; n < rows_.front().size(); ++n)
-      sums.emplace_back(z[n / lane_count].re[n % lane_count], z[n / lane_count].im[n % lane_count]);
+      sums.emplace_back(z[n / wide_lane_count].re[n % wide_lane_count],
+                        z[n / wide_lane_count].im[n % wide_lane_count]);
     return sums;
   }
 
@@ -91,13 +92,13 @@ TEST_P(FixedPropagatorOf, PressuresAreOffByTheRoundingOfTheirNumbers) {
   double over_expected = 0.0;
   for (std::size_t m = 0; m < rows_.size(); ++m) {
     Complex sum = 0.0;
-    double squares = 0.0, most = 0.0;
+    double squares = 0.0, maximum = 0.0;
     for (std::size_t n = 0; n < transducers; ++n) {
       sum += rows_[m][n] * q[n];
       squares += std::norm(rows_[m][n]);
-      most = std::max(most, std::abs(rows_[m][n]));
+      maximum = std::max(maximum, std::abs(rows_[m][n]));
     }
-    const double unit = std::max(reach_[m] / 524288.0, most / 16384.0);
+    const double unit = std::max(reach_[m] / 524288.0, maximum / 16384.0);
     const double variance = (static_cast<double>(transducers) * unit * unit + squares / 4194304.0) / 12.0;
     over_expected += std::norm(p[m] - sum) / (2.0 * variance) / static_cast<double>(rows_.size());
   }
@@ -112,9 +113,9 @@ TEST_P(FixedPropagatorOf, TransposedSumsAreOffByTheRoundingOfTheirNumbers) {
   Row u = random(400, 4);
   std::vector<double> unit;
   for (std::size_t m = 0; m < u.size(); ++m) {
-    double most = 0.0;
-    for (const Complex& g : rows_[m]) most = std::max(most, std::abs(g));
-    unit.push_back(std::max(reach_[m] / 524288.0, most / 16384.0));
+    double maximum = 0.0;
+    for (const Complex& g : rows_[m]) maximum = std::max(maximum, std::abs(g));
+    unit.push_back(std::max(reach_[m] / 524288.0, maximum / 16384.0));
     u[m] /= reach_[m];  // so that rows count alike
   }
   const Row z = transposed(u);
@@ -123,14 +124,14 @@ TEST_P(FixedPropagatorOf, TransposedSumsAreOffByTheRoundingOfTheirNumbers) {
     Complex sum = 0.0;
     double variance = 0.0;
     for (std::size_t first = 0; first < u.size(); first += 64) {
-      double most = 0.0;
+      double maximum = 0.0;
       const std::size_t end = std::min(first + 64, u.size());
       for (std::size_t m = first; m < end; ++m)
-        most = std::max(most, unit[m] * std::max(std::abs(u[m].real()), std::abs(u[m].imag())));
+        maximum = std::max(maximum, unit[m] * std::max(std::abs(u[m].real()), std::abs(u[m].imag())));
       for (std::size_t m = first; m < end; ++m) {
         sum += rows_[m][n] * u[m];
         variance += (std::norm(u[m]) * unit[m] * unit[m] +
-                     std::norm(rows_[m][n] / unit[m]) * std::pow(most / 1024.0, 2)) /
+                     std::norm(rows_[m][n] / unit[m]) * std::pow(maximum / 1024.0, 2)) /
                     12.0;
       }
     }

@@ -63,9 +63,9 @@ class PhaseSolver : public ::testing::Test {
 TEST_F(PhaseSolver, OneFocusReachesAllThatTheArrayCanGive) {
   const FocalPoint focus = point(0.03, -0.02, 0.2);
   const PhaseSolution solution = solvePhases(layout, air, {focus});
-  const double most = focusPressure(layout, air, focus.position);
-  EXPECT_NEAR(heardAmplitude(layout, air, solution.drive, focus.position), most, 1e-4 * most);
-  EXPECT_NEAR(solution.reached[0], most, 1e-4 * most);
+  const double maximum = focusPressure(layout, air, focus.position);
+  EXPECT_NEAR(heardAmplitude(layout, air, solution.drive, focus.position), maximum, 1e-4 * maximum);
+  EXPECT_NEAR(solution.reached[0], maximum, 1e-4 * maximum);
   air.attenuation = 0.0;  // as the figure was computed
   const PhaseSolution centre = solvePhases(layout, air, {point(0, 0, 0.2)});
   EXPECT_NEAR(centre.reached[0], 3623.0, 0.02 * 3623.0);

@@ -26,22 +26,22 @@ std::vector<PressureSample> plane(int side, int pressed, float weight) {
   return skin;
 }
 
-double mostDistance(const std::vector<PressureSample>& skin, const std::vector<SkinSample>& samples) {
-  double most = 0.0;
+double maxDistance(const std::vector<PressureSample>& skin, const std::vector<SkinSample>& samples) {
+  double maximum = 0.0;
   for (const PressureSample& s : skin) {
     double closest = 1.0;
     for (const SkinSample& sample : samples)
       closest = std::min(closest, (sample.position - s.position.cast<double>()).norm());
-    most = std::max(most, closest);
+    maximum = std::max(maximum, closest);
   }
-  return most;
+  return maximum;
 }
 
 TEST(SkinSamples, AreTheSkinWhereThereIsNotMuchOfIt) {
   const auto skin = plane(10, 4, 0.3f);
   const auto samples = skinSamples(skin, 200);
   ASSERT_EQ(samples.size(), skin.size());
-  EXPECT_LT(mostDistance(skin, samples), 1e-6);
+  EXPECT_LT(maxDistance(skin, samples), 1e-6);
   EXPECT_EQ(std::count_if(samples.begin(), samples.end(), [](const auto& s) { return s.pressure == 1000.0; }),
             40);
 }
@@ -50,7 +50,7 @@ TEST(SkinSamples, AreSpreadOverTheSkinWhereThereIsMoreOfIt) {
   const auto skin = plane(30, 10, 1.0f);
   const auto samples = skinSamples(skin, 225);
   EXPECT_NEAR(static_cast<double>(samples.size()), 225.0, 2.0);
-  EXPECT_LT(mostDistance(skin, samples), 0.015) << "a piece is of four samples";
+  EXPECT_LT(maxDistance(skin, samples), 0.015) << "a piece is of four samples";
   const auto pressed =
       std::count_if(samples.begin(), samples.end(), [](const auto& s) { return s.pressure > 0.0; });
   EXPECT_NEAR(static_cast<double>(pressed), 75.0, 2.0) << "a third of the skin";

@@ -186,7 +186,8 @@ inline ResultController AUTDControllerOpen(const Point3* places, const Quaternio
 }
 
 inline ResultStatus AUTDControllerClose(ControllerPtr) {
-  standIn().change([](Boards& boards) { boards.open = false, boards.playing = {}; });
+  standIn().change([](Boards& boards) { boards.open = false;
+boards.playing = {}; });
   return {AUTDStatus::AUTDTrue, 0, nullptr};
 }
 
@@ -210,7 +211,10 @@ inline Point3 AUTDTransducerPosition(TransducerPtr transducer) {
   for (std::uint32_t row = 0; row < NUM_TRANS_IN_Y; ++row)
     for (std::uint32_t column = 0; column < NUM_TRANS_IN_X; ++column) {
       if (row == 1 && (column == 1 || column == 2 || column == 16)) continue;
-      if (left-- == 0) x = TRANS_SPACING_MM * static_cast<float>(column), y = TRANS_SPACING_MM * static_cast<float>(row);
+      if (left-- == 0) {
+x = TRANS_SPACING_MM * static_cast<float>(column);
+y = TRANS_SPACING_MM * static_cast<float>(row);
+}
     }
   const Boards boards = standIn().now();
   const Point3 at = boards.places.at(number / 1000);
@@ -284,7 +288,10 @@ inline ResultStatus AUTDSenderSend(SenderPtr, DatagramPtr datagram) {
     good = boards.good;
     ++boards.sends;
     if (!good) return;
-    if (!sent.modulation.empty()) boards.modulation = sent.modulation, boards.sample_rate = sent.frequency;
+    if (!sent.modulation.empty()) {
+boards.modulation = sent.modulation;
+boards.sample_rate = sent.frequency;
+}
     if (!sent.patterns.empty()) boards.playing = sent;
   });
   if (!good) return {AUTDStatus::AUTDErr, sizeof lost - 1, lost};

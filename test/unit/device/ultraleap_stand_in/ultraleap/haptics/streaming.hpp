@@ -79,8 +79,8 @@ using EmissionCallback = void (*)(const StreamingEmitter&, OutputInterval&, cons
 /// The array of the test.
 struct StandIn {
   bool service = true, connected = true;
-  std::size_t most_points = 4;
-  float most_callbacks = 1000.0f;  // a second
+  std::size_t max_points = 4;
+  float max_callbacks = 1000.0f;  // a second
 
   const StreamingEmitter* emitter = nullptr;
   std::size_t points = 0;
@@ -118,7 +118,7 @@ class StreamingEmitter {
   ~StreamingEmitter() { standIn().emitter = nullptr; }
   result<void> addDevice(const Device&) { return {}; }
   result<void> setControlPointCount(std::size_t count, AdjustRate) {
-    if (count > standIn().most_points) return Error{"too many control points"};
+    if (count > standIn().max_points) return Error{"too many control points"};
     standIn().points = count;
     return {};
   }
@@ -130,7 +130,7 @@ class StreamingEmitter {
   }
   result<void> setCallbackRate(float rate) {
     if (standIn().started) return Error{"already started"};
-    if (!(rate > 0.0f && rate <= standIn().most_callbacks)) return Error{"callback rate out of range"};
+    if (!(rate > 0.0f && rate <= standIn().max_callbacks)) return Error{"callback rate out of range"};
     standIn().callback_rate = rate;
     return {};
   }

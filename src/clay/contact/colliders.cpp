@@ -1,4 +1,4 @@
-#include "clay/contact/obstacles.h"
+#include "clay/contact/colliders.h"
 
 #include <algorithm>
 #include <cmath>
@@ -33,8 +33,8 @@ class GhostCells {
   /// a cell at least
   void build(const Ghosts& ghosts, const std::vector<std::uint32_t>& of, const Vector& centre, float reach,
              float edge) {
-    constexpr float most_cells = 16.0f;  // along an axis
-    edge_ = std::max(edge, 2.0f * reach / (most_cells - 1.0f));
+    constexpr float max_cells = 16.0f;  // along an axis
+    edge_ = std::max(edge, 2.0f * reach / (max_cells - 1.0f));
     low_ = centre - Vector::Constant(reach);
     size_ = static_cast<int>(2.0f * reach / edge_) + 1;
     begin_.assign(static_cast<std::size_t>(size_) * size_ * size_ + 1, 0);
@@ -88,7 +88,7 @@ class GhostCells {
 
 }  // namespace
 
-Obstacles::MovingSolid::MovingSolid(const Solid& solid_in, const Eigen::Isometry3d& start,
+Colliders::MovingSolid::MovingSolid(const Solid& solid_in, const Eigen::Isometry3d& start,
                                     const Eigen::Isometry3d& end_in)
     : solid(solid_in), end(end_in), to_start(start.inverse()), to_end(end_in.inverse()) {
   const Eigen::AlignedBox3d bounds = boundsOf(solid);
@@ -99,11 +99,11 @@ Obstacles::MovingSolid::MovingSolid(const Solid& solid_in, const Eigen::Isometry
   }
 }
 
-bool Obstacles::MovingSolid::mayMeet(const Eigen::Vector3d& point, double way, double near) const {
+bool Colliders::MovingSolid::mayMeet(const Eigen::Vector3d& point, double way, double near) const {
   return box.exteriorDistance(point) <= near + way + travel;
 }
 
-void Obstacles::begin(const Surroundings& around) {
+void Colliders::begin(const Surroundings& around) {
   ghosts_ = &around.ghosts;
   solids_.clear();
   for (std::size_t s = 0; s < around.solids.size(); ++s)
@@ -115,7 +115,7 @@ void Obstacles::begin(const Surroundings& around) {
   boxGhosts(around.dt);
 }
 
-void Obstacles::boxGhosts(float dt) {
+void Colliders::boxGhosts(float dt) {
   ghost_boxes_.assign((ghosts_->size() + ghosts_a_box - 1) / ghosts_a_box, Eigen::AlignedBox3f());
   for (std::size_t k = 0; k < ghosts_->size(); ++k) {
     const std::size_t g = order_.empty() ? k : order_[k];
@@ -127,7 +127,7 @@ void Obstacles::boxGhosts(float dt) {
 }
 
 /// Whether ghosts that follow each other are not beside each other, as those of hands are.
-bool Obstacles::isScattered() const {
+bool Colliders::isScattered() const {
   float sizes = 0.0f;
   for (const Eigen::AlignedBox3f& box : ghost_boxes_)
     if (!box.isEmpty()) sizes += box.diagonal().norm();
@@ -135,7 +135,7 @@ bool Obstacles::isScattered() const {
 }
 
 /// Orders them along a curve that fills space (Morton's).
-void Obstacles::sortGhosts() {
+void Colliders::sortGhosts() {
   Eigen::AlignedBox3f all;
   for (std::size_t g = 0; g < ghosts_->size(); ++g)
     if (ghosts_->exists(g)) all.extend(ghosts_->position[g]);
@@ -161,7 +161,7 @@ void Obstacles::sortGhosts() {
 /// Calls f(distance, normal) for the sides of the skin that ghosts make at a place.
 /// \param rest those within reach of it, in order; is used up
 template <typename F>
-void Obstacles::forSides(std::vector<NearGhost>& rest, const Vector& place, const F& f) const {
+void Colliders::forSides(std::vector<NearGhost>& rest, const Vector& place, const F& f) const {
   thread_local std::vector<NearGhost> side;
   thread_local std::vector<GhostShare> shares;
   while (!rest.empty()) {
@@ -173,10 +173,10 @@ void Obstacles::forSides(std::vector<NearGhost>& rest, const Vector& place, cons
 }
 
 /// The ghosts whose flesh may come as near as that. \return good until the thread's next call
-const std::vector<std::uint32_t>& Obstacles::ghostsBeside(const Vector& x, float most) const {
+const std::vector<std::uint32_t>& Colliders::ghostsBeside(const Vector& x, float maximum) const {
   thread_local std::vector<std::uint32_t> beside;
   beside.clear();
-  const float far = std::max(most + flesh, reach * spacing_);
+  const float far = std::max(maximum + flesh, reach * spacing_);
   forGhostsNear(x, x, far, [&](std::size_t g) {
     if ((x - ghosts_->position[g]).norm() < far) beside.push_back(static_cast<std::uint32_t>(g));
   });
@@ -184,14 +184,14 @@ const std::vector<std::uint32_t>& Obstacles::ghostsBeside(const Vector& x, float
   return beside;
 }
 
-bool Obstacles::covers(std::uint32_t ghost, const Vector& place, float clearance) const {
+bool Colliders::covers(std::uint32_t ghost, const Vector& place, float clearance) const {
   const float around = disc * spacing_;
   const Vector from = place - ghosts_->position[ghost];
   const float height = ghosts_->normal[ghost].dot(from);
   return height < clearance && height > -flesh && from.squaredNorm() - height * height < around * around;
 }
 
-bool Obstacles::isInFlesh(const Vector& x) const {
+bool Colliders::isInFlesh(const Vector& x) const {
   const std::vector<std::uint32_t>& beside = ghostsBeside(x, 0.0f);
   if (std::none_of(beside.begin(), beside.end(), [&](std::uint32_t g) { return covers(g, x, 0.0f); }))
     return false;
@@ -207,22 +207,22 @@ bool Obstacles::isInFlesh(const Vector& x) const {
   return beneath;
 }
 
-bool Obstacles::isInSolid(const Vector& x) const {
+bool Colliders::isInSolid(const Vector& x) const {
   return std::any_of(solids_.begin(), solids_.end(), [&](const MovingSolid& moving) {
     return surface(moving.solid, moving.to_end * x.cast<double>()).distance < 0.0;
   });
 }
 
 /// Discs and sides both tell only roughly what is covered; what is free is so by both.
-std::optional<Vector> Obstacles::nearestFree(const Vector& x, float clearance, float most,
+std::optional<Vector> Colliders::nearestFree(const Vector& x, float clearance, float maximum,
                                              std::int64_t& looks) const {
   const float around = disc * spacing_, rounding = 1e-2f * spacing_, radius = reach * spacing_;
-  const std::vector<std::uint32_t>& beside = ghostsBeside(x, most);
+  const std::vector<std::uint32_t>& beside = ghostsBeside(x, maximum);
   looks -= static_cast<std::int64_t>(beside.size());
   thread_local GhostCells cells;
-  cells.build(*ghosts_, beside, x, std::max(most + flesh, radius), radius);
+  cells.build(*ghosts_, beside, x, std::max(maximum + flesh, radius), radius);
   // Calls f(distance, normal) for the skin's sides and the solids at a place.
-  const auto forObstacles = [&](const Vector& place, const auto& f) {
+  const auto forColliders = [&](const Vector& place, const auto& f) {
     thread_local std::vector<NearGhost> rest;
     rest.clear();
     looks -= cells.forNear(place, radius, [&](std::uint32_t g) {
@@ -241,7 +241,7 @@ std::optional<Vector> Obstacles::nearestFree(const Vector& x, float clearance, f
   const auto pushedOut = [&](Vector place) {
     for (int k = 0; k < 3; ++k) {
       Vector by = Vector::Zero();
-      forObstacles(place, [&](float distance, const Vector& normal) {
+      forColliders(place, [&](float distance, const Vector& normal) {
         by += std::max(clearance - distance - normal.dot(by), 0.0f) * normal;
       });
       place += by;
@@ -253,22 +253,24 @@ std::optional<Vector> Obstacles::nearestFree(const Vector& x, float clearance, f
     looks -= cells.forNear(place, std::hypot(around, std::max(flesh, clearance)),
                            [&](std::uint32_t g) { covered = covered || covers(g, place, 0.0f); });
     if (covered) return false;
-    forObstacles(
+    forColliders(
         place, [&](float distance, const Vector&) { covered = covered || distance < clearance - rounding; });
     return !covered;
   };
   std::optional<Vector> nearest;
-  float least = most;
+  float minimum = maximum;
   const auto consider = [&](const Vector& about) {
     const Vector place = pushedOut(about);
     const float away = (place - x).norm();
-    if (away < least && isFree(place)) nearest = place, least = away;
+    if (away >= minimum || !isFree(place)) return;
+    nearest = place;
+    minimum = away;
   };
   if (looks > 0) consider(x);
   for (const std::uint32_t g : beside) {
     if (looks <= 0) break;
     const Vector on_skin = nearestOnDisc(ghosts_->position[g], ghosts_->normal[g], around, x);
-    if ((on_skin - x).norm() < least) consider(on_skin + clearance * ghosts_->normal[g]);
+    if ((on_skin - x).norm() < minimum) consider(on_skin + clearance * ghosts_->normal[g]);
   }
   return nearest;
 }

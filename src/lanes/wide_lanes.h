@@ -7,23 +7,15 @@
 #include <cstring>
 #include <vector>
 
-/// Compiles a function for AVX-512, AVX2 and any x86-64, and takes the best at run time. The results are the
-/// same bits: lanes are of one width on all of them, and no compiler may fuse or reorder sums here.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__) && !defined(TACTILE_CLAY_ONE_TARGET)
-#define TACTILE_CLAY_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define TACTILE_CLAY_CLONES
-#endif
-#define TACTILE_CLAY_INLINE inline __attribute__((always_inline))
+#include "lanes/targets.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay {
 
 /// Sixteen floats that are worked on together. Width is a property of the data, not of the processor.
-constexpr std::size_t lane_count = 16;
+constexpr std::size_t wide_lane_count = 16;
 /// Aligned by hand, since compilers align to the registers of the processor at hand.
-using Lanes = float __attribute__((vector_size(lane_count * sizeof(float)), aligned(64)));
-using LaneBits = std::int32_t __attribute__((vector_size(lane_count * sizeof(float)), aligned(64)));
+using Lanes = float __attribute__((vector_size(wide_lane_count * sizeof(float)), aligned(64)));
+using LaneBits = std::int32_t __attribute__((vector_size(wide_lane_count * sizeof(float)), aligned(64)));
 
 /// A complex number in each lane, such as the drive of sixteen transducers.
 struct ComplexLanes {
@@ -35,7 +27,7 @@ template <typename T>
 using LaneArray = std::vector<T, tbb::cache_aligned_allocator<T>>;
 
 constexpr std::size_t lanesFor(std::size_t count) {
-  return (count + lane_count - 1) / lane_count;
+  return (count + wide_lane_count - 1) / wide_lane_count;
 }
 
 TACTILE_CLAY_INLINE LaneBits bits(Lanes a) {
@@ -50,11 +42,11 @@ TACTILE_CLAY_INLINE Lanes number(LaneBits a) {
   return b;
 }
 
-TACTILE_CLAY_INLINE Lanes larger(Lanes a, Lanes b) {
+TACTILE_CLAY_INLINE Lanes max(Lanes a, Lanes b) {
   return a > b ? a : b;
 }
 
-TACTILE_CLAY_INLINE Lanes smaller(Lanes a, Lanes b) {
+TACTILE_CLAY_INLINE Lanes min(Lanes a, Lanes b) {
   return a < b ? a : b;
 }
 
@@ -107,8 +99,8 @@ TACTILE_CLAY_INLINE void unitCircle(Lanes t, Lanes& cosine, Lanes& sine) {
 TACTILE_CLAY_INLINE Lanes turnsOf(Lanes x, Lanes y) {
   const Lanes ax = number(bits(x) & 0x7fffffff);
   const Lanes ay = number(bits(y) & 0x7fffffff);
-  const Lanes high = larger(larger(ax, ay), Lanes{} + 1e-30f);
-  const Lanes a = smaller(ax, ay) / high;
+  const Lanes high = max(max(ax, ay), Lanes{} + 1e-30f);
+  const Lanes a = min(ax, ay) / high;
   const Lanes u = a * a;
   Lanes t = a * (0.15915132f +
                  u * (-0.052938567f +
@@ -120,7 +112,7 @@ TACTILE_CLAY_INLINE Lanes turnsOf(Lanes x, Lanes y) {
 
 /// e^{-d}, within 1e-5 for d in [0, 8]; more counts as 8. Minimax polynomial (Remez) of a sixteenth of it.
 TACTILE_CLAY_INLINE Lanes decaying(Lanes d) {
-  const Lanes e = smaller(d, Lanes{} + 8.0f) * (1.0f / 16.0f);
+  const Lanes e = min(d, Lanes{} + 8.0f) * (1.0f / 16.0f);
   Lanes y = 0.99999960f + e * (-0.99995959f + e * (0.49934111f + e * (-0.16287646f + e * 0.032568515f)));
   y *= y;
   y *= y;
@@ -133,4 +125,4 @@ TACTILE_CLAY_INLINE Lanes slightlyDecaying(Lanes d) {
   return 0.99999959f + d * (-0.99995853f + d * (0.49933049f + d * (-0.16284255f + d * 0.032534632f)));
 }
 
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay

@@ -21,7 +21,7 @@ struct Surroundings {
 };
 
 /// The skin and the solids in a step, and which places they leave free at its end.
-class Obstacles {
+class Colliders {
  public:
   struct MovingSolid {
     MovingSolid(const Solid& solid_in, const Eigen::Isometry3d& start, const Eigen::Isometry3d& end_in);
@@ -38,7 +38,7 @@ class Obstacles {
   static constexpr float reach = 1.5f;  // spacings, R: ghosts this near make the skin at a place
 
   /// \param spacing m
-  explicit Obstacles(float spacing) : spacing_(spacing) {}
+  explicit Colliders(float spacing) : spacing_(spacing) {}
 
   /// Starts a step, which the ghosts must outlive.
   void begin(const Surroundings& around);
@@ -79,11 +79,11 @@ class Obstacles {
   bool isInSolid(const Eigen::Vector3f& x) const;
 
   /// The nearest of the places that neither the skin nor a solid covers, m: x itself, or places along the
-  /// solids and the outside of the skin. \param clearance m, between them and a particle's centre \param most
-  /// m, that it may be away \param looks how many ghosts and solids may be looked at; it becomes less by
-  /// those that were, and the search ends where none are left \return none: there is none, or none was found
-  /// by then
-  std::optional<Eigen::Vector3f> nearestFree(const Eigen::Vector3f& x, float clearance, float most,
+  /// solids and the outside of the skin. \param clearance m, between them and a particle's centre \param
+  /// maximum m, that it may be away \param looks how many ghosts and solids may be looked at; it becomes less
+  /// by those that were, and the search ends where none are left \return none: there is none, or none was
+  /// found by then
+  std::optional<Eigen::Vector3f> nearestFree(const Eigen::Vector3f& x, float clearance, float maximum,
                                              std::int64_t& looks) const;
 
  private:
@@ -92,7 +92,7 @@ class Obstacles {
   void boxGhosts(float dt);
   bool isScattered() const;
   void sortGhosts();
-  const std::vector<std::uint32_t>& ghostsBeside(const Eigen::Vector3f& x, float most) const;
+  const std::vector<std::uint32_t>& ghostsBeside(const Eigen::Vector3f& x, float maximum) const;
   template <typename F>
   void forSides(std::vector<NearGhost>& rest, const Eigen::Vector3f& place, const F& f) const;
 
