@@ -154,7 +154,7 @@ void HandCleaner::see(std::optional<Track>& track, const TrackedHand& hand, std:
       return goOn(*track, hand, stamp);
     }
   }
-  track.emplace();
+  track = Track();
   track->seen = track->blended = track->clean = track->released = hand;
   track->stamp = track->updated = stamp;
   track->shown = !jumped;

@@ -152,7 +152,7 @@ void YamlMap::finish() const {
 }
 
 void YamlMap::fail(const YAML::Node& where, const std::string& what) const {
-  throw std::runtime_error(yamlPlace(file_, where.Mark().line) + what);
+  throw std::runtime_error(yamlPlace(file_, where.Mark().line) + oneLine(what));  // keys may have line breaks
 }
 
 std::string YamlMap::placeOf(const std::string& key) const {
@@ -161,7 +161,7 @@ std::string YamlMap::placeOf(const std::string& key) const {
 }
 
 void YamlMap::failAt(const std::string& key, const std::string& what) const {
-  throw std::runtime_error(placeOf(key) + what);
+  throw std::runtime_error(placeOf(key) + oneLine(what));
 }
 
 /// That a value, or a part of it, is not of the kind that was expected. What has no value has no line either.

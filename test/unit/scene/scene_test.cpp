@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <string>
+#include <vector>
 
 namespace tactile_clay::scene {
 namespace {
@@ -170,6 +172,18 @@ TEST(Scene, KeysAreNamesAndStandThereOnce) {
   EXPECT_NE(complaint("spacing: 0.005\nspacing: 0.01\n" + good).find(":2: key 'spacing' stands there twice"),
             std::string::npos);
   EXPECT_NE(complaint("? [a, b]\n: 1\n" + good).find(".yaml:1: a key that is no name"), std::string::npos);
+}
+
+TEST(Scene, ComplaintsAreOneLineWhateverTheTextHas) {
+  const std::string two_lines = "\"moon\\nstone\"",
+                    body = "bodies:\n  - {name: a, shape: box, size: [1, 1, 1], ";
+  for (const std::string& text : std::vector<std::string>{
+           "urdf: " + two_lines + "\n", "urdf: \"package://moon\\nstone/a.urdf\"\n",
+           good + two_lines + ": 1\n", "urdf: table.urdf\n" + body + "material: " + two_lines + "}\n"}) {
+    const std::string words = complaint(text);
+    EXPECT_NE(words.find("moon stone"), std::string::npos) << words;
+    EXPECT_EQ(words.find('\n'), std::string::npos) << words;
+  }
 }
 
 TEST(Quality, ThePapersSchemeIsAPreset) {
