@@ -188,10 +188,10 @@ void Autd3::run() {
       sounds_ = !now.patterns.empty();
       fault_ = fault;
       if (!fault.empty() && !ending_) changed_.wait_for(lock, hold_, [this] { return ending_; });
-      if (!fault.empty()) {
+      if (!fault.empty()) {  // silence, until it can be had
         new_ = !ending_;
         wanted_ = {};
-      }  // silence, until it can be had
+      }
       continue;
     }
     if (ending_) return;

@@ -66,21 +66,21 @@ bool isFile(const fs::path& path) {
 }  // namespace
 
 fs::path pathOf(const std::string& name, const fs::path& folder, const FindPackage& find_package) {
+  const auto fail = [&](const std::string& what) {
+    throw std::runtime_error(oneLine("'" + name + "': " + what));
+  };
   std::string rest = name;
   if (takeStart(rest, "package://")) {
     const std::string package = rest.substr(0, rest.find('/'));
     const std::string found = find_package ? find_package(package) : "";
-    if (found.empty())
-      throw std::runtime_error("'" + oneLine(name) + "': package '" + oneLine(package) +
-                               "' is not known, expected one of ROS_PACKAGE_PATH");
+    if (found.empty()) fail("package '" + package + "' is not known, expected one of ROS_PACKAGE_PATH");
     return writtenOrDecoded(found + rest.substr(package.size()));
   }
   if (takeStart(rest, "file://")) return writtenOrDecoded(rest);
-  if (name.find("://") != std::string::npos)
-    throw std::runtime_error("'" + oneLine(name) + "': expected a path, file:// or package://");
+  if (name.find("://") != std::string::npos) fail("expected a path, file:// or package://");
   if (takeStart(rest, "~/")) {
     const char* home = std::getenv("HOME");
-    if (home == nullptr) throw std::runtime_error("'" + oneLine(name) + "': HOME is not set");
+    if (home == nullptr) fail("HOME is not set");
     return fs::path(home) / rest;
   }
   return folder / name;
@@ -89,8 +89,8 @@ fs::path pathOf(const std::string& name, const fs::path& folder, const FindPacka
 std::string findFile(const std::string& kind, const std::string& name, const fs::path& beside,
                      const fs::path& shipped, const std::string& ending, const FindPackage& find_package) {
   const auto fail = [&](const std::string& what) {
-    throw std::runtime_error(kind + " '" + oneLine(name) + "' not found, expected a file or one of: " +
-                             namesIn(shipped, ending) + oneLine(what));
+    throw std::runtime_error(oneLine(
+        kind + " '" + name + "' not found, expected a file or one of: " + namesIn(shipped, ending) + what));
   };
   if (name.empty()) fail("");
   const fs::path path = pathOf(name, beside, find_package);

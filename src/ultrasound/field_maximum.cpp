@@ -31,7 +31,7 @@ struct FieldMaximum::Search {
   Effort effort;
 
   /// What the centre of a part has at least where its lobe is higher than all that is known.
-  float min() const { return static_cast<float>((1.0 - beam_sag) * std::max(floor, best.pressure)); }
+  float minimum() const { return static_cast<float>((1.0 - beam_sag) * std::max(floor, best.pressure)); }
 };
 
 FieldMaximum::FieldMaximum(const ArrayLayout& layout, const Acoustics& acoustics, const Eigen::Vector3d& low,
@@ -115,7 +115,7 @@ std::vector<FieldMaximum::Lobe> FieldMaximum::follow(const DrivenGroups& sources
     Lanes sums;
     sources.sums(depth, at, sums);
     for (std::size_t lane = 0; lane < wide_lane_count && i + lane < open.size(); ++lane)
-      if (sums[lane] >= search.min()) found.push_back({open[i + lane], sums[lane]});
+      if (sums[lane] >= search.minimum()) found.push_back({open[i + lane], sums[lane]});
   }
   search.effort.evaluations += open.size();
   std::stable_sort(found.begin(), found.end(),
@@ -136,7 +136,7 @@ std::vector<FieldMaximum::Lobe> FieldMaximum::lobes(const DrivenGroups& sources,
                                                     Search& search) const {
   std::vector<Part> open;
   for (const FieldCell& cell : cells_)
-    if (strongest * cell.reach >= search.min()) open.push_back({cell.centre, cell.half, &cell});
+    if (strongest * cell.reach >= search.minimum()) open.push_back({cell.centre, cell.half, &cell});
   for (std::size_t depth = groups_.ends.size() - 1;; --depth) {
     const std::vector<Lobe> found = follow(sources, depth, open, search);
     if (depth == 0 || found.empty()) return found;
@@ -149,7 +149,7 @@ std::vector<FieldMaximum::Lobe> FieldMaximum::lobes(const DrivenGroups& sources,
         search.best = {lobe.pressure, lobe.part.centre.cast<double>()};
     open.clear();
     for (const Lobe& lobe : found)
-      if (lobe.pressure >= search.min()) split(lobe.part, lobe.part.cell->ratios[depth - 1], open);
+      if (lobe.pressure >= search.minimum()) split(lobe.part, lobe.part.cell->ratios[depth - 1], open);
   }
 }
 
@@ -191,7 +191,7 @@ void FieldMaximum::climbAll(const DrivenGroups& sources, float strongest, Search
   std::vector<const Part*> higher;
   const std::vector<Lobe> found = lobes(sources, strongest, search);
   for (const Lobe& lobe : found) {
-    if (search.effort.climbs == max_climbs || lobe.pressure < search.min()) break;
+    if (search.effort.climbs == max_climbs || lobe.pressure < search.minimum()) break;
     // A part beside a higher one lies on the slope to the same top.
     const bool slope = std::any_of(higher.begin(), higher.end(), [&](const Part* part) {
       return ((part->centre - lobe.part.centre).cwiseAbs().array() <=
