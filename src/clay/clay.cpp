@@ -37,7 +37,7 @@ void validate(const Material& m) {
   require(m.unbond_rate >= m.bond_rate, "unbond_rate" + of, m.unbond_rate, ">= bond_rate");
 }
 
-std::size_t maxGhosts(double spacing) {
+std::size_t maxSkinSamples(double spacing) {
   return static_cast<std::size_t>(std::clamp(1.0 / (spacing * spacing), 20e3, 250e3));
 }
 
@@ -57,30 +57,30 @@ Clay::Clay(const ClayConfig& config, std::vector<Material> materials,
 
 Clay::~Clay() = default;
 
-void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, double duration) {
+void Clay::advance(const SkinSamples& samples, const std::vector<Solid>& solids, double duration) {
   const auto steadily = [&](double t, std::vector<Eigen::Isometry3d>& poses) {
     poses.clear();
     for (const Solid& solid : solids) poses.push_back(poseAfter(solid, t - state_->time));
   };
-  advance(ghosts, solids, std::cref(steadily), duration);
+  advance(samples, solids, std::cref(steadily), duration);
 }
 
-void Clay::advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const SolidMotion& motion,
+void Clay::advance(const SkinSamples& samples, const std::vector<Solid>& solids, const SolidMotion& motion,
                    double duration) {
   State& s = *state_;
-  require(ghosts.size() <= maxGhosts(s.config.spacing), "number of ghosts",
-          static_cast<double>(ghosts.size()),
-          "at most " + std::to_string(maxGhosts(s.config.spacing)) + " at this spacing");
+  require(samples.size() <= maxSkinSamples(s.config.spacing), "number of samples",
+          static_cast<double>(samples.size()),
+          "at most " + std::to_string(maxSkinSamples(s.config.spacing)) + " at this spacing");
   const double dt = s.config.timeStep();
   s.carry += duration;
   const int steps = std::max(static_cast<int>(std::lround(s.carry / dt)), 0);
   s.carry -= steps * dt;
-  s.beginFrame(ghosts, solids.size(), steps);
+  s.beginFrame(samples, solids.size(), steps);
   if (steps == 0) return;
   s.posesAt(motion, s.time, solids.size());
   s.team.execute([&] {
     for (int k = 0; k < steps; ++k) {
-      s.moveGhosts(static_cast<float>((steps - 1 - k) * dt));
+      s.moveSamples(static_cast<float>((steps - 1 - k) * dt));
       s.start_poses.swap(s.end_poses);
       s.posesAt(motion, s.time + (k + 1) * dt, solids.size());
       const Surroundings around = s.surroundings(solids);
@@ -126,8 +126,8 @@ const Particles& Clay::particles() const {
 double Clay::time() const {
   return state_->time;
 }
-const std::vector<GhostForce>& Clay::ghostForces() const {
-  return state_->ghost_forces;
+const std::vector<SampleForce>& Clay::sampleForces() const {
+  return state_->sample_forces;
 }
 const std::vector<Eigen::Vector3d>& Clay::solidForces() const {
   return state_->solid_forces;

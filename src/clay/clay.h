@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "clay/ghosts.h"
 #include "clay/material.h"
 #include "clay/particles.h"
 #include "clay/sculpture.h"
+#include "clay/skin_samples.h"
 #include "clay/solid.h"
 
 namespace tactile_clay::clay {
@@ -47,9 +47,9 @@ struct ClayConfig {
 /// \throws std::invalid_argument naming the parameter, its value and its range
 void validate(const ClayConfig& config);
 
-/// Ghosts that `Clay::advance` takes at most: as many as fill 1 m^2 of skin, of which two hands have a tenth,
-/// and not so many that a step, or its memory, has no bound. \param spacing m, of the clay
-std::size_t maxGhosts(double spacing);
+/// Samples that `Clay::advance` takes at most: as many as fill 1 m^2 of skin, of which two hands have a
+/// tenth, and not so many that a step, or its memory, has no bound. \param spacing m, of the clay
+std::size_t maxSkinSamples(double spacing);
 
 /// Particles to start from.
 struct InitialParticle {
@@ -71,15 +71,15 @@ struct Statistics {
   std::uint64_t step = 0;  // frames since the start
   std::size_t awake = 0;   // particles
   std::size_t bonds = 0;
-  std::size_t contacts = 0;  // with ghosts and solids, last substep
+  std::size_t contacts = 0;  // with samples and solids, last substep
   double iterations = 0.0;   // of a substep, mean over the last frame
   double rounds = 0.0;       // of a substep, mean; between them contacts are looked at anew
   std::size_t lumps = 0;     // connected components, awake or asleep
   std::size_t crumbs = 0;    // lumps of fewer than `crumb_size` particles
   std::size_t strays = 0;    // particles that left the scene: they lie at the walls of the world
   std::uint64_t rejected_displacements = 0;  // since the start; not finite, or longer than the world is wide
-  std::uint64_t ghosts_looked_at = 0;  // in the last frame, by searches for a place that is free of hands
-  double density_error_mean = 0.0;     // of max(rho / rho0 - 1, 0)
+  std::uint64_t samples_looked_at = 0;  // in the last frame, by searches for a place that is free of hands
+  double density_error_mean = 0.0;      // of max(rho / rho0 - 1, 0)
   double density_error_max = 0.0;
   std::vector<Stage> stages;
 };
@@ -98,15 +98,15 @@ class Clay {
   ~Clay();
 
   /// Advances by `duration` s in whole time steps, rounded; what remains is carried into the next call. Over
-  /// the steps ghosts move straight to their positions. In each step a solid goes from its pose at the start
+  /// the steps samples move straight to their positions. In each step a solid goes from its pose at the start
   /// of the step to its pose at the end; its velocity is what takes it there.
   /// \param solids their shapes; poses and velocities are not read
   /// \param motion their poses, by `time()`; it is asked for times from `time()` on
-  /// \throws std::invalid_argument where there are more than `maxGhosts`, and the clay stays as it was
-  void advance(const Ghosts& ghosts, const std::vector<Solid>& solids, const SolidMotion& motion,
+  /// \throws std::invalid_argument where there are more than `maxSkinSamples`, and the clay stays as it was
+  void advance(const SkinSamples& samples, const std::vector<Solid>& solids, const SolidMotion& motion,
                double duration);
   /// The same with solids that move from their poses with their velocities.
-  void advance(const Ghosts& ghosts, const std::vector<Solid>& solids, double duration);
+  void advance(const SkinSamples& samples, const std::vector<Solid>& solids, double duration);
 
   /// What the clay is now.
   Sculpture sculpture() const;
@@ -119,8 +119,8 @@ class Clay {
   const Particles& particles() const;
   double time() const;  // s, simulated
 
-  /// Mean force on each touched ghost over the last `advance`, by ascending ghost.
-  const std::vector<GhostForce>& ghostForces() const;
+  /// Mean force on each touched sample over the last `advance`, by ascending sample.
+  const std::vector<SampleForce>& sampleForces() const;
   /// Mean force on each solid over the last `advance`, N.
   const std::vector<Eigen::Vector3d>& solidForces() const;
   const Statistics& statistics() const;

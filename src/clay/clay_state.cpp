@@ -75,18 +75,18 @@ void Clay::State::setWalls() {
   }
 }
 
-/// A ghost that is not finite, is far out of the world or has no unit normal does not exist; one faster than
+/// A sample that is not finite, is far out of the world or has no unit normal does not exist; one faster than
 /// any hand has jumped, and has no velocity. Norms are compared because a NaN fails every comparison, while
 /// maxCoeff may drop it.
-void Clay::State::takeGhosts(const Ghosts& ghosts) {
+void Clay::State::takeSamples(const SkinSamples& samples) {
   constexpr float fastest = 50.0f;  // m/s
   const float far = static_cast<float>(100.0 * config.world);
-  target = ghosts;
+  target = samples;
   for (std::size_t g = 0; g < target.size(); ++g) {
     const bool unit = std::abs(target.normal[g].squaredNorm() - 1.0f) < 0.1f;
-    const bool exists = unit && target.position[g].norm() < std::min(far, Ghosts::nowhere);
+    const bool exists = unit && target.position[g].norm() < std::min(far, SkinSamples::nowhere);
     if (!exists) {
-      target.position[g].setConstant(Ghosts::nowhere);
+      target.position[g].setConstant(SkinSamples::nowhere);
       target.normal[g] = Eigen::Vector3f::UnitZ();
     }
     if (!exists || !(target.velocity[g].norm() < fastest)) target.velocity[g].setZero();
@@ -95,7 +95,7 @@ void Clay::State::takeGhosts(const Ghosts& ghosts) {
 }
 
 /// \param remaining s, of the frame after the step
-void Clay::State::moveGhosts(float remaining) {
+void Clay::State::moveSamples(float remaining) {
   for (std::size_t g = 0; g < target.size(); ++g)
     moved.position[g] = target.position[g] - remaining * target.velocity[g];
 }
@@ -112,7 +112,7 @@ Surroundings Clay::State::withWalls(const Surroundings& around, double farthest)
     walled_start.push_back(wall.pose);
     walled_end.push_back(wall.pose);
   }
-  return {around.ghosts, walled, walled_start, walled_end, around.dt};
+  return {around.samples, walled, walled_start, walled_end, around.dt};
 }
 
 /// Sets `end_poses`. \param solids how many there are
@@ -127,20 +127,21 @@ Surroundings Clay::State::surroundings(const std::vector<Solid>& solids) const {
   return {moved, solids, start_poses, end_poses, static_cast<float>(config.timeStep())};
 }
 
-/// Resets what is summed over a frame. Where no step is done, forces stay but those of ghosts that are gone.
-void Clay::State::beginFrame(const Ghosts& ghosts, std::size_t solids, int steps) {
+/// Resets what is summed over a frame. Where no step is done, forces stay but those of samples that are gone.
+void Clay::State::beginFrame(const SkinSamples& samples, std::size_t solids, int steps) {
   for (Stage& stage : statistics.stages) stage.ms = 0.0;
   iterations_done = rounds_done = 0;
-  statistics.ghosts_looked_at = 0;
+  statistics.samples_looked_at = 0;
   ++statistics.step;
   if (steps == 0) {
-    const auto is_gone = [&](const GhostForce& f) { return f.ghost >= ghosts.size(); };
-    ghost_forces.erase(std::remove_if(ghost_forces.begin(), ghost_forces.end(), is_gone), ghost_forces.end());
+    const auto is_gone = [&](const SampleForce& f) { return f.sample >= samples.size(); };
+    sample_forces.erase(std::remove_if(sample_forces.begin(), sample_forces.end(), is_gone),
+                        sample_forces.end());
     return;
   }
-  ghost_sums.assign(ghosts.size(), GhostSum());
+  sample_sums.assign(samples.size(), SampleSum());
   solid_forces.assign(solids, Eigen::Vector3d::Zero());
-  takeGhosts(ghosts);
+  takeSamples(samples);
 }
 
 /// Tells what the steps of a frame added up to.
@@ -161,11 +162,11 @@ void Clay::State::endFrame(int steps) {
   countStrays();
   statistics.bonds = bond_constraint.size() + sleeping_bonds.size() / 2;
   statistics.contacts = contact_constraint.contacts().size() + sleeping_contacts.size();
-  ghost_forces.clear();
-  for (std::uint32_t g = 0; g < ghost_sums.size(); ++g) {
-    const GhostSum& sum = ghost_sums[g];
+  sample_forces.clear();
+  for (std::uint32_t g = 0; g < sample_sums.size(); ++g) {
+    const SampleSum& sum = sample_sums[g];
     const double slip = sum.pressed > 0.0 ? sum.slip / sum.pressed : 0.0;
-    if (sum.touched) ghost_forces.push_back({g, sum.force.cast<float>(), static_cast<float>(slip)});
+    if (sum.touched) sample_forces.push_back({g, sum.force.cast<float>(), static_cast<float>(slip)});
   }
 }
 

@@ -30,12 +30,12 @@ struct Clay::State {
   // What comes in, and what is told of a frame: clay_state.cpp.
   void takeParticles(const std::vector<InitialParticle>& initial);
   void setWalls();
-  void takeGhosts(const Ghosts& ghosts);
-  void moveGhosts(float remaining);
+  void takeSamples(const SkinSamples& samples);
+  void moveSamples(float remaining);
   Surroundings withWalls(const Surroundings& around, double farthest);
   void posesAt(const SolidMotion& motion, double t, std::size_t solids);
   Surroundings surroundings(const std::vector<Solid>& solids) const;
-  void beginFrame(const Ghosts& ghosts, std::size_t solids, int steps);
+  void beginFrame(const SkinSamples& samples, std::size_t solids, int steps);
   void endFrame(int steps);
   void countLumps();
   void countStrays();
@@ -77,19 +77,19 @@ struct Clay::State {
   int iterations_done = 0, rounds_done = 0;  // in this frame
   std::atomic<std::uint64_t> rejected{0};    // displacements, since the start
   double time = 0.0, carry = 0.0;            // s
-  Ghosts target;                             // ghosts at the end of the frame
-  Ghosts moved;                              // and at the end of the current step
+  SkinSamples target;                        // samples at the end of the frame
+  SkinSamples moved;                         // and at the end of the current step
   std::vector<Solid> walls;                  // of the world
   std::vector<Solid> walled;                 // solids of the step and walls, and their poses then
   std::vector<Eigen::Isometry3d> walled_start, walled_end;
   std::vector<Eigen::Isometry3d> start_poses, end_poses;  // of the solids, in the step
-  struct GhostSum {                                       // over the steps of the frame
+  struct SampleSum {                                      // over the steps of the frame
     Eigen::Vector3d force = Eigen::Vector3d::Zero();      // N
     double pressed = 0.0, slip = 0.0;                     // N, of magnitudes; N m/s, the same times slip
     bool touched = false;
   };
-  std::vector<GhostSum> ghost_sums;
-  std::vector<GhostForce> ghost_forces;
+  std::vector<SampleSum> sample_sums;
+  std::vector<SampleForce> sample_forces;
   std::vector<Eigen::Vector3d> solid_forces;
   Statistics statistics;
 };

@@ -49,7 +49,7 @@ void Clay::State::step(const Surroundings& around) {
     ms(iterations) += whole_ms - solved.setup_ms;
     iterations_done += solved.iterations;
     rounds_done += solved.rounds;
-    statistics.ghosts_looked_at += contact_constraint.looks();
+    statistics.samples_looked_at += contact_constraint.looks();
   }
   endStep(dt);
 }
@@ -112,9 +112,9 @@ void Clay::State::collectForces(int steps, float dt) {
     const bool slides = c.state == Contact::State::slide || !(c.stiffness > 0.0f);  // or nothing holds it
     double slip = slides ? c.along(way).norm() / dt : 0.0;
     if (!std::isfinite(slip)) slip = 0.0;  // of a particle that is lost in this step
-    for (std::uint32_t s = c.first_ghost; s < c.first_ghost + c.ghost_count; ++s) {
-      const GhostShare& share = contact_constraint.shares()[s];
-      GhostSum& sum = ghost_sums[share.ghost];
+    for (std::uint32_t s = c.first_sample; s < c.first_sample + c.sample_count; ++s) {
+      const SampleShare& share = contact_constraint.shares()[s];
+      SampleSum& sum = sample_sums[share.sample];
       sum.force += share.share * force;
       sum.pressed += share.share * size;
       sum.slip += share.share * size * slip;

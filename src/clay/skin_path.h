@@ -5,19 +5,19 @@
 #include <utility>
 #include <vector>
 
-#include "clay/ghosts.h"
+#include "clay/skin_samples.h"
 
 namespace tactile_clay::clay {
 
 /// The way of the skin through the frames of a live simulation. A frame begins where the one before left each
-/// ghost, and ends at the newest sample, however many samples came meanwhile, however far apart their stamps
-/// are, and however much time the frame simulates. With the velocity of the newest sample alone the skin
-/// would jump between frames, start within the clay and tear it. Samples of one length are taken to be of the
-/// same ghosts.
+/// sample, and ends where the newest message has it, however many messages came meanwhile, however far apart
+/// their stamps are, and however much time the frame simulates. With the velocities of the newest message
+/// alone the skin would jump between frames, start within the clay and tear it. Messages of one length are
+/// taken to be of the same samples.
 class SkinPath {
  public:
-  /// A sample of the skin came. \param stamp s, of any clock that the velocities count in
-  void add(Ghosts skin, double stamp) {
+  /// A message of the skin came. \param stamp s, of any clock that the velocities count in
+  void add(SkinSamples skin, double stamp) {
     const bool goes_on = skin.size() == skin_.size();
     const double since = std::clamp(stamp - stamp_, 0.0, longest);
     stamp_ = stamp;
@@ -25,7 +25,7 @@ class SkinPath {
       Eigen::Vector3f& way = skin.velocity[g];
       way *= static_cast<float>(since);
       if (!goes_on) continue;
-      // Its velocity may be of a shorter time than `since`, where a sample was lost on its way to us.
+      // Its velocity may be of a shorter time than `since`, where a message was lost on its way to us.
       const float farthest = (skin.position[g] - skin_.position[g]).norm() + withdrawal;
       way *= std::min(farthest / std::max(way.norm(), 1e-9f), 1.0f);
       way += skin_.velocity[g];
@@ -33,10 +33,10 @@ class SkinPath {
     skin_ = std::move(skin);
   }
 
-  /// The newest sample, with the velocities that take its ghosts there in this frame. \param duration s, that
-  /// the frame simulates; 0: none, and the next frame takes the whole way
-  Ghosts frame(double duration) {
-    Ghosts skin = skin_;
+  /// The newest message, with the velocities that take its samples there in this frame. \param duration s,
+  /// that the frame simulates; 0: none, and the next frame takes the whole way
+  SkinSamples frame(double duration) {
+    SkinSamples skin = skin_;
     const float per_second = duration > 0.0 ? static_cast<float>(1.0 / duration) : 0.0f;
     for (Eigen::Vector3f& velocity : skin.velocity) velocity *= per_second;
     if (duration > 0.0) std::fill(skin_.velocity.begin(), skin_.velocity.end(), Eigen::Vector3f::Zero());
@@ -49,8 +49,8 @@ class SkinPath {
 
   static constexpr double longest = 1.0;  // s; a way of more is none
 
-  double stamp_ = std::numeric_limits<double>::infinity();  // s, of the newest sample
-  Ghosts skin_;  // of the newest sample; in place of velocities the ways since the last frame, m
+  double stamp_ = std::numeric_limits<double>::infinity();  // s, of the newest message
+  SkinSamples skin_;  // of the newest message; in place of velocities the ways since the last frame, m
 };
 
 }  // namespace tactile_clay::clay

@@ -61,13 +61,13 @@ bool Sleep::reached(const Lump& lump, const VectorField& position, const Solid& 
                      [&](std::uint32_t i) { return near(position.at(i), 0.0); });
 }
 
-/// Whether ghosts or moving solids may touch a lump.
+/// Whether samples or moving solids may touch a lump.
 bool Sleep::disturbed(const Lump& lump, const VectorField& position, const Surroundings& around) const {
   const Eigen::Vector3f room = Eigen::Vector3f::Constant(reach * spacing_);
   const Box box(lump.box.min() - room, lump.box.max() + room);
-  const Ghosts& ghosts = around.ghosts;
-  for (std::size_t g = 0; g < ghosts.size(); ++g) {
-    const Eigen::Vector3f to = ghosts.position[g], from = to - around.dt * ghosts.velocity[g];
+  const SkinSamples& samples = around.samples;
+  for (std::size_t g = 0; g < samples.size(); ++g) {
+    const Eigen::Vector3f to = samples.position[g], from = to - around.dt * samples.velocity[g];
     if (box.intersects(Box(from.cwiseMin(to), from.cwiseMax(to)))) return true;
   }
   for (std::size_t s = 0; s < around.solids.size(); ++s) {

@@ -15,7 +15,7 @@ namespace tactile_clay::clay {
 /// what sleeps and what does not.
 ///
 /// A lump falls asleep when none of its particles has moved by more than 1e-4 spacings in half a second: clay
-/// that went on like that would creep by a tenth of a spacing in eight minutes. It wakes when a ghost,
+/// that went on like that would creep by a tenth of a spacing in eight minutes. It wakes when a sample,
 /// another particle or a moving solid could touch it within the step, and when a solid has moved from its
 /// place.
 class Sleep {

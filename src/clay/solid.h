@@ -10,7 +10,7 @@ namespace tactile_clay::clay {
 
 class Mesh;
 
-/// A rigid collider with an exact signed distance. The clay collides with it without ghost particles.
+/// A rigid collider with an exact signed distance. The clay collides with it without skin samples.
 struct Solid {
   enum class Shape { box, cylinder, sphere, mesh };
 

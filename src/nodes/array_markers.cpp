@@ -1,5 +1,7 @@
 #include "nodes/array_markers.h"
 
+#include <tf2_eigen/tf2_eigen.h>
+
 #include <boost/make_shared.hpp>
 #include <limits>
 #include <stdexcept>
@@ -35,13 +37,11 @@ visualization_msgs::MarkerArrayPtr arrayMarkers(const ultrasound::ArrayLayout& l
   Marker transducers = marker(1, Marker::SPHERE_LIST, 0.75f);
   transducers.scale.x = transducers.scale.y = 0.85 * layout.pitch;
   transducers.scale.z = transducer_height;
+  const Eigen::Vector3d below_face(0.0, 0.0, 0.5 * transducer_height);
   for (const Eigen::Vector3d& position : layout.position) {
     low = low.cwiseMin(position);
     high = high.cwiseMax(position);
-    geometry_msgs::Point& point = transducers.points.emplace_back();
-    point.x = position.x();
-    point.y = position.y();
-    point.z = position.z() - 0.5 * transducer_height;
+    transducers.points.push_back(tf2::toMsg(Eigen::Vector3d(position - below_face)));
   }
   Marker board = marker(0, Marker::CUBE, 0.15f);
   board.pose.position.x = 0.5 * (low.x() + high.x());
@@ -56,10 +56,7 @@ visualization_msgs::MarkerArrayPtr arrayMarkers(const ultrasound::ArrayLayout& l
   for (std::size_t n = 0; n < layout.size(); ++n) {
     for (const double from_face : {-direction_length, 0.0}) {
       const Eigen::Vector3d at = layout.position[n] + from_face * layout.normal[n];
-      geometry_msgs::Point& point = lines.points.emplace_back();
-      point.x = at.x();
-      point.y = at.y();
-      point.z = at.z();
+      lines.points.push_back(tf2::toMsg(at));
     }
   }
   auto markers = boost::make_shared<visualization_msgs::MarkerArray>();

@@ -43,23 +43,23 @@ void ClayRun::lower() {
   ++lowered_;
 }
 
-double ClayRun::step(const clay::Ghosts& ghosts, const scene::Solids& solids, double duration,
+double ClayRun::step(const clay::SkinSamples& samples, const scene::Solids& solids, double duration,
                      double dropped) {
   const Lock lock(mutex_);
   const ros::WallTime start = ros::WallTime::now();
   past_.before(*clay_);
-  clay_->advance(ghosts, solids.solids(), solids.motion(), duration);
+  clay_->advance(samples, solids.solids(), solids.motion(), duration);
   past_.after(*clay_, duration);
   const double computing = (ros::WallTime::now() - start).toSec();
   report_.frame(*clay_, duration, dropped, computing);
   return computing;
 }
 
-sensor_msgs::PointCloud2Ptr ClayRun::contacts(const clay::Ghosts& ghosts,
+sensor_msgs::PointCloud2Ptr ClayRun::contacts(const clay::SkinSamples& samples,
                                               const sensor_msgs::PointCloud2& skin) const {
   const Lock lock(mutex_);
   // A reset between the step and here leaves no forces, which is right.
-  return contactCloud(clay_->ghostForces(), ghosts, skin);
+  return contactCloud(clay_->sampleForces(), samples, skin);
 }
 
 ClayRun::State ClayRun::state(const std_msgs::Header& header, bool with_particles) const {

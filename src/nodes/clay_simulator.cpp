@@ -105,9 +105,9 @@ void ClaySimulator::receive(const Cloud::ConstPtr& skin) {
                     skin->header.frame_id.c_str(), frame::world);
 }
 
-clay::Ghosts ClaySimulator::read(const Cloud& skin) {
+clay::SkinSamples ClaySimulator::read(const Cloud& skin) {
   try {
-    return ghosts(skin, clay::maxGhosts(run_.scene().config.spacing));
+    return skinSamples(skin, clay::maxSkinSamples(run_.scene().config.spacing));
   } catch (const std::runtime_error& error) {
     ROS_WARN_THROTTLE(1.0, "clay_simulator: skin left out: %s", error.what());
     ++bad_skins_;
@@ -127,11 +127,11 @@ void ClaySimulator::runLockstep() {
     duration = std::clamp(duration, 0.0, longest_gap);
     before = stamp;
     live_->begin(stamp);
-    const clay::Ghosts ghosts = read(*skin);
-    run_.step(ghosts, *solids_, duration, 0.0);
+    const clay::SkinSamples samples = read(*skin);
+    run_.step(samples, *solids_, duration, 0.0);
     publishState(stamp);
     // Last: the answer from the array means that all was published.
-    contacts_.publish(run_.contacts(ghosts, *skin));
+    contacts_.publish(run_.contacts(samples, *skin));
   }
 }
 
@@ -159,13 +159,13 @@ void ClaySimulator::runLive() {
       skin_at = now;
     else if (std::chrono::duration<double>(now - skin_at).count() > skin_lifetime)
       path = {};
-    const clay::Ghosts ghosts = path.frame(duration);
-    const double computing = run_.step(ghosts, *solids_, duration, pace.takeDropped());
+    const clay::SkinSamples samples = path.frame(duration);
+    const double computing = run_.step(samples, *solids_, duration, pace.takeDropped());
     pace.took(duration, computing);
     if (const scene::Quality* const coarser =
             fit_->coarser(elapsed, duration, computing, run_.scene().config.budget, run_.quality()))
       take(*coarser);
-    if (skin) contacts_.publish(run_.contacts(ghosts, *skin));
+    if (skin) contacts_.publish(run_.contacts(samples, *skin));
     publishState(skin ? skin->header.stamp : ros::Time::now());
   }
 }

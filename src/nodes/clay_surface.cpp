@@ -60,7 +60,7 @@ void ClaySurface::look() {
   try {
     show(*cloud);
   } catch (const std::exception& error) {
-    ROS_WARN_THROTTLE(5.0, "clay_surface: particles left out: %s", oneLine(error.what()).c_str());
+    ROS_WARN_THROTTLE(5.0, "clay_surface: particles left out: %s", printableLine(error.what()).c_str());
   }
 }
 

@@ -1,5 +1,7 @@
 #include "nodes/color_bar.h"
 
+#include <tf2_eigen/tf2_eigen.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -23,9 +25,7 @@ Marker label(const std_msgs::Header& header, const std::string& name, int id, co
   marker.ns = name;
   marker.id = id;
   marker.type = Marker::TEXT_VIEW_FACING;
-  marker.pose.position.x = at.x();
-  marker.pose.position.y = at.y();
-  marker.pose.position.z = at.z();
+  marker.pose.position = tf2::toMsg(Eigen::Vector3d(at.cast<double>()));
   marker.pose.orientation.w = 1.0;
   marker.scale.z = 0.012;
   marker.color.r = marker.color.g = marker.color.b = 0.1f;

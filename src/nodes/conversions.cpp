@@ -1,5 +1,7 @@
 #include "nodes/conversions.h"
 
+#include <tf2_eigen/tf2_eigen.h>
+
 #include <cmath>
 #include <stdexcept>
 
@@ -67,13 +69,8 @@ TrackedHands toMessage(const hand::TrackedFrame& frame) {
           hand.missing[j]
               ? hand::JointPose{hand.joints[hand::wrist].position, hand.joints[hand::wrist].orientation, 0.0}
               : hand.joints[j];
-      out.joints[j].position.x = joint.position.x();
-      out.joints[j].position.y = joint.position.y();
-      out.joints[j].position.z = joint.position.z();
-      out.joints[j].orientation.x = joint.orientation.x();
-      out.joints[j].orientation.y = joint.orientation.y();
-      out.joints[j].orientation.z = joint.orientation.z();
-      out.joints[j].orientation.w = joint.orientation.w();
+      out.joints[j].position = tf2::toMsg(joint.position);
+      out.joints[j].orientation = tf2::toMsg(joint.orientation);
       out.radii[j] = static_cast<float>(joint.radius);
     }
   }
@@ -90,10 +87,8 @@ hand::TrackedFrame toCore(const TrackedHands& message) {
     out.side = static_cast<hand::Side>(hand.side);  // as it came: hand_check tells of one that is neither
     out.confidence = hand.confidence;
     for (std::size_t j = 0; j < out.joints.size(); ++j) {
-      const auto& p = hand.joints[j].position;
-      const auto& q = hand.joints[j].orientation;
-      out.joints[j].position = {p.x, p.y, p.z};
-      out.joints[j].orientation = {q.w, q.x, q.y, q.z};
+      tf2::fromMsg(hand.joints[j].position, out.joints[j].position);
+      tf2::fromMsg(hand.joints[j].orientation, out.joints[j].orientation);
       out.joints[j].radius = hand.radii[j];
     }
   }
@@ -116,20 +111,21 @@ sensor_msgs::PointCloud2Ptr skinCloud(const hand::Skin& skin, const std_msgs::He
   return cloud.finish();
 }
 
-clay::Ghosts ghosts(const sensor_msgs::PointCloud2& skin, std::size_t maximum) {
+clay::SkinSamples skinSamples(const sensor_msgs::PointCloud2& skin, std::size_t maximum) {
   if (const std::size_t count = pointCount(skin); count > maximum)
     throw std::runtime_error(std::to_string(count) + " samples, expected at most " + std::to_string(maximum) +
                              " of this clay");
   const Vectors position = positions(skin), normal = normals(skin), velocity(skin, "vx", "vy", "vz");
-  clay::Ghosts ghosts;
+  clay::SkinSamples samples;
   for (std::size_t i = 0, n = pointCount(skin); i < n; ++i) {
-    ghosts.position.push_back(position[i]);
-    ghosts.normal.push_back(normal[i]);
-    ghosts.velocity.push_back(velocity[i]);
-    if (!ghosts.position[i].allFinite() || !ghosts.normal[i].allFinite() || !ghosts.velocity[i].allFinite())
+    samples.position.push_back(position[i]);
+    samples.normal.push_back(normal[i]);
+    samples.velocity.push_back(velocity[i]);
+    if (!samples.position[i].allFinite() || !samples.normal[i].allFinite() ||
+        !samples.velocity[i].allFinite())
       throw std::runtime_error("skin sample " + std::to_string(i) + ": expected finite numbers");
   }
-  return ghosts;
+  return samples;
 }
 
 PressureSkin pressureSkin(const sensor_msgs::PointCloud2& skin) {
@@ -173,8 +169,9 @@ sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::S
   return cloud.finish();
 }
 
-sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& forces,
-                                         const clay::Ghosts& ghosts, const sensor_msgs::PointCloud2& skin) {
+sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::SampleForce>& forces,
+                                         const clay::SkinSamples& samples,
+                                         const sensor_msgs::PointCloud2& skin) {
   // Skin of others may leave them out.
   const bool told = hasColumn<std::uint32_t>(skin, "hand") && hasColumn<std::uint32_t>(skin, "region") &&
                     hasColumn<float>(skin, "area");
@@ -191,10 +188,10 @@ sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& fo
       skin.header,
       std::string("x y z fx fy fz index:u vx vy vz slip") + (told ? " hand:u region:u area" : ""),
       forces.size());
-  for (const clay::GhostForce& force : forces) {
-    cloud.vector(ghosts.position.at(force.ghost)).vector(force.force) << force.ghost;
-    cloud.vector((*velocity)[force.ghost]) << force.slip;
-    if (told) cloud << (*hand)[force.ghost] << (*region)[force.ghost] << (*area)[force.ghost];
+  for (const clay::SampleForce& force : forces) {
+    cloud.vector(samples.position.at(force.sample)).vector(force.force) << force.sample;
+    cloud.vector((*velocity)[force.sample]) << force.slip;
+    if (told) cloud << (*hand)[force.sample] << (*region)[force.sample] << (*area)[force.sample];
   }
   return cloud.finish();
 }
@@ -246,9 +243,7 @@ std::vector<FocalPoint> toMessage(const std::vector<ultrasound::FocalPoint>& poi
   for (const ultrasound::FocalPoint& point : points) {
     FocalPoint& message = out.emplace_back();
     message.id = point.id;
-    message.position.x = point.position.x();
-    message.position.y = point.position.y();
-    message.position.z = point.position.z();
+    message.position = tf2::toMsg(point.position);
     message.pressure = static_cast<float>(point.pressure);
     message.intensity = static_cast<float>(point.intensity);
   }

@@ -31,9 +31,9 @@ hand::TrackedFrame toCore(const TrackedHands& message);
 /// hands/skin, with the perceptual weight of each sample. With `tracked_x` to `tracked_area` only where the
 /// skin is not the tracked hand's own.
 sensor_msgs::PointCloud2Ptr skinCloud(const hand::Skin& skin, const std_msgs::Header& header);
-/// The same as the clay needs it. \param maximum samples that the clay takes (clay::maxGhosts)
-clay::Ghosts ghosts(const sensor_msgs::PointCloud2& skin,
-                    std::size_t maximum = std::numeric_limits<std::size_t>::max());
+/// The same as the clay needs it. \param maximum samples that the clay takes (clay::maxSkinSamples)
+clay::SkinSamples skinSamples(const sensor_msgs::PointCloud2& skin,
+                              std::size_t maximum = std::numeric_limits<std::size_t>::max());
 
 /// hands/skin as the pressure needs it. Skin without `tracked_x` is felt where it is.
 struct PressureSkin {
@@ -50,9 +50,10 @@ sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::S
                                           const std_msgs::Header& header);
 
 /// clay/contacts: the force on each touched skin sample, how it moves, how the clay slides there, and, where
-/// the skin tells them, its hand, region and area. \param skin the message that the ghosts came from
-sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::GhostForce>& forces,
-                                         const clay::Ghosts& ghosts, const sensor_msgs::PointCloud2& skin);
+/// the skin tells them, its hand, region and area. \param skin the message that the samples came from
+sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::SampleForce>& forces,
+                                         const clay::SkinSamples& samples,
+                                         const sensor_msgs::PointCloud2& skin);
 std::vector<contact::ContactForce> contactForces(const sensor_msgs::PointCloud2& contacts);
 /// Whether the contacts, where they tell their places, are on their samples of that skin. Of two skins with
 /// one stamp only one is.

@@ -23,7 +23,7 @@ void answer(Response& response, const Work& work) {
     response.message = work();
     response.success = true;
   } catch (const std::exception& error) {
-    response.message = oneLine(error.what());
+    response.message = printableLine(error.what());
     if (response.message.find("is there already") != std::string::npos)
       response.message += ", or a call of the service overwrite";
   }

@@ -1,5 +1,7 @@
 #include "nodes/hand_markers.h"
 
+#include <tf2_eigen/tf2_eigen.h>
+
 #include <algorithm>
 
 #include "hand/anatomy.h"
@@ -35,13 +37,6 @@ Marker marker(const Look& look, hand::Side side, Part part, const std_msgs::Head
   return marker;
 }
 
-void addPoint(Marker& marker, const Eigen::Vector3d& x) {
-  geometry_msgs::Point& point = marker.points.emplace_back();
-  point.x = x.x();
-  point.y = x.y();
-  point.z = x.z();
-}
-
 template <class PositionOf>
 void add(visualization_msgs::MarkerArray& markers, const Look& look, hand::Side side, PositionOf position,
          const std::bitset<hand::joint_count>& missing, const std_msgs::Header& header) {
@@ -49,9 +44,10 @@ void add(visualization_msgs::MarkerArray& markers, const Look& look, hand::Side 
   for (int joint = 0; joint < hand::joint_count; ++joint) {
     if (joint == hand::palm || missing[joint]) continue;  // the palm lies between bones
     const Eigen::Vector3d to = position(joint), from = position(hand::joint_anatomy[joint].parent);
-    addPoint(joints, to);
+    joints.points.push_back(tf2::toMsg(to));
     const int beads = static_cast<int>(std::min(1000.0, (to - from).norm() / bead_distance));
-    for (int k = 1; k < beads; ++k) addPoint(bones, from + (to - from) * k / beads);
+    for (int k = 1; k < beads; ++k)
+      bones.points.push_back(tf2::toMsg(Eigen::Vector3d(from + (to - from) * k / beads)));
   }
   markers.markers.push_back(bones);
   markers.markers.push_back(joints);

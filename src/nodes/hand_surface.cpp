@@ -130,7 +130,7 @@ void HandSurface::look() {
   try {
     show();
   } catch (const std::exception& error) {
-    ROS_WARN_THROTTLE(5.0, "hand_surface: hands left out: %s", oneLine(error.what()).c_str());
+    ROS_WARN_THROTTLE(5.0, "hand_surface: hands left out: %s", printableLine(error.what()).c_str());
   }
 }
 

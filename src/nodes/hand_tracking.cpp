@@ -193,7 +193,7 @@ void HandTracking::clean(hand::TrackedFrame& frame) {
 }
 
 void HandTracking::tellFault() {
-  const std::string fault = oneLine(source_->takeFault());
+  const std::string fault = printableLine(source_->takeFault());
   if (fault.empty()) return;
   ++faults_;
   ROS_WARN_THROTTLE(5.0, "hand_tracking: %s", fault.c_str());

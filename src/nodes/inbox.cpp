@@ -12,7 +12,7 @@ void Inbox::refuse(const std::string& topic, const std::string& reason) {
   ++mine.refused;
   if (const auto more = mine.lines.pass())
     ROS_WARN("%s: message on %s left out%s: %s", node_.c_str(), topic.c_str(), andMore(*more).c_str(),
-             oneLine(reason).c_str());
+             printableLine(reason).c_str());
 }
 
 void Inbox::report(diagnostic_updater::DiagnosticStatusWrapper& status) {

@@ -19,7 +19,7 @@ void tell(const hand::LeftOut& left_out) {
   if (!held) return;
   std::string words;
   for (const std::string& line : left_out.lines) words += (words.empty() ? "" : "; ") + line;
-  ROS_WARN("%s", (oneLine(words) + andMore(*held)).c_str());
+  ROS_WARN("%s", (printableLine(words) + andMore(*held)).c_str());
 }
 
 hand::LeftOut leaveOutBadHands(hand::TrackedFrame& frame) {

@@ -2,6 +2,7 @@
 
 #include <tactile_clay/AcousticReport.h>
 #include <tactile_clay/FocalPointArray.h>
+#include <tf2_eigen/tf2_eigen.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <algorithm>
@@ -131,9 +132,7 @@ void SoundField::publishReport(const Sound& sound, const std_msgs::Header& heade
         part.what.points, here, 2.0 * model_.acoustics.wavelength());
     if (lobe.share > message->side_lobe) {
       message->side_lobe = static_cast<float>(lobe.share);
-      message->side_lobe_position.x = lobe.position.x();
-      message->side_lobe_position.y = lobe.position.y();
-      message->side_lobe_position.z = lobe.position.z();
+      message->side_lobe_position = tf2::toMsg(lobe.position);
     }
     message->head_spl =
         std::max(message->head_spl, static_cast<float>(ultrasound::headSpl(model_.layout, model_.acoustics,

@@ -1,5 +1,7 @@
 #include "nodes/surface_markers.h"
 
+#include <tf2_eigen/tf2_eigen.h>
+
 #include <algorithm>
 #include <cstring>
 
@@ -68,11 +70,7 @@ visualization_msgs::Marker surfaceMarker(const surface::TriangleMesh& mesh,
   marker.colors.reserve(3 * triangles.size());
   for (const auto& triangle : triangles) {
     for (const std::uint32_t corner : triangle) {
-      const Eigen::Vector3f& at = mesh.position[corner];
-      geometry_msgs::Point& point = marker.points.emplace_back();
-      point.x = at.x();
-      point.y = at.y();
-      point.z = at.z();
+      marker.points.push_back(tf2::toMsg(Eigen::Vector3d(mesh.position[corner].cast<double>())));
       std_msgs::ColorRGBA& color = marker.colors.emplace_back();
       color.r = colors[corner].x();
       color.g = colors[corner].y();

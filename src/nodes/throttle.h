@@ -37,7 +37,7 @@ inline std::string andMore(unsigned held) {
 }
 
 /// A text of the outside world as one line of printable characters and ordinary length.
-inline std::string oneLine(std::string text) {
+inline std::string printableLine(std::string text) {
   constexpr std::size_t longest = 400;
   const bool cut = text.size() > longest;
   if (cut) text.resize(longest);

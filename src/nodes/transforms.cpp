@@ -89,7 +89,7 @@ bool Transforms::isAbove(const std::string& frame, std::string below) const {
 void Transforms::refuse(const std::string& topic, const std::string& reason) {
   if (const auto more = lines_.pass())
     ROS_WARN("transform on %s left out%s: %s", topic.c_str(), andMore(*more).c_str(),
-             oneLine(reason).c_str());
+             printableLine(reason).c_str());
 }
 
 namespace {
@@ -117,8 +117,8 @@ std::optional<Eigen::Isometry3d> Transforms::lookup(const std::string& into, con
     return Eigen::Isometry3d(pose.matrix());
   } catch (const std::exception& error) {
     patient_ = false;
-    ROS_ERROR_THROTTLE(5.0, "no transform from frame '%s' to '%s': %s", oneLine(source).c_str(),
-                       oneLine(target).c_str(), oneLine(error.what()).c_str());
+    ROS_ERROR_THROTTLE(5.0, "no transform from frame '%s' to '%s': %s", printableLine(source).c_str(),
+                       printableLine(target).c_str(), printableLine(error.what()).c_str());
     return std::nullopt;
   }
 }

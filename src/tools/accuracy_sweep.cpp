@@ -45,7 +45,7 @@ Sweep sweepOf(double wanted_spacing, const std::string& material, const std::str
   sweep.played.tells_rendering = !options.renderings.empty();
   for (const HandSample& sample : sweep.skins[0].samples) sweep.played.duration += sample.duration;
   sweep.key = "scene " + options.scene + ", hands " + options.hands + ", " + model;
-  for (const SkinSamples& skin : sweep.skins) sweep.key += ", " + fingerprint(scene, skin.samples);
+  for (const SweepSkin& skin : sweep.skins) sweep.key += ", " + fingerprint(scene, skin.samples);
   for (const Rendering& rendering : options.renderings) sweep.key += ", " + nameOf(rendering);
   return sweep;
 }
@@ -109,7 +109,7 @@ Outcome Player::operator()(const Sweep& sweep, const Play& play) {
       throw std::runtime_error("outcome '" + file + "' is missing, or of something else: " + key);
     tell(sweep, play);
     const auto start = std::chrono::steady_clock::now();
-    const SkinSamples& skin = sweep.skins[play.skin];
+    const SweepSkin& skin = sweep.skins[play.skin];
     PlayOptions how = sweep.how;
     if (sweep.played.model == "soft") how.soft_skin = skin.distance;
     outcome = tools::play(play.aside < 0 ? sweep.scene : aside(sweep.scene, play.aside), *sweep.solids,

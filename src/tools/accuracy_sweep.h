@@ -26,7 +26,7 @@ struct Play {
 };
 
 /// Hands whose skin has samples of one distance.
-struct SkinSamples {
+struct SweepSkin {
   double distance;  // m
   std::vector<HandSample> samples;
 };
@@ -35,7 +35,7 @@ struct SkinSamples {
 struct Sweep {
   scene::Scene scene;
   std::unique_ptr<scene::Solids> solids;
-  std::vector<SkinSamples> skins;  // the finest first
+  std::vector<SweepSkin> skins;  // the finest first
   PlayOptions how;
   Played played;
   std::string key;                        // of what is played, beside a Play

@@ -111,7 +111,7 @@ int main(int argc, char** argv) {
     run(argc, argv);
     return 0;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "export_mesh: %s\n", nodes::oneLine(error.what()).c_str());
+    std::fprintf(stderr, "export_mesh: %s\n", nodes::printableLine(error.what()).c_str());
     return 1;
   }
 }

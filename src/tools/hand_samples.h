@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "clay/ghosts.h"
+#include "clay/skin_samples.h"
 #include "hand/tracked_hand.h"
 
 namespace tactile_clay::tools {
@@ -13,9 +13,9 @@ namespace tactile_clay::tools {
 /// The skin of all hands at the end of a piece of time.
 struct HandSample {
   double duration = 0.0;  // s, since the sample before
-  clay::Ghosts skin;
-  std::vector<std::uint8_t> side;  // of each ghost: 0 left, 1 right
-  std::vector<float> area = {};    // m^2, of each ghost
+  clay::SkinSamples skin;
+  std::vector<std::uint8_t> side;  // of each sample: 0 left, 1 right
+  std::vector<float> area = {};    // m^2, of each sample
 
   // What it is the skin of, for hands that the clay holds back.
   std::vector<hand::TrackedHand> hands = {};  // in the world

@@ -18,8 +18,8 @@ constexpr char rendered_layout[] = "usx";
 
 Load loadOnHands(const clay::Clay& clay, const std::vector<std::uint8_t>& side) {
   Load load = Load::Zero();
-  for (const clay::GhostForce& f : clay.ghostForces())
-    load.segment<3>(3 * side[f.ghost]) += f.force.cast<double>();
+  for (const clay::SampleForce& f : clay.sampleForces())
+    load.segment<3>(3 * side[f.sample]) += f.force.cast<double>();
   return load;
 }
 
@@ -40,25 +40,25 @@ class Hands {
     sample_ = &sample;
     if (!soft_) return;
     skin_ = &soft_->update(sample.hands, sample.stamp);
-    ghosts_ = {skin_->position, skin_->normal, skin_->velocity};
+    samples_ = {skin_->position, skin_->normal, skin_->velocity};
   }
-  const clay::Ghosts& ghosts() const { return soft_ ? ghosts_ : sample_->skin; }
+  const clay::SkinSamples& samples() const { return soft_ ? samples_ : sample_->skin; }
   const std::vector<std::uint8_t>& side() const { return soft_ ? skin_->side : sample_->side; }
 
   /// The answer of the clay.
-  void react(const std::vector<clay::GhostForce>& answer) {
+  void react(const std::vector<clay::SampleForce>& answer) {
     if (!soft_) return;
     std::vector<hand::SkinForce> forces;
-    for (const clay::GhostForce& f : answer) forces.push_back({f.ghost, f.force});
+    for (const clay::SampleForce& f : answer) forces.push_back({f.sample, f.force});
     soft_->react(sample_->stamp, forces);
   }
 
-  void measure(const std::vector<clay::GhostForce>& answer, std::vector<PressureMeter>& meters) const {
+  void measure(const std::vector<clay::SampleForce>& answer, std::vector<PressureMeter>& meters) const {
     std::vector<contact::ContactForce> forces;
-    for (const clay::GhostForce& f : answer) forces.push_back({f.ghost, f.force});
+    for (const clay::SampleForce& f : answer) forces.push_back({f.sample, f.force});
     const std::vector<float>& area = soft_ ? skin_->area : sample_->area;
     const std::vector<float> weight(area.size(), 1.0f);
-    const clay::Ghosts& at = ghosts();
+    const clay::SkinSamples& at = samples();
     std::optional<contact::FeltSkin> felt;
     if (soft_ && !skin_->tracked_position.empty())
       felt = {skin_->tracked_position, skin_->tracked_normal, skin_->tracked_area};
@@ -70,7 +70,7 @@ class Hands {
   std::optional<hand::SoftHands> soft_;
   const HandSample* sample_ = nullptr;
   const hand::Skin* skin_ = nullptr;  // of soft hands
-  clay::Ghosts ghosts_;               // of soft hands
+  clay::SkinSamples samples_;         // of soft hands
 };
 
 }  // namespace
@@ -113,7 +113,7 @@ Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::
     hands.go(sample);
     const double before = clay.time();
     const auto start = std::chrono::steady_clock::now();
-    clay.advance(hands.ghosts(), solids.solids(), solids.motion(), sample.duration);
+    clay.advance(hands.samples(), solids.solids(), solids.motion(), sample.duration);
     const double ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     // A recorded sample may be shorter than a step, or longer than a frame.
@@ -121,10 +121,10 @@ Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::
     if (steps > 0)
       outcome.ms.push_back(ms / static_cast<double>(steps) * static_cast<double>(budget.substeps));
 
-    hands.react(clay.ghostForces());
+    hands.react(clay.sampleForces());
     since_rendered += sample.duration;
     if (!meters.empty() && since_rendered >= rendered_period - 1e-9) {
-      hands.measure(clay.ghostForces(), meters);
+      hands.measure(clay.sampleForces(), meters);
       since_rendered = 0.0;
     }
 

@@ -49,11 +49,11 @@ class Rig {
     const double t = clay_->time() + frame;
     const hand::Skin& skin =
         hands_->update(score_.sample(t).hands, std::chrono::nanoseconds(std::llround(t * 1e9)));
-    ghosts_.position = skin.position;
-    ghosts_.normal = skin.normal;
-    ghosts_.velocity = skin.velocity;
+    samples_.position = skin.position;
+    samples_.normal = skin.normal;
+    samples_.velocity = skin.velocity;
   }
-  void advance() { clay_->advance(ghosts_, solids_->solids(), solids_->motion(), frame); }
+  void advance() { clay_->advance(samples_, solids_->solids(), solids_->motion(), frame); }
   const clay::Clay& clay() const { return *clay_; }
 
  private:
@@ -67,7 +67,7 @@ class Rig {
   std::unique_ptr<scene::Solids> solids_;
   std::unique_ptr<clay::Clay> clay_;
   std::unique_ptr<hand::KinematicHands> hands_;
-  clay::Ghosts ghosts_;
+  clay::SkinSamples samples_;
 };
 
 /// Median, 99th percentile and stages over all frames of a run.
@@ -217,8 +217,8 @@ void blocks(benchmark::State& state, int count) {
   for (auto _ : state) {
     const double t = clay.time(), next = height(t + frame);
     const Eigen::Vector3d velocity(0.0, 0.0, (next - height(t)) / frame);
-    const clay::Ghosts finger =
-        clay::ghostPlane({0.0, 0.0, next}, -Eigen::Vector3d::UnitZ(), 0.008, 0.002, velocity);
+    const clay::SkinSamples finger =
+        clay::samplePlane({0.0, 0.0, next}, -Eigen::Vector3d::UnitZ(), 0.008, 0.002, velocity);
     const auto start = std::chrono::steady_clock::now();
     clay.advance(finger, {clay::ground()}, frame);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

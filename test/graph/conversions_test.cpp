@@ -75,11 +75,11 @@ TEST(Conversions, SkinKeepsItsSamplesAndFields) {
   for (const auto& field : cloud->fields) fields += field.name + " ";
   EXPECT_EQ(fields, "x y z normal_x normal_y normal_z vx vy vz area hand region weight pad_distance ");
   EXPECT_EQ(cloud->header.frame_id, "world");
-  const clay::Ghosts ghosts = nodes::ghosts(*cloud);
-  ASSERT_EQ(ghosts.size(), 2u);
-  EXPECT_EQ(ghosts.position[1], Eigen::Vector3f(4, 5, 6));
-  EXPECT_EQ(ghosts.normal[0], Eigen::Vector3f(0, 0, 1));
-  EXPECT_EQ(ghosts.velocity[1], Eigen::Vector3f(-1, -2, -3));
+  const clay::SkinSamples samples = nodes::skinSamples(*cloud);
+  ASSERT_EQ(samples.size(), 2u);
+  EXPECT_EQ(samples.position[1], Eigen::Vector3f(4, 5, 6));
+  EXPECT_EQ(samples.normal[0], Eigen::Vector3f(0, 0, 1));
+  EXPECT_EQ(samples.velocity[1], Eigen::Vector3f(-1, -2, -3));
   const PressureSkin skin = pressureSkin(*cloud);
   EXPECT_EQ(skin.area[1], 2e-5f);
   EXPECT_EQ(skin.weight[0], 1.0f);  // on the pad
@@ -97,7 +97,8 @@ TEST(Conversions, SkinOfAVirtualHandTellsWhereItIsFelt) {
   skin.tracked_normal = {{0, 1, 0}, {1, 0, 0}};
   skin.tracked_area = {3e-5f, 0.0f};
   const auto cloud = skinCloud(skin, header("world"));
-  EXPECT_EQ(nodes::ghosts(*cloud).position[1], Eigen::Vector3f(4, 5, 6)) << "the clay meets the virtual hand";
+  EXPECT_EQ(nodes::skinSamples(*cloud).position[1], Eigen::Vector3f(4, 5, 6))
+      << "the clay meets the virtual hand";
   const PressureSkin pressed = pressureSkin(*cloud);
   ASSERT_TRUE(pressed.felt.has_value());
   EXPECT_EQ(pressed.position[1], Eigen::Vector3f(4, 5, 6));
@@ -120,7 +121,7 @@ TEST(Conversions, SkinThatTellsHalfOfWhereItIsFeltIsRefused) {
 // Where a stamp comes twice, forces of one skin must not press samples of the other.
 TEST(Conversions, ContactsAreOnTheSkinThatTheyAreOf) {
   const auto cloud = skinCloud(twoSamples(), header("world"));
-  const auto contacts = contactCloud({{1, {0, 0, 1}}}, ghosts(*cloud), *cloud);
+  const auto contacts = contactCloud({{1, {0, 0, 1}}}, samples(*cloud), *cloud);
   const PressureSkin skin = pressureSkin(*cloud);
   EXPECT_TRUE(onSkin(*contacts, skin));
   EXPECT_TRUE(onSkin(*contactCloud({}, {}, *cloud), PressureSkin()));
@@ -139,7 +140,7 @@ TEST(Conversions, ContactsTellWhoseSkinTheyAreOnAndHowItMoves) {
   skin.side[1] = 1;
   skin.region[1] = hand::index_distal;
   const auto cloud = skinCloud(skin, header("world"));
-  const auto contacts = contactCloud({{1, {0, 0, 1}, 0.03f}}, ghosts(*cloud), *cloud);
+  const auto contacts = contactCloud({{1, {0, 0, 1}, 0.03f}}, samples(*cloud), *cloud);
   EXPECT_EQ(contactForces(*contacts)[0].slip, 0.03f);
   EXPECT_EQ(column<std::uint32_t>(*contacts, "hand")[0], 1u);
   EXPECT_EQ(column<std::uint32_t>(*contacts, "region")[0], std::uint32_t{hand::index_distal});
@@ -148,7 +149,7 @@ TEST(Conversions, ContactsTellWhoseSkinTheyAreOnAndHowItMoves) {
   CloudWriter others(header("world"), "x y z normal_x normal_y normal_z vx vy vz hand region area", 1);
   for (int k = 0; k < 12; ++k) others << (k == 5 ? 1.0f : 0.5f);
   const auto foreign = others.finish();
-  EXPECT_FALSE(hasField(*contactCloud({{0, {0, 0, 1}}}, ghosts(*foreign), *foreign), "hand"))
+  EXPECT_FALSE(hasField(*contactCloud({{0, {0, 0, 1}}}, samples(*foreign), *foreign), "hand"))
       << "of another type";
 }
 
@@ -180,13 +181,13 @@ TEST(Conversions, ACloudWithoutAFieldOrWithTooFewBytesIsRefusedByName) {
   }
   cloud = skinCloud(twoSamples(), header("world"));
   cloud->data.resize(cloud->data.size() - 1);
-  EXPECT_THROW(ghosts(*cloud), std::runtime_error);
+  EXPECT_THROW(samples(*cloud), std::runtime_error);
 }
 
 TEST(Conversions, ASkinThatIsNotFiniteIsRefused) {
   hand::Skin skin = twoSamples();
   skin.velocity[1].y() = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_THROW(ghosts(*skinCloud(skin, header("world"))), std::runtime_error);
+  EXPECT_THROW(samples(*skinCloud(skin, header("world"))), std::runtime_error);
 }
 
 TEST(Conversions, EmptyCloudsKeepTheirFields) {

@@ -76,9 +76,9 @@ class Rig {
     const auto skin = skinCloud(hands_.update(frame.hands, frame.stamp), header);
     const double dt = last_ ? std::chrono::duration<double>(frame.stamp - *last_).count() : 1.0 / 60.0;
     last_ = frame.stamp;
-    const clay::Ghosts ghosts = nodes::ghosts(*skin);
-    clay_->advance(ghosts, solids_->solids(), solids_->motion(), std::min(dt, 1.0));
-    const auto contacts = contactCloud(clay_->ghostForces(), ghosts, *skin);
+    const clay::SkinSamples samples = nodes::samples(*skin);
+    clay_->advance(samples, solids_->solids(), solids_->motion(), std::min(dt, 1.0));
+    const auto contacts = contactCloud(clay_->sampleForces(), samples, *skin);
     const auto forces = contactForces(*contacts);
     react(frame.stamp, forces);
     const PressureSkin pressed = pressureSkin(*skin);

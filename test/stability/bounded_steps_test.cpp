@@ -35,38 +35,38 @@ Eigen::Vector3f direction() {
 }
 const Eigen::Vector3f middle(0.0f, 0.0f, 0.015f);  // m, of the block
 
-void add(Ghosts& skin, const Eigen::Vector3f& x, const Eigen::Vector3f& n, const Eigen::Vector3f& v) {
+void add(SkinSamples& skin, const Eigen::Vector3f& x, const Eigen::Vector3f& n, const Eigen::Vector3f& v) {
   skin.position.push_back(x);
   skin.normal.push_back(n);
   skin.velocity.push_back(v);
 }
 
 /// A lost hand: the flesh of all 26 joints lies about one place.
-Ghosts handAtOnePlace() {
-  Ghosts skin;
+SkinSamples handAtOnePlace() {
+  SkinSamples skin;
   for (int joint = 0; joint < 26; ++joint)
-    append(skin, ghostBall(middle.cast<double>() + 1e-4 * direction().cast<double>(), 0.006 + 0.0008 * joint,
-                           0.004));
+    append(skin, sampleBall(middle.cast<double>() + 1e-4 * direction().cast<double>(), 0.006 + 0.0008 * joint,
+                            0.004));
   return skin;
 }
 
-Ghosts atOnePoint(std::size_t count, bool one_way) {
-  Ghosts skin;
+SkinSamples atOnePoint(std::size_t count, bool one_way) {
+  SkinSamples skin;
   for (std::size_t k = 0; k < count; ++k)
     add(skin, middle, one_way ? Eigen::Vector3f::UnitX() : direction(), Eigen::Vector3f::Zero());
   return skin;
 }
 
-/// Ghosts all about, in no order, that face and go anywhere. \param speed m/s
-Ghosts scattered(std::size_t count, float speed) {
-  Ghosts skin;
+/// Samples all about, in no order, that face and go anywhere. \param speed m/s
+SkinSamples scattered(std::size_t count, float speed) {
+  SkinSamples skin;
   for (std::size_t k = 0; k < count; ++k) add(skin, middle + within(0.06f), direction(), speed * direction());
   return skin;
 }
 
 /// Some samples of a palm among which are numbers that no skin has.
-Ghosts withBadNumbers() {
-  Ghosts skin = ghostPlane({0.0, 0.0, 0.03}, -Eigen::Vector3d::UnitZ(), 0.03, 0.004);
+SkinSamples withBadNumbers() {
+  SkinSamples skin = samplePlane({0.0, 0.0, 0.03}, -Eigen::Vector3d::UnitZ(), 0.03, 0.004);
   const float wrong[] = {0.0f, nan, infinity, -infinity, 1e30f, -1e30f, 1e-30f};
   for (int k = 0; k < 400; ++k) {
     Eigen::Vector3f x = middle + within(0.03f), n = direction(), v = within(1.0f);
@@ -78,19 +78,19 @@ Ghosts withBadNumbers() {
   std::vector<std::size_t> order(skin.size());
   for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
   std::shuffle(order.begin(), order.end(), generator);
-  Ghosts mixed;
+  SkinSamples mixed;
   for (const std::size_t k : order) add(mixed, skin.position[k], skin.normal[k], skin.velocity[k]);
   return mixed;
 }
 
 /// The same hand twice, from above and below, and skin about the whole block that faces inwards.
-Ghosts withoutRoom() {
-  Ghosts skin;
+SkinSamples withoutRoom() {
+  SkinSamples skin;
   for (int twice = 0; twice < 2; ++twice) {
     for (const double side : {-1.0, 1.0})
       append(skin,
-             ghostPlane({0.0, 0.0, 0.02 + 0.002 * side}, -side * Eigen::Vector3d::UnitZ(), 0.04, 0.003));
-    Ghosts shell = ghostBall(middle.cast<double>(), 0.02, 0.003);
+             samplePlane({0.0, 0.0, 0.02 + 0.002 * side}, -side * Eigen::Vector3d::UnitZ(), 0.04, 0.003));
+    SkinSamples shell = sampleBall(middle.cast<double>(), 0.02, 0.003);
     for (Eigen::Vector3f& n : shell.normal) n = -n;
     append(skin, shell);
   }
@@ -107,19 +107,19 @@ class BoundedSteps : public testing::Test {
     generator.seed(7);
   }
 
-  void bear(const std::string& name, const Ghosts& skin) {
+  void bear(const std::string& name, const SkinSamples& skin) {
     SCOPED_TRACE(name);
     const auto start = std::chrono::steady_clock::now();
     constexpr int frames = 2, steps = 4;  // of a frame
     std::uint64_t maximum = 0;
     for (int k = 0; k < frames; ++k) {
       clay_->advance(skin, {ground()}, 1.0 / 60.0);
-      maximum = std::max(maximum, clay_->statistics().ghosts_looked_at);
+      maximum = std::max(maximum, clay_->statistics().samples_looked_at);
     }
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / frames;
     RecordProperty(name, std::to_string(maximum));
-    std::printf("%-30s %6zu ghosts, %9lu looked at, %.3f s a frame\n", name.c_str(), skin.size(),
+    std::printf("%-30s %6zu samples, %9lu looked at, %.3f s a frame\n", name.c_str(), skin.size(),
                 static_cast<unsigned long>(maximum), seconds);
     EXPECT_LE(maximum, 2U * steps * Contacts::max_looks);
     EXPECT_LT(seconds, 10.0);  // on a busy machine
@@ -138,41 +138,41 @@ class BoundedSteps : public testing::Test {
 TEST_F(BoundedSteps, AHandThatIsOnePlace) {
   bear("hand_at_one_place", handAtOnePlace());
 }
-TEST_F(BoundedSteps, ManyGhostsAtOnePoint) {
+TEST_F(BoundedSteps, ManySamplesAtOnePoint) {
   bear("one_way", atOnePoint(10000, true));
   bear("all_ways", atOnePoint(10000, false));
 }
-TEST_F(BoundedSteps, GhostsAllAbout) {
+TEST_F(BoundedSteps, SamplesAllAbout) {
   bear("still", scattered(10000, 0.0f));
   bear("slow", scattered(10000, 1.0f));
   bear("fast", scattered(10000, 49.0f));
   bear("beyond_all_speed", scattered(10000, 1e30f));
-  bear("as_many_as_may_be", scattered(maxGhosts(spacing), 1.0f));
+  bear("as_many_as_may_be", scattered(maxSkinSamples(spacing), 1.0f));
 }
 TEST_F(BoundedSteps, NumbersThatNoSkinHas) {
   for (int k = 0; k < 3; ++k) bear("bad_numbers", withBadNumbers());
 }
 TEST_F(BoundedSteps, SkinThatLeavesNoRoom) {
   bear("without_room", withoutRoom());
-  Ghosts all = withoutRoom();
+  SkinSamples all = withoutRoom();
   append(all, handAtOnePlace());
   append(all, scattered(5000, 2.0f));
   bear("all_at_once", all);
 }
 /// Skin under the table and within it.
-TEST_F(BoundedSteps, GhostsInsideSolids) {
-  Ghosts skin = scattered(5000, 1.0f);
+TEST_F(BoundedSteps, SamplesInsideSolids) {
+  SkinSamples skin = scattered(5000, 1.0f);
   for (Eigen::Vector3f& x : skin.position) x.z() -= 0.07f;
   bear("in_the_table", skin);
 }
 
-TEST_F(BoundedSteps, TooManyGhostsAreRefusedAndTheClayIsAsItWas) {
+TEST_F(BoundedSteps, TooManySamplesAreRefusedAndTheClayIsAsItWas) {
   const Sculpture before = clay_->sculpture();
   EXPECT_THROW(clay_->advance(atOnePoint(1'000'000, true), {ground()}, 1.0 / 60.0), std::invalid_argument);
   EXPECT_EQ(clay_->time(), 0.0);
   clay_->advance({}, {ground()}, 1.0 / 60.0);
   EXPECT_GT(clay_->time(), 0.0);
-  EXPECT_EQ(maxGhosts(spacing), 40000U);
+  EXPECT_EQ(maxSkinSamples(spacing), 40000U);
 }
 
 }  // namespace

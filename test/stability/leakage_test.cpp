@@ -92,7 +92,7 @@ class Leakage : public ::testing::Test {
       deepest = std::min(deepest, distance);
     }
     float pressed = 0.0f;
-    for (const GhostForce& f : clay.ghostForces()) pressed += f.force.norm();
+    for (const SampleForce& f : clay.sampleForces()) pressed += f.force.norm();
     touched = touched || pressed > 0.1f;
   }
 
@@ -329,7 +329,7 @@ TEST_P(OnThePalm, ASoftFistInOneFrameKeepsNoneInside) {
     const hand::Skin& skin = soft.update({bent(k < 20 ? 0.0 : 85 * degree)}, stamp);
     clay.advance({skin.position, skin.normal, skin.velocity}, {ground()}, frame);
     std::vector<hand::SkinForce> forces;
-    for (const GhostForce& f : clay.ghostForces()) forces.push_back({f.ghost, f.force});
+    for (const SampleForce& f : clay.sampleForces()) forces.push_back({f.sample, f.force});
     soft.react(stamp, forces);
     touched = touched || !forces.empty();
     if (k < 20) continue;

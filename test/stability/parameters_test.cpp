@@ -227,9 +227,9 @@ void watchRandom(unsigned seed) {
   const double speed = between(0.01, 2.0);
   t.collider_speed = speed;
   t.squeezes = true;
-  t.ghosts = [d, speed](double time) {
+  t.samples = [d, speed](double time) {
     const double z = std::max(20.0 * d - speed * time, 4.0 * d);
-    return ghostBall({0.0, 0.0, z}, 3.0 * d, 0.8 * d, {0.0, 0.0, z > 4.0 * d ? -speed : 0.0});
+    return sampleBall({0.0, 0.0, z}, 3.0 * d, 0.8 * d, {0.0, 0.0, z > 4.0 * d ? -speed : 0.0});
   };
   watch(t);
 }

@@ -49,14 +49,14 @@ TEST(Start, AtTheWallsOfTheWorld) {
 TEST(Amount, Zero) {
   Trial t = standing();
   t.particles.clear();
-  t.ghosts = [](double) { return ghostBall(Eigen::Vector3d::Zero(), 0.02, 0.005); };
+  t.samples = [](double) { return sampleBall(Eigen::Vector3d::Zero(), 0.02, 0.005); };
   watch(t);
 }
 
 TEST(Amount, One) {
   Trial t = standing(1);
   t.particles[0].position.z() = 0.01f;
-  t.ghosts = [](double) { return ghostBall({0.0, 0.0, 0.03}, 0.02, 0.005); };
+  t.samples = [](double) { return sampleBall({0.0, 0.0, 0.03}, 0.02, 0.005); };
   watch(t);
 }
 
@@ -94,8 +94,8 @@ TEST(Rest, Long) {
 TEST(Hand, ThroughTheClayAt20MetresPerSecond) {
   Trial t = standing();
   t.collider_speed = 20.0;
-  t.ghosts = [](double time) {
-    return ghostBall({-0.5 + 20.0 * time, 0.0, 0.03}, 0.03, 0.004, {20.0, 0.0, 0.0});
+  t.samples = [](double time) {
+    return sampleBall({-0.5 + 20.0 * time, 0.0, 0.03}, 0.03, 0.004, {20.0, 0.0, 0.0});
   };
   watch(t);
 }
@@ -104,28 +104,30 @@ TEST(Hand, ThroughTheClayAt20MetresPerSecond) {
 TEST(Hand, JumpsThroughTheClay) {
   Trial t = standing();
   t.overlap = 0.06;
-  t.ghosts = [](double time) { return ghostBall({-0.5 + 5.0 * time, 0.0, 0.03}, 0.03, 0.004); };
+  t.samples = [](double time) { return sampleBall({-0.5 + 5.0 * time, 0.0, 0.03}, 0.03, 0.004); };
   watch(t);
 }
 
 TEST(Hand, AppearsInsideTheClay) {
   Trial t = standing();
   t.overlap = 0.015;
-  t.ghosts = [](double time) { return time < 0.2 ? Ghosts() : ghostBall({0.0, 0.0, 0.02}, 0.015, 0.004); };
+  t.samples = [](double time) {
+    return time < 0.2 ? SkinSamples() : sampleBall({0.0, 0.0, 0.02}, 0.015, 0.004);
+  };
   watch(t);
 }
 
 TEST(Hand, FistClosesInOneFrame) {
   Trial t = standing();
   t.collider_speed = 0.03 * 60.0;
-  t.ghosts = [frame =
-                  t.config.frame](double time) {  // four fingers come from 60 mm to 30 mm about the middle
+  t.samples = [frame =
+                   t.config.frame](double time) {  // four fingers come from 60 mm to 30 mm about the middle
     const int k = static_cast<int>(std::lround(time / frame));
     const double out = k < 10 ? 0.06 : 0.03, speed = k == 10 ? 0.03 / frame : 0.0;
-    Ghosts hand;
+    SkinSamples hand;
     for (int f = 0; f < 4; ++f) {
       const Eigen::Vector3d side(std::cos(0.5 * M_PI * f), std::sin(0.5 * M_PI * f), 0.0);
-      append(hand, ghostBall(out * side + Eigen::Vector3d(0.0, 0.0, 0.02), 0.015, 0.004, -speed * side));
+      append(hand, sampleBall(out * side + Eigen::Vector3d(0.0, 0.0, 0.02), 0.015, 0.004, -speed * side));
     }
     return hand;
   };
@@ -139,10 +141,11 @@ TEST(Hand, TwoPalmsSqueezeABlockFlat) {
   t.materials[0].yield_strain = 0.05;
   t.collider_speed = 0.05;
   t.squeezes = true;
-  t.ghosts = [](double time) {
+  t.samples = [](double time) {
     const double x = std::max(0.016 - 0.05 * time, 0.002), speed = x > 0.002 ? 0.05 : 0.0;
-    Ghosts palms = ghostPlane({-x, 0.0, 0.015}, Eigen::Vector3d::UnitX(), 0.06, 0.004, {speed, 0.0, 0.0});
-    append(palms, ghostPlane({x, 0.0, 0.015}, -Eigen::Vector3d::UnitX(), 0.06, 0.004, {-speed, 0.0, 0.0}));
+    SkinSamples palms =
+        samplePlane({-x, 0.0, 0.015}, Eigen::Vector3d::UnitX(), 0.06, 0.004, {speed, 0.0, 0.0});
+    append(palms, samplePlane({x, 0.0, 0.015}, -Eigen::Vector3d::UnitX(), 0.06, 0.004, {-speed, 0.0, 0.0}));
     return palms;
   };
   watch(t);
@@ -153,14 +156,14 @@ TEST(Hand, PressesABlockFlatOnTheTable) {
   t.materials[0].yield_strain = 0.05;
   t.collider_speed = 0.1;
   t.squeezes = true;
-  t.ghosts = [](double time) {
+  t.samples = [](double time) {
     const double z = std::max(0.032 - 0.1 * time, 0.006);
-    return ghostPlane({0.0, 0.0, z}, -Eigen::Vector3d::UnitZ(), 0.08, 0.004,
-                      {0.0, 0.0, z > 0.006 ? -0.1 : 0.0});
+    return samplePlane({0.0, 0.0, z}, -Eigen::Vector3d::UnitZ(), 0.08, 0.004,
+                       {0.0, 0.0, z > 0.006 ? -0.1 : 0.0});
   };
   watch(t);
   Clay clay(t.config, t.materials, t.particles);
-  for (int k = 1; k <= 40; ++k) clay.advance(t.ghosts(k * t.config.frame), t.solids(0.0), t.config.frame);
+  for (int k = 1; k <= 40; ++k) clay.advance(t.samples(k * t.config.frame), t.solids(0.0), t.config.frame);
   EXPECT_GT(extent(clay.particles(), Eigen::Vector3d::UnitZ()).first, 0.4 * spacing) << "through the table";
 }
 
@@ -194,8 +197,8 @@ TEST(Hand, OfRottenNumbers) {
   t.frames = 30;
   t.collider_speed = 50.0 * std::sqrt(3.0);  // a finite velocity below 50 m/s an axis is believed
   t.overlap = 0.02;
-  t.ghosts = [&rotten, nth = std::size_t{0}](double) mutable {
-    Ghosts hand = ghostBall({0.0, 0.0, 0.035}, 0.015, 0.004);
+  t.samples = [&rotten, nth = std::size_t{0}](double) mutable {
+    SkinSamples hand = sampleBall({0.0, 0.0, 0.035}, 0.015, 0.004);
     for (std::size_t g = 0; g < hand.size(); ++g, ++nth) {
       const int axis = static_cast<int>(nth % 3);
       if (nth % 5 == 1) hand.position[g][axis] = rotten[nth % rotten.size()];

@@ -243,15 +243,15 @@ class WaxPress {
   void frame(double height) {
     tracked = palmDown(height, pointing_);
     const Skin& skin = hands.update({tracked}, stampOf(count_));
-    clay::Ghosts ghosts;
-    ghosts.position = skin.position;
-    ghosts.normal = skin.normal;
-    ghosts.velocity = skin.velocity;
-    clay_->advance(ghosts, {table_}, config_.frame);
+    clay::SkinSamples samples;
+    samples.position = skin.position;
+    samples.normal = skin.normal;
+    samples.velocity = skin.velocity;
+    clay_->advance(samples, {table_}, config_.frame);
     std::vector<SkinForce> forces;
     Vector3f sum = Vector3f::Zero();
-    for (const clay::GhostForce& f : clay_->ghostForces()) {
-      forces.push_back({f.ghost, f.force});
+    for (const clay::SampleForce& f : clay_->sampleForces()) {
+      forces.push_back({f.sample, f.force});
       sum += f.force;
     }
     clay_force = sum.norm();

@@ -19,7 +19,7 @@ struct Trial {
   std::vector<Material> materials{Material()};
   std::vector<InitialParticle> particles;
   int frames = 60;
-  std::function<Ghosts(double)> ghosts = [](double) { return Ghosts(); };  // at a time, s
+  std::function<SkinSamples(double)> samples = [](double) { return SkinSamples(); };  // at a time, s
   std::function<std::vector<Solid>(double)> solids = [](double) { return std::vector<Solid>{ground()}; };
   double collider_speed = 0.0;  // m/s, of the fastest point of a moving collider
   bool squeezes = false;        // moving colliders press clay that cannot evade
@@ -52,7 +52,7 @@ inline double storedEnergy(const Trial& trial) {
 ///  - what was stored by compression at the start,
 ///  - the work of moving colliders: what strikes at V leaves elastic clay with 2 V at most, M (2 V)^2 / 2;
 ///  what
-///    squeezes it does the work of the forces on the ghosts, where that is more,
+///    squeezes it does the work of the forces on the samples, where that is more,
 ///  - undoing a start inside a collider: lifting by the overlap, and the 0.5 m/s of recovery,
 ///  - slack: 1 % of all that, and 20 mm/s of every particle, which is what the step of a contact that was met
 ///    late can give.
@@ -70,16 +70,16 @@ inline void watch(Trial trial) {
   int worst_frame = -1;
   for (int k = 1; k <= trial.frames; ++k) {
     const double before = clay.time();
-    const Ghosts ghosts = trial.ghosts(before + trial.config.frame);
-    clay.advance(ghosts, trial.solids(before), trial.config.frame);
+    const SkinSamples samples = trial.samples(before + trial.config.frame);
+    clay.advance(samples, trial.solids(before), trial.config.frame);
     for (std::size_t i = 0; i < p.size(); ++i) {
       ASSERT_TRUE(p.position.at(i).allFinite() && p.velocity.at(i).allFinite())
           << "particle " << i << " frame " << k;
       ASSERT_LE(p.position.at(i).cwiseAbs().maxCoeff(), world) << "particle " << i << " frame " << k;
     }
-    for (const GhostForce& f : clay.ghostForces()) {
+    for (const SampleForce& f : clay.sampleForces()) {
       ASSERT_TRUE(f.force.allFinite()) << "frame " << k;
-      if (trial.squeezes) squeezed -= f.force.dot(ghosts.velocity[f.ghost]) * trial.config.frame;
+      if (trial.squeezes) squeezed -= f.force.dot(samples.velocity[f.sample]) * trial.config.frame;
     }
     for (const Eigen::Vector3d& f : clay.solidForces()) ASSERT_TRUE(f.allFinite()) << "frame " << k;
     if (p.size() == 0) continue;

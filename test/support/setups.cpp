@@ -47,40 +47,40 @@ Solid ground(double slope) {
   return solid;
 }
 
-Ghosts ghostPlane(const Eigen::Vector3d& centre, const Eigen::Vector3d& normal, double half, double pitch,
-                  const Eigen::Vector3d& velocity) {
+SkinSamples samplePlane(const Eigen::Vector3d& centre, const Eigen::Vector3d& normal, double half,
+                        double pitch, const Eigen::Vector3d& velocity) {
   const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal);
   const int reach = static_cast<int>(std::lround(half / pitch));
-  Ghosts ghosts;
+  SkinSamples samples;
   for (int j = -reach; j <= reach; ++j) {
     for (int i = -reach; i <= reach; ++i) {
-      ghosts.position.push_back((centre + turn * Eigen::Vector3d(pitch * i, pitch * j, 0.0)).cast<float>());
-      ghosts.normal.push_back(normal.normalized().cast<float>());
-      ghosts.velocity.push_back(velocity.cast<float>());
+      samples.position.push_back((centre + turn * Eigen::Vector3d(pitch * i, pitch * j, 0.0)).cast<float>());
+      samples.normal.push_back(normal.normalized().cast<float>());
+      samples.velocity.push_back(velocity.cast<float>());
     }
   }
-  return ghosts;
+  return samples;
 }
 
-Ghosts ghostBall(const Eigen::Vector3d& centre, double radius, double pitch,
-                 const Eigen::Vector3d& velocity) {
+SkinSamples sampleBall(const Eigen::Vector3d& centre, double radius, double pitch,
+                       const Eigen::Vector3d& velocity) {
   const int count = static_cast<int>(std::ceil(4.0 * M_PI * radius * radius / (pitch * pitch)));
-  Ghosts ghosts;
+  SkinSamples samples;
   for (int k = 0; k < count; ++k) {
     const double z = 1.0 - (2.0 * k + 1.0) / count, rho = std::sqrt(1.0 - z * z);
     const double angle = M_PI * (3.0 - std::sqrt(5.0)) * k;
     const Eigen::Vector3d normal(rho * std::cos(angle), rho * std::sin(angle), z);
-    ghosts.position.push_back((centre + radius * normal).cast<float>());
-    ghosts.normal.push_back(normal.cast<float>());
-    ghosts.velocity.push_back(velocity.cast<float>());
+    samples.position.push_back((centre + radius * normal).cast<float>());
+    samples.normal.push_back(normal.cast<float>());
+    samples.velocity.push_back(velocity.cast<float>());
   }
-  return ghosts;
+  return samples;
 }
 
-void append(Ghosts& ghosts, const Ghosts& more) {
-  ghosts.position.insert(ghosts.position.end(), more.position.begin(), more.position.end());
-  ghosts.normal.insert(ghosts.normal.end(), more.normal.begin(), more.normal.end());
-  ghosts.velocity.insert(ghosts.velocity.end(), more.velocity.begin(), more.velocity.end());
+void append(SkinSamples& samples, const SkinSamples& more) {
+  samples.position.insert(samples.position.end(), more.position.begin(), more.position.end());
+  samples.normal.insert(samples.normal.end(), more.normal.begin(), more.normal.end());
+  samples.velocity.insert(samples.velocity.end(), more.velocity.begin(), more.velocity.end());
 }
 
 double mass(const Particles& p, std::size_t i) {

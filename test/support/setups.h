@@ -20,15 +20,15 @@ Material firmClay();
 /// A thick slab whose top passes through the origin of the world, sloping down along x by `slope` rad.
 Solid ground(double slope = 0.0);
 
-/// A square skin of ghosts about `centre`, one every `pitch`, facing along `normal`.
-Ghosts ghostPlane(const Eigen::Vector3d& centre, const Eigen::Vector3d& normal, double half, double pitch,
-                  const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero());
+/// A square skin of samples about `centre`, one every `pitch`, facing along `normal`.
+SkinSamples samplePlane(const Eigen::Vector3d& centre, const Eigen::Vector3d& normal, double half,
+                        double pitch, const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero());
 
 /// The skin of a ball: points of a Fibonacci lattice about `pitch` apart.
-Ghosts ghostBall(const Eigen::Vector3d& centre, double radius, double pitch,
-                 const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero());
+SkinSamples sampleBall(const Eigen::Vector3d& centre, double radius, double pitch,
+                       const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero());
 
-void append(Ghosts& ghosts, const Ghosts& more);
+void append(SkinSamples& samples, const SkinSamples& more);
 
 // Sums over the particles, in double precision.
 

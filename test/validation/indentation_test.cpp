@@ -23,7 +23,7 @@ Press press(const Material& material, double depth, Budget budget = {4, 8}) {
   for (int k = 0; k < 10; ++k) clay.advance({}, {ground()}, config.frame);
   const auto pressure = [&] {
     double force = 0.0;
-    for (const GhostForce& f : clay.ghostForces()) force += f.force.z();
+    for (const SampleForce& f : clay.sampleForces()) force += f.force.z();
     return force / area;
   };
   Press result;
@@ -31,7 +31,7 @@ Press press(const Material& material, double depth, Budget budget = {4, 8}) {
   for (int k = 1; k <= frames + 30; ++k) {
     const double z = 0.04 - depth * std::min(k, frames) / frames;
     const Eigen::Vector3d velocity(0.0, 0.0, k <= frames ? -depth / frames / config.frame : 0.0);
-    clay.advance(ghostPlane({0.0, 0.0, z}, -Eigen::Vector3d::UnitZ(), half, pitch, velocity), {ground()},
+    clay.advance(samplePlane({0.0, 0.0, z}, -Eigen::Vector3d::UnitZ(), half, pitch, velocity), {ground()},
                  config.frame);
     if (k == frames) result.at_depth = pressure();
   }

@@ -9,9 +9,9 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr float disc = 1.0f;     // spacings, radius of the skin that is one ghost's
+constexpr float disc = 1.0f;     // spacings, radius of the skin that is one sample's
 constexpr float flesh = 0.012f;  // m, that hands are thick everywhere
-// Spacings, of the boxes about ghosts in their own order, on average. Those of hands are 9 to 15 spacings
+// Spacings, of the boxes about samples in their own order, on average. Those of hands are 9 to 15 spacings
 // wide.
 constexpr float scattered = 20.0f;
 
@@ -26,13 +26,13 @@ Vector nearestOnDisc(const Vector& centre, const Vector& normal, float radius, c
   return centre + along;
 }
 
-/// Some ghosts in cells, so that a look at a place costs what is there, not what is anywhere near.
-class GhostCells {
+/// Some samples in cells, so that a look at a place costs what is there, not what is anywhere near.
+class SampleCells {
  public:
   /// \param of in ascending order; those farther than `reach` from the centre are left out \param edge m, of
   /// a cell at least
-  void build(const Ghosts& ghosts, const std::vector<std::uint32_t>& of, const Vector& centre, float reach,
-             float edge) {
+  void build(const SkinSamples& samples, const std::vector<std::uint32_t>& of, const Vector& centre,
+             float reach, float edge) {
     constexpr float max_cells = 16.0f;  // along an axis
     edge_ = std::max(edge, 2.0f * reach / (max_cells - 1.0f));
     low_ = centre - Vector::Constant(reach);
@@ -40,19 +40,19 @@ class GhostCells {
     begin_.assign(static_cast<std::size_t>(size_) * size_ * size_ + 1, 0);
     cells_.clear();
     for (const std::uint32_t g : of) {
-      const Eigen::Array3i at = cellAt(ghosts.position[g]);
+      const Eigen::Array3i at = cellAt(samples.position[g]);
       const bool inside = at.minCoeff() >= 0 && at.maxCoeff() < size_;
       cells_.push_back(inside ? index(at.x(), at.y(), at.z()) : none);
       if (inside) ++begin_[cells_.back() + 1];
     }
     for (std::size_t c = 1; c < begin_.size(); ++c) begin_[c] += begin_[c - 1];
     next_.assign(begin_.begin(), begin_.end() - 1);
-    ghosts_.resize(begin_.back());
+    samples_.resize(begin_.back());
     for (std::size_t k = 0; k < of.size(); ++k)
-      if (cells_[k] != none) ghosts_[next_[cells_[k]]++] = of[k];
+      if (cells_[k] != none) samples_[next_[cells_[k]]++] = of[k];
   }
 
-  /// Calls f(ghost) for all that are within a radius of a place, and others near it. \return how many
+  /// Calls f(sample) for all that are within a radius of a place, and others near it. \return how many
   template <typename F>
   std::int64_t forNear(const Vector& place, float radius, const F& f) const {
     const Eigen::Array3i from = cellAt(place - Vector::Constant(radius)).max(0);
@@ -62,7 +62,7 @@ class GhostCells {
     for (int z = from.z(); z <= to.z(); ++z) {
       for (int y = from.y(); y <= to.y(); ++y) {
         const std::uint32_t first = begin_[index(from.x(), y, z)], last = begin_[index(to.x(), y, z) + 1];
-        for (std::uint32_t k = first; k < last; ++k) f(ghosts_[k]);
+        for (std::uint32_t k = first; k < last; ++k) f(samples_[k]);
         count += last - first;
       }
     }
@@ -83,7 +83,7 @@ class GhostCells {
   float edge_ = 0.0f;  // m
   Vector low_ = Vector::Zero();
   int size_ = 0;  // cells, along an axis
-  std::vector<std::uint32_t> begin_, ghosts_, cells_, next_;
+  std::vector<std::uint32_t> begin_, samples_, cells_, next_;
 };
 
 }  // namespace
@@ -104,49 +104,49 @@ bool Colliders::MovingSolid::mayMeet(const Eigen::Vector3d& point, double way, d
 }
 
 void Colliders::begin(const Surroundings& around) {
-  ghosts_ = &around.ghosts;
+  samples_ = &around.samples;
   solids_.clear();
   for (std::size_t s = 0; s < around.solids.size(); ++s)
     solids_.emplace_back(around.solids[s], around.start[s], around.end[s]);
   order_.clear();
-  boxGhosts(around.dt);
+  boxSamples(around.dt);
   if (!isScattered()) return;
-  sortGhosts();
-  boxGhosts(around.dt);
+  sortSamples();
+  boxSamples(around.dt);
 }
 
-void Colliders::boxGhosts(float dt) {
-  ghost_boxes_.assign((ghosts_->size() + ghosts_a_box - 1) / ghosts_a_box, Eigen::AlignedBox3f());
-  for (std::size_t k = 0; k < ghosts_->size(); ++k) {
+void Colliders::boxSamples(float dt) {
+  sample_boxes_.assign((samples_->size() + samples_a_box - 1) / samples_a_box, Eigen::AlignedBox3f());
+  for (std::size_t k = 0; k < samples_->size(); ++k) {
     const std::size_t g = order_.empty() ? k : order_[k];
-    if (!ghosts_->exists(g)) continue;
-    Eigen::AlignedBox3f& box = ghost_boxes_[k / ghosts_a_box];
-    box.extend(ghosts_->position[g]);
-    box.extend(ghosts_->position[g] - dt * ghosts_->velocity[g]);
+    if (!samples_->exists(g)) continue;
+    Eigen::AlignedBox3f& box = sample_boxes_[k / samples_a_box];
+    box.extend(samples_->position[g]);
+    box.extend(samples_->position[g] - dt * samples_->velocity[g]);
   }
 }
 
-/// Whether ghosts that follow each other are not beside each other, as those of hands are.
+/// Whether samples that follow each other are not beside each other, as those of hands are.
 bool Colliders::isScattered() const {
   float sizes = 0.0f;
-  for (const Eigen::AlignedBox3f& box : ghost_boxes_)
+  for (const Eigen::AlignedBox3f& box : sample_boxes_)
     if (!box.isEmpty()) sizes += box.diagonal().norm();
-  return sizes > scattered * spacing_ * static_cast<float>(ghost_boxes_.size());
+  return sizes > scattered * spacing_ * static_cast<float>(sample_boxes_.size());
 }
 
 /// Orders them along a curve that fills space (Morton's).
-void Colliders::sortGhosts() {
+void Colliders::sortSamples() {
   Eigen::AlignedBox3f all;
-  for (std::size_t g = 0; g < ghosts_->size(); ++g)
-    if (ghosts_->exists(g)) all.extend(ghosts_->position[g]);
+  for (std::size_t g = 0; g < samples_->size(); ++g)
+    if (samples_->exists(g)) all.extend(samples_->position[g]);
   if (all.isEmpty()) return;
   const float cells_a_metre = 1023.0f / std::max(all.sizes().maxCoeff(), spacing_);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> keys;
-  for (std::size_t g = 0; g < ghosts_->size(); ++g) {
+  for (std::size_t g = 0; g < samples_->size(); ++g) {
     std::uint32_t key = 0xffffffffu;
-    if (ghosts_->exists(g)) {
+    if (samples_->exists(g)) {
       const Eigen::Array3i cell =
-          ((ghosts_->position[g] - all.min()).array() * cells_a_metre).min(1023.0f).cast<int>();
+          ((samples_->position[g] - all.min()).array() * cells_a_metre).min(1023.0f).cast<int>();
       key = 0;
       for (int bit = 0; bit < 10; ++bit)
         for (int axis = 0; axis < 3; ++axis)
@@ -158,48 +158,48 @@ void Colliders::sortGhosts() {
   for (const auto& [key, g] : keys) order_.push_back(g);
 }
 
-/// Calls f(distance, normal) for the sides of the skin that ghosts make at a place.
+/// Calls f(distance, normal) for the sides of the skin that samples make at a place.
 /// \param rest those within reach of it, in order; is used up
 template <typename F>
-void Colliders::forSides(std::vector<NearGhost>& rest, const Vector& place, const F& f) const {
-  thread_local std::vector<NearGhost> side;
-  thread_local std::vector<GhostShare> shares;
+void Colliders::forSides(std::vector<NearSample>& rest, const Vector& place, const F& f) const {
+  thread_local std::vector<NearSample> side;
+  thread_local std::vector<SampleShare> shares;
   while (!rest.empty()) {
-    takeSide(*ghosts_, rest, side);
+    takeSide(*samples_, rest, side);
     shares.clear();
-    const SkinPlane plane = planeOf(*ghosts_, side, place, reach * spacing_, 0.0f, shares);
+    const SkinPlane plane = planeOf(*samples_, side, place, reach * spacing_, 0.0f, shares);
     f(plane.distance, plane.normal);
   }
 }
 
-/// The ghosts whose flesh may come as near as that. \return good until the thread's next call
-const std::vector<std::uint32_t>& Colliders::ghostsBeside(const Vector& x, float maximum) const {
+/// The samples whose flesh may come as near as that. \return good until the thread's next call
+const std::vector<std::uint32_t>& Colliders::samplesBeside(const Vector& x, float maximum) const {
   thread_local std::vector<std::uint32_t> beside;
   beside.clear();
   const float far = std::max(maximum + flesh, reach * spacing_);
-  forGhostsNear(x, x, far, [&](std::size_t g) {
-    if ((x - ghosts_->position[g]).norm() < far) beside.push_back(static_cast<std::uint32_t>(g));
+  forSamplesNear(x, x, far, [&](std::size_t g) {
+    if ((x - samples_->position[g]).norm() < far) beside.push_back(static_cast<std::uint32_t>(g));
   });
   if (!order_.empty()) std::sort(beside.begin(), beside.end());
   return beside;
 }
 
-bool Colliders::covers(std::uint32_t ghost, const Vector& place, float clearance) const {
+bool Colliders::covers(std::uint32_t sample, const Vector& place, float clearance) const {
   const float around = disc * spacing_;
-  const Vector from = place - ghosts_->position[ghost];
-  const float height = ghosts_->normal[ghost].dot(from);
+  const Vector from = place - samples_->position[sample];
+  const float height = samples_->normal[sample].dot(from);
   return height < clearance && height > -flesh && from.squaredNorm() - height * height < around * around;
 }
 
 bool Colliders::isInFlesh(const Vector& x) const {
-  const std::vector<std::uint32_t>& beside = ghostsBeside(x, 0.0f);
+  const std::vector<std::uint32_t>& beside = samplesBeside(x, 0.0f);
   if (std::none_of(beside.begin(), beside.end(), [&](std::uint32_t g) { return covers(g, x, 0.0f); }))
     return false;
   const float radius = reach * spacing_;
-  thread_local std::vector<NearGhost> rest;
+  thread_local std::vector<NearSample> rest;
   rest.clear();
   for (const std::uint32_t g : beside) {
-    const float square = (x - ghosts_->position[g]).squaredNorm();
+    const float square = (x - samples_->position[g]).squaredNorm();
     if (square < radius * radius) rest.push_back({g, square});
   }
   bool beneath = false;
@@ -217,20 +217,20 @@ bool Colliders::isInSolid(const Vector& x) const {
 std::optional<Vector> Colliders::nearestFree(const Vector& x, float clearance, float maximum,
                                              std::int64_t& looks) const {
   const float around = disc * spacing_, rounding = 1e-2f * spacing_, radius = reach * spacing_;
-  const std::vector<std::uint32_t>& beside = ghostsBeside(x, maximum);
+  const std::vector<std::uint32_t>& beside = samplesBeside(x, maximum);
   looks -= static_cast<std::int64_t>(beside.size());
-  thread_local GhostCells cells;
-  cells.build(*ghosts_, beside, x, std::max(maximum + flesh, radius), radius);
+  thread_local SampleCells cells;
+  cells.build(*samples_, beside, x, std::max(maximum + flesh, radius), radius);
   // Calls f(distance, normal) for the skin's sides and the solids at a place.
   const auto forColliders = [&](const Vector& place, const auto& f) {
-    thread_local std::vector<NearGhost> rest;
+    thread_local std::vector<NearSample> rest;
     rest.clear();
     looks -= cells.forNear(place, radius, [&](std::uint32_t g) {
-      const float square = (place - ghosts_->position[g]).squaredNorm();
+      const float square = (place - samples_->position[g]).squaredNorm();
       if (square < radius * radius) rest.push_back({g, square});
     });
     std::sort(rest.begin(), rest.end(),
-              [](const NearGhost& a, const NearGhost& b) { return a.ghost < b.ghost; });
+              [](const NearSample& a, const NearSample& b) { return a.sample < b.sample; });
     forSides(rest, place, f);
     for (const MovingSolid& moving : solids_) {
       const SurfacePoint touch = surface(moving.solid, moving.to_end * place.cast<double>());
@@ -269,8 +269,8 @@ std::optional<Vector> Colliders::nearestFree(const Vector& x, float clearance, f
   if (looks > 0) consider(x);
   for (const std::uint32_t g : beside) {
     if (looks <= 0) break;
-    const Vector on_skin = nearestOnDisc(ghosts_->position[g], ghosts_->normal[g], around, x);
-    if ((on_skin - x).norm() < minimum) consider(on_skin + clearance * ghosts_->normal[g]);
+    const Vector on_skin = nearestOnDisc(samples_->position[g], samples_->normal[g], around, x);
+    if ((on_skin - x).norm() < minimum) consider(on_skin + clearance * samples_->normal[g]);
   }
   return nearest;
 }

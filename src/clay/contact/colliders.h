@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "clay/contact/skin_side.h"
-#include "clay/ghosts.h"
+#include "clay/skin_samples.h"
 #include "clay/solid.h"
 
 namespace tactile_clay::clay {
 
 /// What may touch clay in a step.
 struct Surroundings {
-  const Ghosts& ghosts;  // at the end of the step; they move straight, with their velocities
+  const SkinSamples& samples;  // at the end of the step; they move straight, with their velocities
   const std::vector<Solid>& solids;
   const std::vector<Eigen::Isometry3d>&start, &end;  // poses of the solids at the start and the end of it
   float dt;                                          // s
@@ -35,26 +35,27 @@ class Colliders {
     double travel = 0.0;                 // m, what moves the farthest of it in the step
   };
 
-  static constexpr float reach = 1.5f;  // spacings, R: ghosts this near make the skin at a place
+  static constexpr float reach = 1.5f;  // spacings, R: samples this near make the skin at a place
 
   /// \param spacing m
   explicit Colliders(float spacing) : spacing_(spacing) {}
 
-  /// Starts a step, which the ghosts must outlive.
+  /// Starts a step, which the samples must outlive.
   void begin(const Surroundings& around);
 
-  const Ghosts& ghosts() const { return *ghosts_; }
+  const SkinSamples& samples() const { return *samples_; }
   const std::vector<MovingSolid>& solids() const { return solids_; }
 
-  /// Calls f(g) for all ghosts whose way may come within a radius of a point on its way, and others: for some
-  /// that are beside each other, if one may. They come in any order; results that depend on it must be
+  /// Calls f(g) for all samples whose way may come within a radius of a point on its way, and others: for
+  /// some that are beside each other, if one may. They come in any order; results that depend on it must be
   /// sorted.
   template <typename F>
-  void forGhostsNear(const Eigen::Vector3f& from, const Eigen::Vector3f& to, float radius, const F& f) const {
+  void forSamplesNear(const Eigen::Vector3f& from, const Eigen::Vector3f& to, float radius,
+                      const F& f) const {
     const Eigen::Array3f way = (to - from).array(), around = Eigen::Array3f::Constant(radius);
     const Eigen::AlignedBox3f whole(from.cwiseMin(to).array() - around, from.cwiseMax(to).array() + around);
-    for (std::size_t b = 0; b < ghost_boxes_.size(); ++b) {
-      const Eigen::AlignedBox3f& box = ghost_boxes_[b];
+    for (std::size_t b = 0; b < sample_boxes_.size(); ++b) {
+      const Eigen::AlignedBox3f& box = sample_boxes_[b];
       if (!box.intersects(whole)) continue;
       // From when to when the point is between the sides of the box, axis by axis.
       const Eigen::Array3f low = (box.min() - from).array() - around,
@@ -66,42 +67,42 @@ class Colliders {
         leaves = std::min(leaves, std::max(low[a] / way[a], high[a] / way[a]));
       }
       if (enters > leaves + 1e-3f) continue;
-      const std::size_t last = std::min(ghosts_->size(), (b + 1) * ghosts_a_box);
-      for (std::size_t k = b * ghosts_a_box; k < last; ++k) f(order_.empty() ? k : order_[k]);
+      const std::size_t last = std::min(samples_->size(), (b + 1) * samples_a_box);
+      for (std::size_t k = b * samples_a_box; k < last; ++k) f(order_.empty() ? k : order_[k]);
     }
   }
 
-  /// Whether a place is beneath a ghost's disc of skin, or less than `clearance`, m, above it; a ghost covers
-  /// what is beneath its disc, as far as flesh is thick.
-  bool covers(std::uint32_t ghost, const Eigen::Vector3f& place, float clearance) const;
+  /// Whether a place is beneath a sample's disc of skin, or less than `clearance`, m, above it; a sample
+  /// covers what is beneath its disc, as far as flesh is thick.
+  bool covers(std::uint32_t sample, const Eigen::Vector3f& place, float clearance) const;
   /// Whether a place is beneath the skin, beyond doubt.
   bool isInFlesh(const Eigen::Vector3f& x) const;
   bool isInSolid(const Eigen::Vector3f& x) const;
 
   /// The nearest of the places that neither the skin nor a solid covers, m: x itself, or places along the
   /// solids and the outside of the skin. \param clearance m, between them and a particle's centre \param
-  /// maximum m, that it may be away \param looks how many ghosts and solids may be looked at; it becomes less
-  /// by those that were, and the search ends where none are left \return none: there is none, or none was
-  /// found by then
+  /// maximum m, that it may be away \param looks how many samples and solids may be looked at; it becomes
+  /// less by those that were, and the search ends where none are left \return none: there is none, or none
+  /// was found by then
   std::optional<Eigen::Vector3f> nearestFree(const Eigen::Vector3f& x, float clearance, float maximum,
                                              std::int64_t& looks) const;
 
  private:
-  static constexpr std::size_t ghosts_a_box = 32;
+  static constexpr std::size_t samples_a_box = 32;
 
-  void boxGhosts(float dt);
+  void boxSamples(float dt);
   bool isScattered() const;
-  void sortGhosts();
-  const std::vector<std::uint32_t>& ghostsBeside(const Eigen::Vector3f& x, float maximum) const;
+  void sortSamples();
+  const std::vector<std::uint32_t>& samplesBeside(const Eigen::Vector3f& x, float maximum) const;
   template <typename F>
-  void forSides(std::vector<NearGhost>& rest, const Eigen::Vector3f& place, const F& f) const;
+  void forSides(std::vector<NearSample>& rest, const Eigen::Vector3f& place, const F& f) const;
 
   float spacing_;
   // Of the step.
-  const Ghosts* ghosts_ = nullptr;
+  const SkinSamples* samples_ = nullptr;
   std::vector<MovingSolid> solids_;
-  std::vector<std::uint32_t> order_;              // of the ghosts in the boxes; empty: their own
-  std::vector<Eigen::AlignedBox3f> ghost_boxes_;  // m, about the ways of each few ghosts
+  std::vector<std::uint32_t> order_;               // of the samples in the boxes; empty: their own
+  std::vector<Eigen::AlignedBox3f> sample_boxes_;  // m, about the ways of each few samples
 };
 
 }  // namespace tactile_clay::clay

@@ -16,7 +16,7 @@ struct ContactGeometry {
   float gap = 0.0f;                                  // m, least displacement along the normal
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit, out of the collider
   Eigen::Vector3f drift = Eigen::Vector3f::Zero();   // m, displacement of the collider there in this step
-  std::uint32_t first_ghost = 0, ghost_count = 0;    // of a skin contact, in the shares listed beside it
+  std::uint32_t first_sample = 0, sample_count = 0;  // of a skin contact, in the shares listed beside it
 
   /// m, by which the displacement u of the particle violates it.
   float depth(const Eigen::Vector3f& u) const { return gap - normal.dot(u); }
@@ -47,9 +47,9 @@ struct ContactResult {
 /// Contact of a particle with one side of a collider: impenetrability, and friction.
 struct Contact : ContactGeometry, ContactMemory, ContactResult {};
 
-/// A ghost's share in a contact.
-struct GhostShare {
-  std::uint32_t ghost;
+/// A sample's share in a contact.
+struct SampleShare {
+  std::uint32_t sample;
   float share;  // the shares of a contact add up to one
 };
 

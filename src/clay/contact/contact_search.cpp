@@ -11,7 +11,7 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr float patch = 1.25f;   // spacings, about a ghost, of the skin that it stands for
+constexpr float patch = 1.25f;   // spacings, about a sample, of the skin that it stands for
 constexpr float margin = 0.5f;   // spacings, of contacts that the step may yet close
 constexpr float capture = 1.0f;  // spacings beneath the skin, from where it pushes out what it did not hold
 constexpr float skin_recovery_speed = 0.5f;  // m/s
@@ -51,7 +51,7 @@ bool isHeld(const std::vector<Contact>& contacts, std::size_t particle) {
 
 void append(const ContactSearch::Found& more, ContactSearch::Found& found) {
   for (ContactGeometry contact : more.contacts) {
-    contact.first_ghost += static_cast<std::uint32_t>(found.shares.size());
+    contact.first_sample += static_cast<std::uint32_t>(found.shares.size());
     found.contacts.push_back(contact);
   }
   found.shares.insert(found.shares.end(), more.shares.begin(), more.shares.end());
@@ -69,8 +69,8 @@ ContactSearch::Found& ContactSearch::findAtStart(const std::vector<Contact>& bef
                                                  const VectorField& guess, const Colliders& colliders,
                                                  float dt) {
   guess_ = &guess;
-  const Step step{particles, guess, colliders, colliders.ghosts(), dt};
-  candidates_.find(near, guess, step.ghosts, dt);
+  const Step step{particles, guess, colliders, colliders.samples(), dt};
+  candidates_.find(near, guess, step.samples, dt);
   findEach(particles.size(), particles_a_chunk, [&](std::size_t i, Found& found) {
     touchSkin(before, step, i, found);
     for (std::size_t s = 0; s < colliders.solids().size(); ++s) touchSolid(step, i, s, found);
@@ -82,7 +82,7 @@ ContactSearch::Found& ContactSearch::findAtStart(const std::vector<Contact>& bef
 /// skin is no plane.
 const ContactSearch::Found& ContactSearch::findStrays(const Particles& particles, const Colliders& colliders,
                                                       const VectorField& u, float dt) {
-  const Step step{particles, u, colliders, colliders.ghosts(), dt};
+  const Step step{particles, u, colliders, colliders.samples(), dt};
   const float foreseen = margin * spacing_, far = Colliders::reach * spacing_;
   findEach(particles.size(), range_size, [&](std::size_t i, Found& found) {
     const bool led_off = (u.at(i) - guess_->at(i)).squaredNorm() > foreseen * foreseen;
@@ -115,10 +115,10 @@ void ContactSearch::touchSkin(const std::vector<Contact>& before, const Step& st
   if (near.first == near.last) return;
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
   const float deepest = isHeld(before, i) ? Colliders::reach * spacing_ : capture * spacing_;
-  thread_local std::vector<NearGhost> rest;
+  thread_local std::vector<NearSample> rest;
   rest.clear();
   std::copy_if(near.first, near.last, std::back_inserter(rest),
-               [&](const NearGhost& c) { return heightAtStart(step, x, c.ghost) >= -deepest; });
+               [&](const NearSample& c) { return heightAtStart(step, x, c.sample) >= -deepest; });
   touchSides(step, i, x, rest, found, [&](const SkinPlane& plane, ContactGeometry& contact) {
     const float allowance = std::max(0.5f * spacing_ - plane.before - skin_recovery_speed * step.dt, 0.0f);
     contact.gap = 0.5f * spacing_ - plane.distance - allowance;
@@ -129,19 +129,19 @@ void ContactSearch::touchSkin(const std::vector<Contact>& before, const Step& st
 /// Where particle i went through the skin, or ends in it: its tangent planes there.
 void ContactSearch::strayIntoSkin(const Step& step, std::size_t i, Found& found) const {
   const float radius = Colliders::reach * spacing_;
-  const Ghosts& ghosts = step.ghosts;
+  const SkinSamples& samples = step.samples;
   const Vector x = step.particles.position.at(i), u = step.u.at(i), end = x + u;
-  thread_local std::vector<NearGhost> rest;
+  thread_local std::vector<NearSample> rest;
   findCrossed(step, i, rest);
   if (rest.empty()) {
-    step.colliders.forGhostsNear(end, end, radius, [&](std::size_t g) {
-      const float square = (end - ghosts.position[g]).squaredNorm();
+    step.colliders.forSamplesNear(end, end, radius, [&](std::size_t g) {
+      const float square = (end - samples.position[g]).squaredNorm();
       if (square < radius * radius && heightAtStart(step, x, g) >= -capture * spacing_)
         rest.push_back({static_cast<std::uint32_t>(g), square});
     });
   }
   std::sort(rest.begin(), rest.end(),
-            [](const NearGhost& a, const NearGhost& b) { return a.ghost < b.ghost; });
+            [](const NearSample& a, const NearSample& b) { return a.sample < b.sample; });
   touchSides(step, i, end, rest, found, [&](const SkinPlane& plane, ContactGeometry& contact) {
     const float depth = 0.5f * spacing_ - plane.distance;
     contact.gap = depth + contact.normal.dot(u);
@@ -149,17 +149,17 @@ void ContactSearch::strayIntoSkin(const Step& step, std::size_t i, Found& found)
   });
 }
 
-/// Ghosts beside which particle i goes from in front of the skin to behind it, where it first does so.
-void ContactSearch::findCrossed(const Step& step, std::size_t i, std::vector<NearGhost>& crossed) const {
+/// Samples beside which particle i goes from in front of the skin to behind it, where it first does so.
+void ContactSearch::findCrossed(const Step& step, std::size_t i, std::vector<NearSample>& crossed) const {
   const float radius = Colliders::reach * spacing_;
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
-  thread_local std::vector<float> gone;  // m, on the way to where it crosses, as the ghost sees it
+  thread_local std::vector<float> gone;  // m, on the way to where it crosses, as the sample sees it
   crossed.clear();
   gone.clear();
-  step.colliders.forGhostsNear(x, x + u, radius, [&](std::size_t g) {
-    const Vector motion = step.dt * step.ghosts.velocity[g], way = u - motion;
-    const Vector start = x - (step.ghosts.position[g] - motion);
-    const float before = step.ghosts.normal[g].dot(start), after = before + step.ghosts.normal[g].dot(way);
+  step.colliders.forSamplesNear(x, x + u, radius, [&](std::size_t g) {
+    const Vector motion = step.dt * step.samples.velocity[g], way = u - motion;
+    const Vector start = x - (step.samples.position[g] - motion);
+    const float before = step.samples.normal[g].dot(start), after = before + step.samples.normal[g].dot(way);
     if (!(before > 0.0f && after < 0.0f)) return;
     const float share = before / (before - after);
     const float square = (start + share * way).squaredNorm();
@@ -178,23 +178,24 @@ void ContactSearch::findCrossed(const Step& step, std::size_t i, std::vector<Nea
 /// Contacts of a particle with each side of the skin that its candidates make near x.
 /// \param rest is used up \param touches sets the gap to a side and tells whether it is a contact
 template <typename F>
-void ContactSearch::touchSides(const Step& step, std::size_t i, const Vector& x, std::vector<NearGhost>& rest,
-                               Found& found, const F& touches) const {
-  thread_local std::vector<NearGhost> side;
+void ContactSearch::touchSides(const Step& step, std::size_t i, const Vector& x,
+                               std::vector<NearSample>& rest, Found& found, const F& touches) const {
+  thread_local std::vector<NearSample> side;
   while (!rest.empty()) {
-    takeSide(step.ghosts, rest, side);
+    takeSide(step.samples, rest, side);
     ContactGeometry contact;
     contact.particle = static_cast<std::uint32_t>(i);
     contact.solid = Contact::skin;
-    contact.first_ghost = static_cast<std::uint32_t>(found.shares.size());
-    contact.ghost_count = static_cast<std::uint32_t>(side.size());
-    const SkinPlane plane = planeOf(step.ghosts, side, x, Colliders::reach * spacing_, step.dt, found.shares);
+    contact.first_sample = static_cast<std::uint32_t>(found.shares.size());
+    contact.sample_count = static_cast<std::uint32_t>(side.size());
+    const SkinPlane plane =
+        planeOf(step.samples, side, x, Colliders::reach * spacing_, step.dt, found.shares);
     contact.normal = plane.normal;
     contact.drift = plane.drift;
     if (touches(plane, contact))
       found.contacts.push_back(contact);
     else
-      found.shares.resize(contact.first_ghost);
+      found.shares.resize(contact.first_sample);
   }
 }
 

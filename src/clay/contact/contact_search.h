@@ -8,24 +8,24 @@
 #include "clay/contact/contact.h"
 #include "clay/contact/skin_candidates.h"
 #include "clay/contact/skin_side.h"
-#include "clay/ghosts.h"
 #include "clay/neighbourhood.h"
 #include "clay/particles.h"
+#include "clay/skin_samples.h"
 
 namespace tactile_clay::clay {
 
 /// Finds where clay may touch solids and the skin in a step (paper, section III-D).
 ///
-/// The skin is the weighted mean of the tangent planes of the ghosts within R of a particle (an implicit
-/// moving least squares surface), so it is smooth between ghosts; it is one-sided, as in Macklin et al. 2014
-/// ("Unified particle physics"): clay is pushed out along the ghosts' outward normals, never drawn in. Clay
-/// particles stay half a spacing off every surface. Where ghosts of opposite sides are near (two fingers),
+/// The skin is the weighted mean of the tangent planes of the samples within R of a particle (an implicit
+/// moving least squares surface), so it is smooth between samples; it is one-sided, as in Macklin et al. 2014
+/// ("Unified particle physics"): clay is pushed out along the samples' outward normals, never drawn in. Clay
+/// particles stay half a spacing off every surface. Where samples of opposite sides are near (two fingers),
 /// each side is a contact.
 class ContactSearch {
  public:
   struct Found {
     std::vector<ContactGeometry> contacts;
-    std::vector<GhostShare> shares;
+    std::vector<SampleShare> shares;
   };
 
   /// m/s, at which an old penetration is undone, so that none explodes. Skin is quicker: what started inside
@@ -52,23 +52,23 @@ class ContactSearch {
     const Particles& particles;  // at its start
     const VectorField& u;        // m, their displacements
     const Colliders& colliders;
-    const Ghosts& ghosts;  // of the colliders, at its end
-    float dt;              // s
+    const SkinSamples& samples;  // of the colliders, at its end
+    float dt;                    // s
   };
 
   void touchSkin(const std::vector<Contact>& before, const Step& step, std::size_t i, Found& found) const;
   double allowedDepth(double before, float dt) const;
   void touchSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
   void strayIntoSkin(const Step& step, std::size_t i, Found& found) const;
-  void findCrossed(const Step& step, std::size_t i, std::vector<NearGhost>& crossed) const;
+  void findCrossed(const Step& step, std::size_t i, std::vector<NearSample>& crossed) const;
   void strayIntoSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
-  /// m, of x over a ghost's plane at the start of the step.
-  static float heightAtStart(const Step& step, const Eigen::Vector3f& x, std::size_t ghost) {
-    const Eigen::Vector3f at = step.ghosts.position[ghost] - step.dt * step.ghosts.velocity[ghost];
-    return step.ghosts.normal[ghost].dot(x - at);
+  /// m, of x over a sample's plane at the start of the step.
+  static float heightAtStart(const Step& step, const Eigen::Vector3f& x, std::size_t sample) {
+    const Eigen::Vector3f at = step.samples.position[sample] - step.dt * step.samples.velocity[sample];
+    return step.samples.normal[sample].dot(x - at);
   }
   template <typename F>
-  void touchSides(const Step& step, std::size_t i, const Eigen::Vector3f& x, std::vector<NearGhost>& rest,
+  void touchSides(const Step& step, std::size_t i, const Eigen::Vector3f& x, std::vector<NearSample>& rest,
                   Found& found, const F& touches) const;
   template <typename F>
   void findEach(std::size_t n, std::size_t chunk_size, const F& find);

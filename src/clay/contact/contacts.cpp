@@ -103,10 +103,10 @@ bool Contacts::detectStrays(const Particles& particles, const VectorField& u, fl
   for (const ContactGeometry& stray : strays.contacts) {
     Contact* same = known(stray);
     if (same == nullptr) {
-      const auto first = strays.shares.begin() + stray.first_ghost;
+      const auto first = strays.shares.begin() + stray.first_sample;
       contacts_.push_back(opened(stray, particles, dt));
-      contacts_.back().first_ghost = static_cast<std::uint32_t>(shares_.size());
-      shares_.insert(shares_.end(), first, first + stray.ghost_count);
+      contacts_.back().first_sample = static_cast<std::uint32_t>(shares_.size());
+      shares_.insert(shares_.end(), first, first + stray.sample_count);
     } else if (stray.solid == Contact::skin) {
       same->normal = stray.normal;
       same->gap = stray.gap;

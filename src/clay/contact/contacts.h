@@ -18,7 +18,7 @@
 
 namespace tactile_clay::clay {
 
-/// Impenetrability and Coulomb friction against ghost particles and solids (paper, section III-D).
+/// Impenetrability and Coulomb friction against skin samples and solids (paper, section III-D).
 ///
 /// Impenetrability prescribes the displacement along the normal ("filtered" directions, Baraff & Witkin
 /// 1998): the residual there is the force of the contact, the sum of Eq. 6. Friction is a sliding anchor: a
@@ -27,7 +27,7 @@ namespace tactile_clay::clay {
 /// The spring is as stiff as the load asks, so that this distance is a hundredth of a spacing.
 class Contacts {
  public:
-  /// Ghosts that `release` looks at in a step, for all particles together and but for the last look of each:
+  /// Samples that `release` looks at in a step, for all particles together and but for the last look of each:
   /// some 0.2 s. Hands that knead at the shipped scenes' pace need none of it.
   static constexpr std::int64_t max_looks = 20'000'000;
 
@@ -36,7 +36,7 @@ class Contacts {
 
   /// In the order of their particles.
   const std::vector<Contact>& contacts() const { return contacts_; }
-  const std::vector<GhostShare>& shares() const { return shares_; }
+  const std::vector<SampleShare>& shares() const { return shares_; }
   /// Takes over contacts as they were after a step; the next one starts from them.
   void restore(std::vector<Contact> contacts) { contacts_ = std::move(contacts); }
 
@@ -98,7 +98,7 @@ class Contacts {
   /// still held, or beneath the skin, to the nearest place that nothing covers.
   void release(const Particles& particles, VectorField& u, float dt);
 
-  /// In this step, by `release`: ghosts that were looked at.
+  /// In this step, by `release`: samples that were looked at.
   std::uint64_t looks() const { return looks_; }
 
   /// Takes from the displacements w, which follow u, what goes into colliders.
@@ -159,7 +159,7 @@ class Contacts {
   Colliders colliders_;
   ContactSearch search_;
   std::vector<Contact> contacts_, previous_;
-  std::vector<GhostShare> shares_;
+  std::vector<SampleShare> shares_;
   std::vector<Filter> filters_;  // one a touched particle
   std::uint64_t looks_ = 0;
 };

@@ -51,7 +51,7 @@ void Contacts::push(Contact& c, const Vector& by, float inertia, Vector& u) {
 }
 
 /// Where skin fills all there is, many particles look for places that there are not: together they look at no
-/// more ghosts than `max_looks`, in equal parts, and those that found none by then stay where they are.
+/// more samples than `max_looks`, in equal parts, and those that found none by then stay where they are.
 void Contacts::release(const Particles& particles, VectorField& u, float dt) {
   const std::vector<std::uint32_t> held_filters = held(particles, u);
   if (held_filters.empty()) return;
@@ -110,15 +110,15 @@ bool Contacts::isHeld(const Filter& filter, const Vector& x, const Vector& step)
 /// but is. A side is the mean of the skin nearby, and where fingers overlap, some of that is before the mean.
 /// \param clearance m
 bool Contacts::isCovered(const Filter& filter, const Vector& x, float clearance) const {
-  const std::vector<Vector>& skin = colliders_.ghosts().position;
-  const auto nearer = [&](const GhostShare& a, const GhostShare& b) {
-    return (x - skin[a.ghost]).squaredNorm() < (x - skin[b.ghost]).squaredNorm();
+  const std::vector<Vector>& skin = colliders_.samples().position;
+  const auto nearer = [&](const SampleShare& a, const SampleShare& b) {
+    return (x - skin[a.sample]).squaredNorm() < (x - skin[b.sample]).squaredNorm();
   };
   const auto isCovering = [&](const Contact& c) {
     if (c.solid != Contact::skin) return false;
-    const auto first = shares_.begin() + c.first_ghost;
-    const auto nearest = std::min_element(first, first + c.ghost_count, nearer);
-    return colliders_.covers(nearest->ghost, x, clearance);
+    const auto first = shares_.begin() + c.first_sample;
+    const auto nearest = std::min_element(first, first + c.sample_count, nearer);
+    return colliders_.covers(nearest->sample, x, clearance);
   };
   return std::any_of(of(filter).begin(), of(filter).end(), isCovering);
 }

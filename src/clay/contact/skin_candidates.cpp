@@ -6,33 +6,33 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr std::size_t ghosts_a_chunk = 256;  // that a thread looks for before it takes the next
+constexpr std::size_t samples_a_chunk = 256;  // that a thread looks for before it takes the next
 
 using Vector = Eigen::Vector3f;
 
-struct Passed {               // ghost, in front of which particles pass
+struct Passed {               // sample, in front of which particles pass
   Vector at, motion, normal;  // m, at the start of the step and in it
   float radius;               // m
 };
 
-/// Which of the eight particles from place k on come within the radius of a ghost at some time of the step,
+/// Which of the eight particles from place k on come within the radius of a sample at some time of the step,
 /// having started in front of it or not far behind. Products are summed as Eigen sums them. \param nearest
 /// gets the least squared distances in the step, m^2
 TACTILE_CLAY_MULTIVERSION
-unsigned passing(const Passed& ghost, const Neighbourhood::Places& places, std::uint32_t k,
+unsigned passing(const Passed& sample, const Neighbourhood::Places& places, std::uint32_t k,
                  const float* displacements, float* nearest) {
-  const LaneVector r{load(places.x + k) - ghost.at[0], load(places.y + k) - ghost.at[1],
-                     load(places.z + k) - ghost.at[2]};
+  const LaneVector r{load(places.x + k) - sample.at[0], load(places.y + k) - sample.at[1],
+                     load(places.z + k) - sample.at[2]};
   const LaneVector u = gather(displacements, places.slot + k);
-  const LaneVector approach{u.x - ghost.motion[0], u.y - ghost.motion[1], u.z - ghost.motion[2]};
+  const LaneVector approach{u.x - sample.motion[0], u.y - sample.motion[1], u.z - sample.motion[2]};
   const Lane square = approach.x * approach.x + (approach.y * approach.y + approach.z * approach.z);
   const Lane along = r.x * approach.x + (r.y * approach.y + r.z * approach.z);
   const Lane t = square > 0.0f ? min(positive(-along / square), all(1.0f)) : Lane{};
   const LaneVector then{r.x + t * approach.x, r.y + t * approach.y, r.z + t * approach.z};
   const Lane distance = then.x * then.x + (then.y * then.y + then.z * then.z);
-  const Lane height = r.x * ghost.normal[0] + (r.y * ghost.normal[1] + r.z * ghost.normal[2]);
+  const Lane height = r.x * sample.normal[0] + (r.y * sample.normal[1] + r.z * sample.normal[2]);
   store(nearest, distance);
-  return bits((distance < ghost.radius * ghost.radius) & (height >= -ghost.radius));
+  return bits((distance < sample.radius * sample.radius) & (height >= -sample.radius));
 }
 
 Eigen::AlignedBox3f boxOf(const VectorField& field) {
@@ -46,23 +46,24 @@ Eigen::AlignedBox3f boxOf(const VectorField& field) {
 
 }  // namespace
 
-void SkinCandidates::find(const Neighbourhood& near, const VectorField& u, const Ghosts& ghosts, float dt) {
+void SkinCandidates::find(const Neighbourhood& near, const VectorField& u, const SkinSamples& samples,
+                          float dt) {
   const Neighbourhood::Places places = near.places();
   const Eigen::AlignedBox3f ways = boxOf(u);
   const Vector around = Vector::Constant(radius_);
-  found_.resize((ghosts.size() + ghosts_a_chunk - 1) / ghosts_a_chunk);
-  parallelRanges(ghosts.size(), ghosts_a_chunk, [&](std::size_t first, std::size_t last) {
-    std::vector<Candidate>& found = found_[first / ghosts_a_chunk];
+  found_.resize((samples.size() + samples_a_chunk - 1) / samples_a_chunk);
+  parallelRanges(samples.size(), samples_a_chunk, [&](std::size_t first, std::size_t last) {
+    std::vector<Candidate>& found = found_[first / samples_a_chunk];
     found.clear();
     for (auto g = static_cast<std::uint32_t>(first); g < last; ++g) {
-      const Vector motion = dt * ghosts.velocity[g];
-      const Passed ghost{ghosts.position[g] - motion, motion, ghosts.normal[g], radius_};
-      const Vector low = ghost.at + (motion - ways.max()).cwiseMin(0.0f) - around;
-      const Vector high = ghost.at + (motion - ways.min()).cwiseMax(0.0f) + around;
+      const Vector motion = dt * samples.velocity[g];
+      const Passed sample{samples.position[g] - motion, motion, samples.normal[g], radius_};
+      const Vector low = sample.at + (motion - ways.max()).cwiseMin(0.0f) - around;
+      const Vector high = sample.at + (motion - ways.min()).cwiseMax(0.0f) + around;
       near.forEachRun(low, high, [&](std::uint32_t from, std::uint32_t to) {
         for (std::uint32_t k = from; k < to; k += lane_width) {
           float nearest[lane_width];
-          unsigned hits = passing(ghost, places, k, u.data(), nearest);
+          unsigned hits = passing(sample, places, k, u.data(), nearest);
           if (to - k < lane_width) hits &= (1u << (to - k)) - 1u;
           for (; hits != 0; hits &= hits - 1u) {
             const int lane = __builtin_ctz(hits);

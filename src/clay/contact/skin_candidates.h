@@ -5,23 +5,23 @@
 #include <vector>
 
 #include "clay/contact/skin_side.h"
-#include "clay/ghosts.h"
 #include "clay/neighbourhood.h"
+#include "clay/skin_samples.h"
 
 namespace tactile_clay::clay {
 
-/// Which ghosts each particle passes in a step: those that come within a radius of it at some time, and that
+/// Which samples each particle passes in a step: those that come within a radius of it at some time, and that
 /// it started in front of, or not deeper beneath than that.
 class SkinCandidates {
  public:
   /// \param radius m
   explicit SkinCandidates(float radius) : radius_(radius) {}
 
-  /// \param u m, displacements of all particles \param ghosts at the end of the step
-  void find(const Neighbourhood& near, const VectorField& u, const Ghosts& ghosts, float dt);
+  /// \param u m, displacements of all particles \param samples at the end of the step
+  void find(const Neighbourhood& near, const VectorField& u, const SkinSamples& samples, float dt);
 
   struct Range {
-    const NearGhost *first, *last;
+    const NearSample *first, *last;
   };
   /// Those of a particle, in ascending order.
   Range of(std::size_t particle) const {
@@ -31,13 +31,13 @@ class SkinCandidates {
  private:
   struct Candidate {
     std::uint32_t particle;
-    NearGhost near;
+    NearSample near;
   };
   void sort(std::size_t particles);
 
   float radius_;
-  std::vector<std::vector<Candidate>> found_;  // by chunks of the ghosts
-  std::vector<NearGhost> sorted_;              // by particle
+  std::vector<std::vector<Candidate>> found_;  // by chunks of the samples
+  std::vector<NearSample> sorted_;             // by particle
   std::vector<std::uint32_t> end_;             // of each particle, where the next one's begin
 };
 

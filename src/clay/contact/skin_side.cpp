@@ -6,14 +6,15 @@ namespace tactile_clay::clay {
 
 using Vector = Eigen::Vector3f;
 
-void takeSide(const Ghosts& ghosts, std::vector<NearGhost>& rest, std::vector<NearGhost>& side) {
-  const NearGhost closest = *std::min_element(
-      rest.begin(), rest.end(), [](const NearGhost& a, const NearGhost& b) { return a.nearest < b.nearest; });
-  const Vector facing = ghosts.normal[closest.ghost];
+void takeSide(const SkinSamples& samples, std::vector<NearSample>& rest, std::vector<NearSample>& side) {
+  const NearSample closest =
+      *std::min_element(rest.begin(), rest.end(),
+                        [](const NearSample& a, const NearSample& b) { return a.nearest < b.nearest; });
+  const Vector facing = samples.normal[closest.sample];
   side.clear();
   std::size_t left = 0;
-  for (const NearGhost& a : rest) {
-    if (ghosts.normal[a.ghost].dot(facing) > Contact::same_side)
+  for (const NearSample& a : rest) {
+    if (samples.normal[a.sample].dot(facing) > Contact::same_side)
       side.push_back(a);
     else
       rest[left++] = a;
@@ -21,22 +22,22 @@ void takeSide(const Ghosts& ghosts, std::vector<NearGhost>& rest, std::vector<Ne
   rest.resize(left);
 }
 
-SkinPlane planeOf(const Ghosts& ghosts, const std::vector<NearGhost>& side, const Vector& x, float radius,
-                  float dt, std::vector<GhostShare>& shares) {
+SkinPlane planeOf(const SkinSamples& samples, const std::vector<NearSample>& side, const Vector& x,
+                  float radius, float dt, std::vector<SampleShare>& shares) {
   const std::size_t first_share = shares.size();
   float total = 0.0f;
   SkinPlane plane;
-  for (const NearGhost& a : side) {
+  for (const NearSample& a : side) {
     const float q = a.nearest / (radius * radius);
     const float weight = std::max((1.0f - q) * (1.0f - q), 1e-6f);
-    const Vector motion = dt * ghosts.velocity[a.ghost];
-    const Vector& n = ghosts.normal[a.ghost];
+    const Vector motion = dt * samples.velocity[a.sample];
+    const Vector& n = samples.normal[a.sample];
     total += weight;
-    plane.distance += weight * n.dot(x - ghosts.position[a.ghost]);
-    plane.before += weight * n.dot(x - ghosts.position[a.ghost] + motion);
+    plane.distance += weight * n.dot(x - samples.position[a.sample]);
+    plane.before += weight * n.dot(x - samples.position[a.sample] + motion);
     plane.normal += weight * n;
     plane.drift += weight * motion;
-    shares.push_back({a.ghost, weight});
+    shares.push_back({a.sample, weight});
   }
   for (std::size_t s = first_share; s < shares.size(); ++s) shares[s].share /= total;
   plane.normal.normalize();

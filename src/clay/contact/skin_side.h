@@ -5,13 +5,13 @@
 #include <vector>
 
 #include "clay/contact/contact.h"
-#include "clay/ghosts.h"
+#include "clay/skin_samples.h"
 
 namespace tactile_clay::clay {
 
-/// Ghost that may be part of the skin at a place.
-struct NearGhost {
-  std::uint32_t ghost;
+/// Sample that may be part of the skin at a place.
+struct NearSample {
+  std::uint32_t sample;
   float nearest;  // m^2, the least squared distance to it in the step
 };
 
@@ -22,13 +22,13 @@ struct SkinPlane {
   Eigen::Vector3f drift = Eigen::Vector3f::Zero();  // m, displacement of the skin in the step
 };
 
-/// Moves the ghosts that face as the nearest does from `rest`, which must not be empty, to `side`.
-void takeSide(const Ghosts& ghosts, std::vector<NearGhost>& rest, std::vector<NearGhost>& side);
+/// Moves the samples that face as the nearest does from `rest`, which must not be empty, to `side`.
+void takeSide(const SkinSamples& samples, std::vector<NearSample>& rest, std::vector<NearSample>& side);
 
-/// The tangent plane of a side of the skin near x, the mean of its ghosts by weights that fall with the
+/// The tangent plane of a side of the skin near x, the mean of its samples by weights that fall with the
 /// distance to the particle's way; these are added to `shares`. \param radius m, R, where weights vanish
 /// \param dt s, of the step
-SkinPlane planeOf(const Ghosts& ghosts, const std::vector<NearGhost>& side, const Eigen::Vector3f& x,
-                  float radius, float dt, std::vector<GhostShare>& shares);
+SkinPlane planeOf(const SkinSamples& samples, const std::vector<NearSample>& side, const Eigen::Vector3f& x,
+                  float radius, float dt, std::vector<SampleShare>& shares);
 
 }  // namespace tactile_clay::clay

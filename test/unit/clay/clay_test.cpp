@@ -22,8 +22,8 @@ ClayConfig configOf(int substeps = 4, int iterations = 8) {
   return config;
 }
 
-void run(Clay& clay, int frames, const Ghosts& ghosts = {}, const std::vector<Solid>& solids = {}) {
-  for (int k = 0; k < frames; ++k) clay.advance(ghosts, solids, clay.config().frame);
+void run(Clay& clay, int frames, const SkinSamples& samples = {}, const std::vector<Solid>& solids = {}) {
+  for (int k = 0; k < frames; ++k) clay.advance(samples, solids, clay.config().frame);
 }
 
 bool sameBits(const VectorField& a, const VectorField& b) {
@@ -112,7 +112,8 @@ TEST(Clay, IterationsStopUnderTheTolerance) {
     settled.at_rest = clay.statistics().iterations;
     settled.centre = centreOfMass(clay.particles());
     const double top = 6.0 * spacing - 0.25 * spacing;
-    const Ghosts palm = ghostPlane({0.0, 0.0, top}, -Eigen::Vector3d::UnitZ(), 0.02, 0.003, {0.0, 0.0, -0.1});
+    const SkinSamples palm =
+        samplePlane({0.0, 0.0, top}, -Eigen::Vector3d::UnitZ(), 0.02, 0.003, {0.0, 0.0, -0.1});
     clay.advance(palm, {ground()}, config.frame);
     EXPECT_GE(clay.statistics().iterations, 0.75 * config.budget.iterations);
     return settled;
@@ -194,7 +195,7 @@ TEST(Clay, ACrumbSlidesAsIfNoBlockWereCrushed) {
     for (int k = 0; k < 12; ++k) {
       const double down = 2.0, height = 0.08 - down * clay.config().frame * k;
       const Eigen::Vector3d at(0.0, 0.0, std::max(height, 0.5 * spacing));
-      clay.advance(ghostPlane(at, -Eigen::Vector3d::UnitZ(), 0.03, 0.004, {0.0, 0.0, -down}), {ground()},
+      clay.advance(samplePlane(at, -Eigen::Vector3d::UnitZ(), 0.03, 0.004, {0.0, 0.0, -down}), {ground()},
                    clay.config().frame);
     }
     return clay.particles().position.at(particles.size() - 1).x();
@@ -254,8 +255,9 @@ TEST(Clay, ADentedBlockComesToRest) {
         const double depth = 0.02 * std::sin(k * M_PI / 48.0),
                      before = 0.02 * std::sin((k - 1) * M_PI / 48.0);
         const Eigen::Vector3d velocity(0.0, 0.0, -60.0 * (depth - before));
-        clay.advance(ghostPlane({0.0, 0.0, 0.037 - depth}, -Eigen::Vector3d::UnitZ(), 0.006, 0.003, velocity),
-                     {ground()}, 1.0 / 60.0);
+        clay.advance(
+            samplePlane({0.0, 0.0, 0.037 - depth}, -Eigen::Vector3d::UnitZ(), 0.006, 0.003, velocity),
+            {ground()}, 1.0 / 60.0);
       }
       run(clay, 180, {}, {ground()});
       EXPECT_LT(meanSpeed(clay.particles()), 1e-5) << viscosity << " Pa s, " << iterations << " iterations";
@@ -265,11 +267,11 @@ TEST(Clay, ADentedBlockComesToRest) {
 
 TEST_P(AtBudget, ASkinCarriesARestingBlock) {
   Clay clay(configOf(GetParam().first, GetParam().second), {Material()}, block(5, 5, 5, spacing));
-  const Ghosts palm = ghostPlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.03, 0.004);
+  const SkinSamples palm = samplePlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.03, 0.004);
   const double weight = 9.81 * totalMass(clay.particles());
   run(clay, 40, palm);
   Eigen::Vector3d force = Eigen::Vector3d::Zero();
-  for (const GhostForce& f : clay.ghostForces()) force += f.force.cast<double>();
+  for (const SampleForce& f : clay.sampleForces()) force += f.force.cast<double>();
   EXPECT_NEAR(-force.z(), weight, 1e-3 * weight);
   EXPECT_LT(force.head<2>().norm(), 1e-3 * weight);
   EXPECT_LT(meanSpeed(clay.particles()), 1e-5);
@@ -278,9 +280,9 @@ TEST_P(AtBudget, ASkinCarriesARestingBlock) {
 INSTANTIATE_TEST_SUITE_P(Budgets, AtBudget,
                          ::testing::Values(std::pair{4, 4}, std::pair{4, 8}, std::pair{8, 16}));
 
-Eigen::Vector3d sumOf(const std::vector<GhostForce>& forces) {
+Eigen::Vector3d sumOf(const std::vector<SampleForce>& forces) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const GhostForce& f : forces) sum += f.force.cast<double>();
+  for (const SampleForce& f : forces) sum += f.force.cast<double>();
   return sum;
 }
 
@@ -294,14 +296,14 @@ TEST(Clay, ForcesOnPalmAndTableAreTheRateOfMomentum) {
   double strongest = 0.0;
   for (int k = 1; k <= 20; ++k) {
     const double before = momentum(clay.particles()).z(), z = 0.03 - speed * clay.config().frame * k;
-    clay.advance(ghostPlane({0.0, 0.0, z}, -Eigen::Vector3d::UnitZ(), 0.024, 0.004, {0.0, 0.0, -speed}),
+    clay.advance(samplePlane({0.0, 0.0, z}, -Eigen::Vector3d::UnitZ(), 0.024, 0.004, {0.0, 0.0, -speed}),
                  {ground()}, clay.config().frame);
     std::int64_t last = -1;
-    for (const GhostForce& f : clay.ghostForces()) {
-      ASSERT_LT(last, f.ghost) << "not by ascending ghost";
-      last = f.ghost;
+    for (const SampleForce& f : clay.sampleForces()) {
+      ASSERT_LT(last, f.sample) << "not by ascending sample";
+      last = f.sample;
     }
-    const double palm = sumOf(clay.ghostForces()).z(), table = clay.solidForces()[0].z();
+    const double palm = sumOf(clay.sampleForces()).z(), table = clay.solidForces()[0].z();
     const double change = (momentum(clay.particles()).z() - before) / clay.config().frame;
     if (k > 2) {
       EXPECT_NEAR(palm + table + change, -weight, 0.01 * palm) << "frame " << k;  // all on the surroundings
@@ -320,8 +322,8 @@ TEST(Clay, AnImpactOnTheSkinIsTheRateOfMomentum) {
   Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
   for (int k = 1; k <= 12; ++k) {
     const Eigen::Vector3d velocity(0.02, 0.0, 0.1), start(0.0, 0.0, -0.014);
-    clay.advance(ghostBall(start + k * config.frame * velocity, 0.015, 0.004, velocity), {}, config.frame);
-    impulse += config.frame * sumOf(clay.ghostForces());
+    clay.advance(sampleBall(start + k * config.frame * velocity, 0.015, 0.004, velocity), {}, config.frame);
+    impulse += config.frame * sumOf(clay.sampleForces());
   }
   EXPECT_LT((impulse + momentum(clay.particles())).norm(), 1e-3 * momentum(clay.particles()).norm());
 }
@@ -335,16 +337,16 @@ TEST(Clay, SlipIsTheSpeedAtWhichClaySlidesAlongTheSkin) {
     material.skin_friction = friction;
     Clay clay(configOf(), {material}, block(5, 5, 5, spacing));
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    run(clay, 40, ghostPlane(centre, Eigen::Vector3d::UnitZ(), 0.04, 0.004));
-    for (const GhostForce& f : clay.ghostForces()) EXPECT_LT(f.slip, 1e-3) << "at rest";
+    run(clay, 40, samplePlane(centre, Eigen::Vector3d::UnitZ(), 0.04, 0.004));
+    for (const SampleForce& f : clay.sampleForces()) EXPECT_LT(f.slip, 1e-3) << "at rest";
     for (int k = 0; k < 15; ++k) {
       centre.x() += speed * clay.config().frame;
-      clay.advance(ghostPlane(centre, Eigen::Vector3d::UnitZ(), 0.04, 0.004, {speed, 0.0, 0.0}), {},
+      clay.advance(samplePlane(centre, Eigen::Vector3d::UnitZ(), 0.04, 0.004, {speed, 0.0, 0.0}), {},
                    clay.config().frame);
     }
-    ASSERT_FALSE(clay.ghostForces().empty());
+    ASSERT_FALSE(clay.sampleForces().empty());
     double force = 0.0, slip = 0.0;
-    for (const GhostForce& f : clay.ghostForces()) {
+    for (const SampleForce& f : clay.sampleForces()) {
       force += f.force.norm();
       slip += f.force.norm() * f.slip;
     }
@@ -370,7 +372,7 @@ TEST(Clay, GivesTheSameBitsForAnyNumberOfThreads) {
     for (int k = 0; k < 60; ++k) {
       const Eigen::Vector3d velocity(0.0, 0.0, k < 30 ? -0.1 : 0.1);
       const double z = 0.073 - 0.1 * config.frame * (k < 30 ? k + 1 : 59 - k);
-      clay.advance(ghostBall({0.0, 0.0, z}, 0.015, 0.005, velocity), {ground()}, config.frame);
+      clay.advance(sampleBall({0.0, 0.0, z}, 0.015, 0.005, velocity), {ground()}, config.frame);
     }
     positions.push_back(clay.particles().position);
   }
@@ -435,9 +437,9 @@ TEST(Clay, NamesTheParameterAndItsValue) {
   EXPECT_NE(messageOf(configOf(), {Material()}, particles).find("material 3"), std::string::npos);
 }
 
-TEST(Clay, BadGhostsDoNothing) {
+TEST(Clay, BadSamplesDoNothing) {
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
-  Ghosts bad = ghostPlane({0.0, 0.0, 0.01}, Eigen::Vector3d::UnitZ(), 0.02, 0.005);
+  SkinSamples bad = samplePlane({0.0, 0.0, 0.01}, Eigen::Vector3d::UnitZ(), 0.02, 0.005);
   for (std::size_t g = 0; g < bad.size(); ++g) {
     const int axis = static_cast<int>(g % 3);
     if (g % 6 == 0) bad.position[g][axis] = nan;
@@ -453,11 +455,11 @@ TEST(Clay, BadGhostsDoNothing) {
   run(touched, 10, bad, {ground()});
   run(left, 10, {}, {ground()});
   EXPECT_TRUE(sameBits(touched.particles().position, left.particles().position));
-  EXPECT_TRUE(touched.ghostForces().empty());
+  EXPECT_TRUE(touched.sampleForces().empty());
 }
 
-TEST(Clay, AGhostWithoutAFiniteVelocityHasNone) {
-  Ghosts hand = ghostBall({0.0, 0.0, 0.035}, 0.015, 0.004);
+TEST(Clay, ASampleWithoutAFiniteVelocityHasNone) {
+  SkinSamples hand = sampleBall({0.0, 0.0, 0.035}, 0.015, 0.004);
   Clay good(configOf(), {Material()}, block(5, 5, 5, spacing));
   run(good, 10, hand, {ground()});
   for (std::size_t g = 0; g < hand.size(); ++g) {
@@ -465,7 +467,7 @@ TEST(Clay, AGhostWithoutAFiniteVelocityHasNone) {
   }
   Clay bad(configOf(), {Material()}, block(5, 5, 5, spacing));
   run(bad, 10, hand, {ground()});
-  EXPECT_FALSE(bad.ghostForces().empty());
+  EXPECT_FALSE(bad.sampleForces().empty());
   EXPECT_TRUE(sameBits(good.particles().position, bad.particles().position));
 }
 
@@ -501,9 +503,9 @@ TEST(Clay, ReportsItsStagesAndCounts) {
 
 TEST(Clay, NothingIsNothing) {
   Clay clay(configOf(), {Material()}, {});
-  run(clay, 3, ghostBall(Eigen::Vector3d::Zero(), 0.01, 0.005), {ground()});
+  run(clay, 3, sampleBall(Eigen::Vector3d::Zero(), 0.01, 0.005), {ground()});
   EXPECT_EQ(clay.particles().size(), 0u);
-  EXPECT_TRUE(clay.ghostForces().empty());
+  EXPECT_TRUE(clay.sampleForces().empty());
   EXPECT_EQ(clay.solidForces().at(0).norm(), 0.0);
 }
 

@@ -135,15 +135,15 @@ TEST(Constraint, ImpenetrabilityPushesOutWithoutAJump) {
     auto particle = toInitial({{0, 0, static_cast<float>(0.1 * spacing)}});
     ClayConfig config = weightless(4, 4);
     Clay clay(config, {nothing()}, particle);
-    const Ghosts ghosts =
-        skin ? ghostPlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.02, 0.004) : Ghosts();
+    const SkinSamples samples =
+        skin ? samplePlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.02, 0.004) : SkinSamples();
     const std::vector<Solid> solids = skin ? std::vector<Solid>() : std::vector<Solid>{ground()};
     double fastest = 0.0;
     const double recovery = skin ? 0.5 : 0.1;  // m/s
     const double step = config.frame / 4;
     const int steps = static_cast<int>(std::ceil(0.4 * spacing / (recovery * step)));
     for (int k = 0; k < steps; ++k) {
-      clay.advance(ghosts, solids, step);
+      clay.advance(samples, solids, step);
       fastest = std::max(fastest, meanSpeed(clay.particles()));
     }
     EXPECT_GE(clay.particles().position[0].z(), 0.5 * spacing - 1e-6);

@@ -17,15 +17,15 @@ const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
 
 /// A search in one step, with what it looks at.
 struct Search {
-  Search(const std::vector<Eigen::Vector3f>& points, Ghosts skin, const std::vector<Solid>& solids = {})
-      : particles(particlesAt(points, 2e-4f)), guess(zeros(points.size())), ghosts(std::move(skin)) {
+  Search(const std::vector<Eigen::Vector3f>& points, SkinSamples skin, const std::vector<Solid>& solids = {})
+      : particles(particlesAt(points, 2e-4f)), guess(zeros(points.size())), samples(std::move(skin)) {
     near.build(particles.position);
     std::vector<Eigen::Isometry3d> start, end;
     for (const Solid& s : solids) {
       start.push_back(s.pose);
       end.push_back(poseAfter(s, dt));
     }
-    colliders.begin({ghosts, solids, start, end, dt});
+    colliders.begin({samples, solids, start, end, dt});
   }
   const ContactSearch::Found& atStart(const std::vector<Contact>& before = {}) {
     return search.findAtStart(before, near, particles, guess, colliders, dt);
@@ -36,21 +36,21 @@ struct Search {
 
   Particles particles;
   VectorField guess;
-  Ghosts ghosts;
+  SkinSamples samples;
   Neighbourhood near{2.0f * spacing};
   Colliders colliders{spacing};
   ContactSearch search{spacing};
 };
 
-/// Of each particle, the ghosts that pass within R of it in the step and did not start deep above it, looked
+/// Of each particle, the samples that pass within R of it in the step and did not start deep above it, looked
 /// for one by one at a thousand times in the step.
-std::map<std::uint32_t, std::set<std::uint32_t>> passingGhosts(const Search& s) {
+std::map<std::uint32_t, std::set<std::uint32_t>> passingSamples(const Search& s) {
   std::map<std::uint32_t, std::set<std::uint32_t>> all;
   for (std::uint32_t i = 0; i < s.particles.size(); ++i) {
-    for (std::uint32_t g = 0; g < s.ghosts.size(); ++g) {
-      const Eigen::Vector3f motion = dt * s.ghosts.velocity[g], start = s.ghosts.position[g] - motion;
+    for (std::uint32_t g = 0; g < s.samples.size(); ++g) {
+      const Eigen::Vector3f motion = dt * s.samples.velocity[g], start = s.samples.position[g] - motion;
       const Eigen::Vector3f from = s.particles.position.at(i) - start, way = s.guess.at(i) - motion;
-      if (s.ghosts.normal[g].dot(from) < -spacing) continue;
+      if (s.samples.normal[g].dot(from) < -spacing) continue;
       for (int k = 0; k <= 1000; ++k) {
         if ((from + 0.001f * static_cast<float>(k) * way).norm() >= reach) continue;
         all[i].insert(g);
@@ -61,11 +61,11 @@ std::map<std::uint32_t, std::set<std::uint32_t>> passingGhosts(const Search& s) 
   return all;
 }
 
-/// Skin that faces up and a cloud of clay, both in motion. Each contact has as its ghosts all that pass.
-TEST(ContactSearch, FindsTheGhostsThatABruteForceSearchFinds) {
+/// Skin that faces up and a cloud of clay, both in motion. Each contact has as its samples all that pass.
+TEST(ContactSearch, FindsTheSamplesThatABruteForceSearchFinds) {
   std::mt19937 random(11);
   const std::vector<Eigen::Vector3f> points = lattice(8, spacing, 0.3f);
-  Ghosts skin = ghostPlane({0.0, 0.0, -0.015}, up, 0.03, 0.003);
+  SkinSamples skin = samplePlane({0.0, 0.0, -0.015}, up, 0.03, 0.003);
   for (std::size_t g = 0; g < skin.size(); ++g) {
     skin.position[g] += randomVector(random, 0.003f);
     skin.velocity[g] = randomVector(random, 1.0f);
@@ -74,7 +74,7 @@ TEST(ContactSearch, FindsTheGhostsThatABruteForceSearchFinds) {
   Search s(points, skin);
   s.guess = randomField(points.size(), random, spacing);
   const ContactSearch::Found& found = s.atStart();
-  const auto passing = passingGhosts(s);
+  const auto passing = passingSamples(s);
   ASSERT_GT(found.contacts.size(), 100u);
   // At the border of R a thousand times and the search may differ.
   std::size_t differ = 0;
@@ -83,16 +83,17 @@ TEST(ContactSearch, FindsTheGhostsThatABruteForceSearchFinds) {
     EXPECT_EQ(c.solid, Contact::skin);
     EXPECT_GE(c.particle, last);  // in their order
     last = c.particle;
-    std::set<std::uint32_t> ghosts;
-    for (std::uint32_t k = 0; k < c.ghost_count; ++k) ghosts.insert(found.shares[c.first_ghost + k].ghost);
-    differ += ghosts != passing.at(c.particle);
+    std::set<std::uint32_t> samples;
+    for (std::uint32_t k = 0; k < c.sample_count; ++k)
+      samples.insert(found.shares[c.first_sample + k].sample);
+    differ += samples != passing.at(c.particle);
   }
   EXPECT_LE(differ, found.contacts.size() / 100);
 }
 
 TEST(ContactSearch, TheGapIsWhatIsLackingToHalfASpacingOff) {
   const float height = 0.3f * spacing;
-  Search s({{0.001f, 0.002f, height}}, ghostPlane(Eigen::Vector3d::Zero(), up, 0.02, 0.004), {ground()});
+  Search s({{0.001f, 0.002f, height}}, samplePlane(Eigen::Vector3d::Zero(), up, 0.02, 0.004), {ground()});
   const ContactSearch::Found& found = s.atStart();
   ASSERT_EQ(found.contacts.size(), 2u);  // the skin first
   EXPECT_EQ(found.contacts[0].solid, Contact::skin);
@@ -105,20 +106,20 @@ TEST(ContactSearch, TheGapIsWhatIsLackingToHalfASpacingOff) {
 }
 
 TEST(ContactSearch, ClayBetweenTwoFingersTouchesBoth) {
-  Ghosts fingers = ghostPlane({0.0, 0.0, -0.5 * spacing}, up, 0.02, 0.002);
-  append(fingers, ghostPlane({0.0, 0.0, 0.5 * spacing}, -up, 0.02, 0.002));
+  SkinSamples fingers = samplePlane({0.0, 0.0, -0.5 * spacing}, up, 0.02, 0.002);
+  append(fingers, samplePlane({0.0, 0.0, 0.5 * spacing}, -up, 0.02, 0.002));
   Search s({{0.0f, 0.0f, 0.0f}}, fingers);
   const ContactSearch::Found& found = s.atStart();
   ASSERT_EQ(found.contacts.size(), 2u);
   EXPECT_LT(found.contacts[0].normal.dot(found.contacts[1].normal), -0.99f);
-  EXPECT_EQ(found.contacts[0].ghost_count + found.contacts[1].ghost_count, found.shares.size());
+  EXPECT_EQ(found.contacts[0].sample_count + found.contacts[1].sample_count, found.shares.size());
 }
 
 /// A sheet of a tenth of a spacing; the particle starts five spacings over it and ends five under it.
 TEST(ContactSearch, AThinSolidIsNotPassedBy) {
   Solid sheet;
   sheet.size = Eigen::Vector3d(0.1, 0.1, 0.05 * spacing);
-  Search s({{0.0f, 0.0f, 5.0f * spacing}}, Ghosts(), {sheet});
+  Search s({{0.0f, 0.0f, 5.0f * spacing}}, SkinSamples(), {sheet});
   s.guess.set(0, {0.0f, 0.0f, -10.0f * spacing});
   const ContactSearch::Found& found = s.atStart();
   ASSERT_EQ(found.contacts.size(), 1u);
@@ -128,7 +129,7 @@ TEST(ContactSearch, AThinSolidIsNotPassedBy) {
 
 /// Deeper beneath the skin than it captures: only what it held in the step before is pushed out.
 TEST(ContactSearch, FromTheDepthOnlyWhatWasHeldComesBack) {
-  Search s({{0.0f, 0.0f, -1.2f * spacing}}, ghostPlane(Eigen::Vector3d::Zero(), up, 0.02, 0.003));
+  Search s({{0.0f, 0.0f, -1.2f * spacing}}, samplePlane(Eigen::Vector3d::Zero(), up, 0.02, 0.003));
   EXPECT_TRUE(s.atStart().contacts.empty());
   Contact held;
   held.particle = 0;
@@ -143,7 +144,7 @@ TEST(ContactSearch, FromTheDepthOnlyWhatWasHeldComesBack) {
 TEST(ContactSearch, StraysAreFoundWhereTheyEnd) {
   Solid wall = ground();
   wall.pose.translation().z() -= 4.0 * spacing;
-  const Ghosts skin = ghostPlane({0.0, 0.0, 4.0 * spacing}, -up, 0.02, 0.003);
+  const SkinSamples skin = samplePlane({0.0, 0.0, 4.0 * spacing}, -up, 0.02, 0.003);
   Search s({{0.0f, 0.0f, 0.0f}}, skin, {wall});
   EXPECT_TRUE(s.atStart().contacts.empty());
   EXPECT_TRUE(s.strays(s.guess).contacts.empty());

@@ -30,7 +30,7 @@ struct TwoCubes {
     floor.pose.translation().z() -= below;
     const std::vector<Solid> solids{floor};
     const std::vector<Eigen::Isometry3d> poses{floor.pose};
-    contacts.detect(near, particles, guess, {ghosts, solids, poses, poses, dt});
+    contacts.detect(near, particles, guess, {samples, solids, poses, poses, dt});
   }
   /// Changes all contacts: change(contact).
   template <typename F>
@@ -49,7 +49,7 @@ struct TwoCubes {
 
   Particles particles;
   Neighbourhood near{2.0f * spacing};
-  Ghosts ghosts;
+  SkinSamples samples;
   Contacts contacts{spacing, {Material{}}};
   Lumps lumps{near, particles, spacing};
 };

@@ -29,7 +29,7 @@ struct Step {
     std::vector<Eigen::Isometry3d> poses;
     for (const Solid& s : solids) poses.push_back(s.pose);
     near.build(particles.position);
-    contacts.detect(near, particles, free, {ghosts, solids, poses, poses, dt});
+    contacts.detect(near, particles, free, {samples, solids, poses, poses, dt});
     bonds.update(near, particles, particles.velocity, true);
     u = zeros(particles.size());
     return minimiser.solve(&bonds, free, contacts, dt, {g, iterations, exact}, u).iterations;
@@ -55,7 +55,7 @@ struct Step {
   Particles particles;
   Neighbourhood near{2.0f * spacing};
   Bonds bonds{spacing, materials};
-  Ghosts ghosts;
+  SkinSamples samples;
   Contacts contacts{spacing, materials};
   Minimiser minimiser{near, particles, kernel, spacing, materials};
   VectorField free, u;

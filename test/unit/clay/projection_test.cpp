@@ -212,12 +212,12 @@ TEST(Projection, TheIterationCountIsTheMaterial) {
 TEST(Projection, ARestingBlockPressesWithItsWeight) {
   for (const bool skin : {false, true}) {
     Clay clay(paper(4, 5), {Material()}, block(5, 5, 5, spacing));
-    const Ghosts palm =
-        skin ? ghostPlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.03, 0.004) : Ghosts();
+    const SkinSamples palm =
+        skin ? samplePlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.03, 0.004) : SkinSamples();
     const std::vector<Solid> table = skin ? std::vector<Solid>() : std::vector<Solid>{ground()};
     for (int k = 0; k < 90; ++k) clay.advance(palm, table, clay.config().frame);
     Eigen::Vector3d force = skin ? Eigen::Vector3d::Zero() : clay.solidForces()[0];
-    for (const GhostForce& f : clay.ghostForces()) force += f.force.cast<double>();
+    for (const SampleForce& f : clay.sampleForces()) force += f.force.cast<double>();
     const double weight = 9.81 * totalMass(clay.particles());
     EXPECT_NEAR(-force.z(), weight, 1e-3 * weight) << (skin ? "skin" : "table");
   }
@@ -269,7 +269,7 @@ TEST(Projection, GivesTheSameBitsForAnyNumberOfThreads) {
     Clay clay(paper(1, 5, threads), {Material()}, block(8, 8, 6, spacing));
     for (int k = 0; k < 30; ++k) {
       const Eigen::Vector3d velocity(0.0, 0.0, -0.1);
-      clay.advance(ghostBall({0.0, 0.0, 0.05 - 0.1 * dt * k}, 0.015, 0.005, velocity), {ground()},
+      clay.advance(sampleBall({0.0, 0.0, 0.05 - 0.1 * dt * k}, 0.015, 0.005, velocity), {ground()},
                    clay.config().frame);
     }
     positions.push_back(clay.particles().position);

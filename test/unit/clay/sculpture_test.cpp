@@ -44,7 +44,7 @@ class SculptureTest : public testing::Test {
     for (int k = first; k < last; ++k) {
       const Eigen::Vector3d velocity(0.0, 0.0, -0.1), from(0.0, 0.0, 0.055);
       const double t = (k + 1) * clay.config().frame;
-      clay.advance(ghostPlane(from + t * velocity, -Eigen::Vector3d::UnitZ(), 0.006, 0.003, velocity),
+      clay.advance(samplePlane(from + t * velocity, -Eigen::Vector3d::UnitZ(), 0.006, 0.003, velocity),
                    {ground(0.2)}, clay.config().frame);
     }
   }
@@ -75,7 +75,7 @@ TEST_F(SculptureTest, GoesOnToTheBit) {
   Clay whole = start();
   press(whole, 0, 20);
   ASSERT_GT(whole.statistics().bonds, 1000u);
-  ASSERT_GT(whole.ghostForces().size(), 3u);
+  ASSERT_GT(whole.sampleForces().size(), 3u);
   save(whole.sculpture(), file_);
   press(whole, 20, 40);
 
@@ -87,9 +87,9 @@ TEST_F(SculptureTest, GoesOnToTheBit) {
   EXPECT_EQ(continued.statistics().bonds, whole.statistics().bonds);
   EXPECT_TRUE(sameBits(continued.particles().position, whole.particles().position));
   EXPECT_TRUE(sameBits(continued.particles().velocity, whole.particles().velocity));
-  ASSERT_EQ(continued.ghostForces().size(), whole.ghostForces().size());
-  for (std::size_t k = 0; k < whole.ghostForces().size(); ++k)
-    EXPECT_EQ(continued.ghostForces()[k].force, whole.ghostForces()[k].force);
+  ASSERT_EQ(continued.sampleForces().size(), whole.sampleForces().size());
+  for (std::size_t k = 0; k < whole.sampleForces().size(); ++k)
+    EXPECT_EQ(continued.sampleForces()[k].force, whole.sampleForces()[k].force);
 }
 
 TEST_F(SculptureTest, IsSavedAsItIs) {

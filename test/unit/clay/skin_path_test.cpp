@@ -9,20 +9,20 @@ using Vector = Eigen::Vector3f;
 
 constexpr double period = 1.0 / 60.0;
 
-/// One ghost, at x, that moves along x.
-Ghosts ghostAt(float x, double velocity) {
+/// One sample, at x, that moves along x.
+SkinSamples sampleAt(float x, double velocity) {
   return {{Vector(x, 0.0f, 0.0f)}, {Vector::UnitZ()}, {Vector(static_cast<float>(velocity), 0.0f, 0.0f)}};
 }
 
-/// Where the ghost is at the start of the frame.
-float startOf(const Ghosts& skin, double duration) {
+/// Where the sample is at the start of the frame.
+float startOf(const SkinSamples& skin, double duration) {
   return skin.position[0].x() - static_cast<float>(duration) * skin.velocity[0].x();
 }
 
 /// Frames that are late, and samples whose stamps are hardly apart, since they came in a burst.
 TEST(SkinPath, AFrameBeginsWhereTheOneBeforeEnded) {
   SkinPath path;
-  path.add(ghostAt(0.0f, 0.0), 0.0);
+  path.add(sampleAt(0.0f, 0.0), 0.0);
   path.frame(period);
   double stamp = 0.0;
   float x = 0.0f, left_at = 0.0f;
@@ -31,10 +31,10 @@ TEST(SkinPath, AFrameBeginsWhereTheOneBeforeEnded) {
     const float step = 0.004f + 0.001f * static_cast<float>(++count % 3);
     x += step;
     stamp += since * period;
-    path.add(ghostAt(x, step / (since * period)), stamp);
+    path.add(sampleAt(x, step / (since * period)), stamp);
     if (count % 3 == 2) continue;  // overtaken by the next
     const double duration = (count % 2 == 0 ? 0.75 : 1.25) * period;
-    const Ghosts skin = path.frame(duration);
+    const SkinSamples skin = path.frame(duration);
     EXPECT_EQ(skin.position[0].x(), x);
     EXPECT_NEAR(startOf(skin, duration), left_at, 1e-5f) << count;
     left_at = x;
@@ -43,7 +43,7 @@ TEST(SkinPath, AFrameBeginsWhereTheOneBeforeEnded) {
 
 TEST(SkinPath, RestsWhereNoSampleComes) {
   SkinPath path;
-  path.add(ghostAt(0.1f, 0.3), period);
+  path.add(sampleAt(0.1f, 0.3), period);
   path.frame(period);
   EXPECT_EQ(path.frame(period).velocity[0], Vector(Vector::Zero()));
   EXPECT_EQ(path.frame(period).position[0].x(), 0.1f);
@@ -51,8 +51,8 @@ TEST(SkinPath, RestsWhereNoSampleComes) {
 
 TEST(SkinPath, AFrameOfNoTimeLeavesTheWayToTheNext) {
   SkinPath path;
-  path.add(ghostAt(0.1f, 0.3), 0.0);
-  path.add(ghostAt(0.105f, 0.3), period);
+  path.add(sampleAt(0.1f, 0.3), 0.0);
+  path.add(sampleAt(0.105f, 0.3), period);
   EXPECT_EQ(path.frame(0.0).velocity[0], Vector(Vector::Zero()));
   EXPECT_NEAR(startOf(path.frame(0.5 * period), 0.5 * period), 0.105 - 0.3 * period, 1e-6);
 }
@@ -60,9 +60,9 @@ TEST(SkinPath, AFrameOfNoTimeLeavesTheWayToTheNext) {
 /// A sample was lost on its way: the time since the one before is longer than what the velocity is of.
 TEST(SkinPath, GoesNoFartherThanTheSkinDid) {
   SkinPath path;
-  path.add(ghostAt(0.0f, 0.0), period);
+  path.add(sampleAt(0.0f, 0.0), period);
   path.frame(period);
-  path.add(ghostAt(0.008f, 0.004 / (0.001 * period)), 3.0 * period);
+  path.add(sampleAt(0.008f, 0.004 / (0.001 * period)), 3.0 * period);
   EXPECT_GT(startOf(path.frame(period), period), -0.0101f);  // by what skin may withdraw
 }
 
@@ -70,9 +70,9 @@ TEST(SkinPath, GoesNoFartherThanTheSkinDid) {
 /// rests.
 TEST(SkinPath, OtherSamplesHaveNoPast) {
   SkinPath path;
-  path.add(ghostAt(0.0f, 1.0), 0.0);
-  path.add(ghostAt(0.01f, 1.0), period);
-  Ghosts two = ghostAt(0.3f, 0.0);
+  path.add(sampleAt(0.0f, 1.0), 0.0);
+  path.add(sampleAt(0.01f, 1.0), period);
+  SkinSamples two = sampleAt(0.3f, 0.0);
   for (auto* part : {&two.position, &two.normal, &two.velocity}) part->push_back(part->front());
   path.add(two, 2.0 * period);
   EXPECT_EQ(path.frame(period).velocity[0], Vector(Vector::Zero()));

@@ -34,7 +34,7 @@ void press(Clay& clay) {
   for (int k = 1; k <= 48; ++k) {
     const double way = 0.02 * std::sin(k * M_PI / 48.0), before = 0.02 * std::sin((k - 1) * M_PI / 48.0);
     const Eigen::Vector3d velocity(0.0, 0.0, -60.0 * (way - before));
-    clay.advance(ghostPlane({0.0, 0.0, 0.037 - way}, -Eigen::Vector3d::UnitZ(), 0.006, 0.003, velocity),
+    clay.advance(samplePlane({0.0, 0.0, 0.037 - way}, -Eigen::Vector3d::UnitZ(), 0.006, 0.003, velocity),
                  {ground()}, 1.0 / 60.0);
   }
 }
@@ -157,8 +157,8 @@ TEST(Sleep, IsSaved) {
     press(clay);
     for (int k = 0; k < 30; ++k) {
       const Eigen::Vector3d velocity(0.0, 0.0, -0.1);
-      clay.advance(ghostPlane({0.06, 0.0, 0.04 - 0.1 * (k + 1) / 60.0}, -Eigen::Vector3d::UnitZ(), 0.006,
-                              0.003, velocity),
+      clay.advance(samplePlane({0.06, 0.0, 0.04 - 0.1 * (k + 1) / 60.0}, -Eigen::Vector3d::UnitZ(), 0.006,
+                               0.003, velocity),
                    {ground()}, 1.0 / 60.0);
     }
   };

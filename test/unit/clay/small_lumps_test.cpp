@@ -40,8 +40,8 @@ struct Beside {
   /// One frame, in which a palm goes on into the block.
   void advance() {
     const double speed = 2.0 * spacing_ / 0.5, down = speed * ++frames_ / 60.0;
-    clay_->advance(ghostPlane({0.0, 0.0, 8.2 * spacing_ - down}, -Eigen::Vector3d::UnitZ(), 6.0 * spacing_,
-                              0.8 * spacing_, {0.0, 0.0, -speed}),
+    clay_->advance(samplePlane({0.0, 0.0, 8.2 * spacing_ - down}, -Eigen::Vector3d::UnitZ(), 6.0 * spacing_,
+                               0.8 * spacing_, {0.0, 0.0, -speed}),
                    {ground()}, 1.0 / 60.0);
   }
   /// The small lump alone.
