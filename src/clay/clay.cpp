@@ -57,25 +57,27 @@ Clay::Clay(const ClayConfig& config, std::vector<Material> materials,
 
 Clay::~Clay() = default;
 
-void Clay::advance(const SkinSamples& samples, const std::vector<Solid>& solids, double duration) {
+void Clay::advance(const Skin& skin, const std::vector<Solid>& solids, double duration) {
   const auto steadily = [&](double t, std::vector<Eigen::Isometry3d>& poses) {
     poses.clear();
     for (const Solid& solid : solids) poses.push_back(poseAfter(solid, t - state_->time));
   };
-  advance(samples, solids, std::cref(steadily), duration);
+  advance(skin, solids, std::cref(steadily), duration);
 }
 
-void Clay::advance(const SkinSamples& samples, const std::vector<Solid>& solids, const SolidMotion& motion,
+void Clay::advance(const Skin& skin, const std::vector<Solid>& solids, const SolidMotion& motion,
                    double duration) {
   State& s = *state_;
-  require(samples.size() <= maxSkinSamples(s.config.spacing), "number of samples",
-          static_cast<double>(samples.size()),
+  require(skin.size() <= maxSkinSamples(s.config.spacing), "number of samples",
+          static_cast<double>(skin.size()),
           "at most " + std::to_string(maxSkinSamples(s.config.spacing)) + " at this spacing");
+  require(skin.normal.size() == skin.size() && skin.velocity.size() == skin.size(), "number of samples",
+          static_cast<double>(skin.size()), "as many normals and velocities");
   const double dt = s.config.timeStep();
   s.carry += duration;
   const int steps = std::max(static_cast<int>(std::lround(s.carry / dt)), 0);
   s.carry -= steps * dt;
-  s.beginFrame(samples, solids.size(), steps);
+  s.beginFrame(skin, solids.size(), steps);
   if (steps == 0) return;
   s.posesAt(motion, s.time, solids.size());
   s.team.execute([&] {
@@ -126,8 +128,8 @@ const Particles& Clay::particles() const {
 double Clay::time() const {
   return state_->time;
 }
-const std::vector<SampleForce>& Clay::sampleForces() const {
-  return state_->sample_forces;
+const std::vector<SkinForce>& Clay::skinForces() const {
+  return state_->skin_forces;
 }
 const std::vector<Eigen::Vector3d>& Clay::solidForces() const {
   return state_->solid_forces;

@@ -7,8 +7,8 @@
 #include "clay/material.h"
 #include "clay/particles.h"
 #include "clay/sculpture.h"
-#include "clay/skin_samples.h"
 #include "clay/solid.h"
+#include "values/skin.h"
 
 namespace tactile_clay::clay {
 
@@ -103,10 +103,10 @@ class Clay {
   /// \param solids their shapes; poses and velocities are not read
   /// \param motion their poses, by `time()`; it is asked for times from `time()` on
   /// \throws std::invalid_argument where there are more than `maxSkinSamples`, and the clay stays as it was
-  void advance(const SkinSamples& samples, const std::vector<Solid>& solids, const SolidMotion& motion,
+  void advance(const Skin& skin, const std::vector<Solid>& solids, const SolidMotion& motion,
                double duration);
   /// The same with solids that move from their poses with their velocities.
-  void advance(const SkinSamples& samples, const std::vector<Solid>& solids, double duration);
+  void advance(const Skin& skin, const std::vector<Solid>& solids, double duration);
 
   /// What the clay is now.
   Sculpture sculpture() const;
@@ -120,7 +120,7 @@ class Clay {
   double time() const;  // s, simulated
 
   /// Mean force on each touched sample over the last `advance`, by ascending sample.
-  const std::vector<SampleForce>& sampleForces() const;
+  const std::vector<SkinForce>& skinForces() const;
   /// Mean force on each solid over the last `advance`, N.
   const std::vector<Eigen::Vector3d>& solidForces() const;
   const Statistics& statistics() const;

@@ -78,18 +78,20 @@ void Clay::State::setWalls() {
 /// A sample that is not finite, is far out of the world or has no unit normal does not exist; one faster than
 /// any hand has jumped, and has no velocity. Norms are compared because a NaN fails every comparison, while
 /// maxCoeff may drop it.
-void Clay::State::takeSamples(const SkinSamples& samples) {
+void Clay::State::takeSamples(const Skin& skin) {
   constexpr float fastest = 50.0f;  // m/s
   const float far = static_cast<float>(100.0 * config.world);
-  target = samples;
+  target.position = skin.position;
+  target.normal = skin.normal;
+  target.velocity = skin.velocity;
   for (std::size_t g = 0; g < target.size(); ++g) {
     const bool unit = std::abs(target.normal[g].squaredNorm() - 1.0f) < 0.1f;
-    const bool exists = unit && target.position[g].norm() < std::min(far, SkinSamples::nowhere);
-    if (!exists) {
-      target.position[g].setConstant(SkinSamples::nowhere);
+    const bool there = unit && target.position[g].norm() < std::min(far, nowhere);
+    if (!there) {
+      target.position[g].setConstant(nowhere);
       target.normal[g] = Eigen::Vector3f::UnitZ();
     }
-    if (!exists || !(target.velocity[g].norm() < fastest)) target.velocity[g].setZero();
+    if (!there || !(target.velocity[g].norm() < fastest)) target.velocity[g].setZero();
   }
   moved = target;
 }
@@ -112,7 +114,7 @@ Surroundings Clay::State::withWalls(const Surroundings& around, double farthest)
     walled_start.push_back(wall.pose);
     walled_end.push_back(wall.pose);
   }
-  return {around.samples, walled, walled_start, walled_end, around.dt};
+  return {around.skin, walled, walled_start, walled_end, around.dt};
 }
 
 /// Sets `end_poses`. \param solids how many there are
@@ -128,20 +130,19 @@ Surroundings Clay::State::surroundings(const std::vector<Solid>& solids) const {
 }
 
 /// Resets what is summed over a frame. Where no step is done, forces stay but those of samples that are gone.
-void Clay::State::beginFrame(const SkinSamples& samples, std::size_t solids, int steps) {
+void Clay::State::beginFrame(const Skin& skin, std::size_t solids, int steps) {
   for (Stage& stage : statistics.stages) stage.ms = 0.0;
   iterations_done = rounds_done = 0;
   statistics.samples_looked_at = 0;
   ++statistics.step;
   if (steps == 0) {
-    const auto is_gone = [&](const SampleForce& f) { return f.sample >= samples.size(); };
-    sample_forces.erase(std::remove_if(sample_forces.begin(), sample_forces.end(), is_gone),
-                        sample_forces.end());
+    const auto is_gone = [&](const SkinForce& f) { return f.index >= skin.size(); };
+    skin_forces.erase(std::remove_if(skin_forces.begin(), skin_forces.end(), is_gone), skin_forces.end());
     return;
   }
-  sample_sums.assign(samples.size(), SampleSum());
+  sample_sums.assign(skin.size(), SampleSum());
   solid_forces.assign(solids, Eigen::Vector3d::Zero());
-  takeSamples(samples);
+  takeSamples(skin);
 }
 
 /// Tells what the steps of a frame added up to.
@@ -162,11 +163,11 @@ void Clay::State::endFrame(int steps) {
   countStrays();
   statistics.bonds = bond_constraint.size() + sleeping_bonds.size() / 2;
   statistics.contacts = contact_constraint.contacts().size() + sleeping_contacts.size();
-  sample_forces.clear();
+  skin_forces.clear();
   for (std::uint32_t g = 0; g < sample_sums.size(); ++g) {
     const SampleSum& sum = sample_sums[g];
     const double slip = sum.pressed > 0.0 ? sum.slip / sum.pressed : 0.0;
-    if (sum.touched) sample_forces.push_back({g, sum.force.cast<float>(), static_cast<float>(slip)});
+    if (sum.touched) skin_forces.push_back({g, sum.force.cast<float>(), static_cast<float>(slip)});
   }
 }
 

@@ -30,12 +30,12 @@ struct Clay::State {
   // What comes in, and what is told of a frame: clay_state.cpp.
   void takeParticles(const std::vector<InitialParticle>& initial);
   void setWalls();
-  void takeSamples(const SkinSamples& samples);
+  void takeSamples(const Skin& skin);
   void moveSamples(float remaining);
   Surroundings withWalls(const Surroundings& around, double farthest);
   void posesAt(const SolidMotion& motion, double t, std::size_t solids);
   Surroundings surroundings(const std::vector<Solid>& solids) const;
-  void beginFrame(const SkinSamples& samples, std::size_t solids, int steps);
+  void beginFrame(const Skin& skin, std::size_t solids, int steps);
   void endFrame(int steps);
   void countLumps();
   void countStrays();
@@ -77,8 +77,8 @@ struct Clay::State {
   int iterations_done = 0, rounds_done = 0;  // in this frame
   std::atomic<std::uint64_t> rejected{0};    // displacements, since the start
   double time = 0.0, carry = 0.0;            // s
-  SkinSamples target;                        // samples at the end of the frame
-  SkinSamples moved;                         // and at the end of the current step
+  Skin target;                               // samples at the end of the frame
+  Skin moved;                                // and at the end of the current step
   std::vector<Solid> walls;                  // of the world
   std::vector<Solid> walled;                 // solids of the step and walls, and their poses then
   std::vector<Eigen::Isometry3d> walled_start, walled_end;
@@ -89,7 +89,7 @@ struct Clay::State {
     bool touched = false;
   };
   std::vector<SampleSum> sample_sums;
-  std::vector<SampleForce> sample_forces;
+  std::vector<SkinForce> skin_forces;
   std::vector<Eigen::Vector3d> solid_forces;
   Statistics statistics;
 };

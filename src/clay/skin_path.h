@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "clay/skin_samples.h"
+#include "values/skin.h"
 
 namespace tactile_clay::clay {
 
@@ -17,7 +17,7 @@ namespace tactile_clay::clay {
 class SkinPath {
  public:
   /// A message of the skin came. \param stamp s, of any clock that the velocities count in
-  void add(SkinSamples skin, double stamp) {
+  void add(Skin skin, double stamp) {
     const bool goes_on = skin.size() == skin_.size();
     const double since = std::clamp(stamp - stamp_, 0.0, longest);
     stamp_ = stamp;
@@ -35,8 +35,8 @@ class SkinPath {
 
   /// The newest message, with the velocities that take its samples there in this frame. \param duration s,
   /// that the frame simulates; 0: none, and the next frame takes the whole way
-  SkinSamples frame(double duration) {
-    SkinSamples skin = skin_;
+  Skin frame(double duration) {
+    Skin skin = skin_;
     const float per_second = duration > 0.0 ? static_cast<float>(1.0 / duration) : 0.0f;
     for (Eigen::Vector3f& velocity : skin.velocity) velocity *= per_second;
     if (duration > 0.0) std::fill(skin_.velocity.begin(), skin_.velocity.end(), Eigen::Vector3f::Zero());
@@ -50,7 +50,7 @@ class SkinPath {
   static constexpr double longest = 1.0;  // s; a way of more is none
 
   double stamp_ = std::numeric_limits<double>::infinity();  // s, of the newest message
-  SkinSamples skin_;  // of the newest message; in place of velocities the ways since the last frame, m
+  Skin skin_;  // of the newest message; in place of velocities the ways since the last frame, m
 };
 
 }  // namespace tactile_clay::clay

@@ -65,9 +65,9 @@ bool Sleep::reached(const Lump& lump, const VectorField& position, const Solid& 
 bool Sleep::disturbed(const Lump& lump, const VectorField& position, const Surroundings& around) const {
   const Eigen::Vector3f room = Eigen::Vector3f::Constant(reach * spacing_);
   const Box box(lump.box.min() - room, lump.box.max() + room);
-  const SkinSamples& samples = around.samples;
-  for (std::size_t g = 0; g < samples.size(); ++g) {
-    const Eigen::Vector3f to = samples.position[g], from = to - around.dt * samples.velocity[g];
+  const Skin& skin = around.skin;
+  for (std::size_t g = 0; g < skin.size(); ++g) {
+    const Eigen::Vector3f to = skin.position[g], from = to - around.dt * skin.velocity[g];
     if (box.intersects(Box(from.cwiseMin(to), from.cwiseMax(to)))) return true;
   }
   for (std::size_t s = 0; s < around.solids.size(); ++s) {

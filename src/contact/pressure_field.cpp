@@ -14,7 +14,7 @@ void checkArray(const Eigen::Vector3f& position) {
     throw std::invalid_argument("pressure field: position of the array is not finite");
 }
 
-void checkSkin(const SkinView& skin) {
+void checkSkin(const Skin& skin) {
   const std::size_t n = skin.position.size();
   if (skin.normal.size() != n || skin.area.size() != n || skin.weight.size() != n) {
     throw std::invalid_argument(
@@ -22,12 +22,13 @@ void checkSkin(const SkinView& skin) {
         std::to_string(skin.normal.size()) + " normals, " + std::to_string(skin.area.size()) + " areas and " +
         std::to_string(skin.weight.size()) + " weights; expected one of each a sample");
   }
-  const FeltSkin* felt = skin.felt;
-  if (felt != nullptr && (felt->position.size() != n || felt->normal.size() != n || felt->area.size() != n)) {
+  const std::size_t positions = skin.tracked_position.size(), normals = skin.tracked_normal.size(),
+                    areas = skin.tracked_area.size(), expected = skin.isTracked() ? 0 : n;
+  if (positions != expected || normals != expected || areas != expected) {
     throw std::invalid_argument("pressure field: skin of " + std::to_string(n) + " samples is felt at " +
-                                std::to_string(felt->position.size()) + " positions, " +
-                                std::to_string(felt->normal.size()) + " normals and " +
-                                std::to_string(felt->area.size()) + " areas; expected one of each a sample");
+                                std::to_string(positions) + " positions, " + std::to_string(normals) +
+                                " normals and " + std::to_string(areas) +
+                                " areas; expected one of each a sample, or none");
   }
 }
 
@@ -38,12 +39,12 @@ struct Place {
   float area;
 };
 
-Place placeOf(const SkinView& skin, std::size_t i) {
-  if (skin.felt == nullptr) return {skin.position[i], skin.normal[i], skin.area[i]};
-  return {skin.felt->position[i], skin.felt->normal[i], skin.felt->area[i]};
+Place placeOf(const Skin& skin, std::size_t i) {
+  if (skin.isTracked()) return {skin.position[i], skin.normal[i], skin.area[i]};
+  return {skin.tracked_position[i], skin.tracked_normal[i], skin.tracked_area[i]};
 }
 
-bool usable(const SkinView& skin, std::size_t i) {
+bool usable(const Skin& skin, std::size_t i) {
   const Place place = placeOf(skin, i);
   return skin.position[i].allFinite() && skin.normal[i].allFinite() && std::isfinite(skin.area[i]) &&
          skin.area[i] >= 0.0f && std::isfinite(skin.weight[i]) && place.position.allFinite() &&
@@ -56,7 +57,7 @@ bool facesArray(const Place& place, const Eigen::Vector3f& array_position) {
 
 }  // namespace
 
-std::vector<PressureSample> pressureField(const SkinView& skin, const std::vector<ContactForce>& contacts,
+std::vector<PressureSample> pressureField(const Skin& skin, const std::vector<SkinForce>& contacts,
                                           const Eigen::Vector3f& array_position, std::size_t* dropped) {
   checkSkin(skin);
   checkArray(array_position);
@@ -64,9 +65,9 @@ std::vector<PressureSample> pressureField(const SkinView& skin, const std::vecto
   // Contacts are few beside the skin: sorting them avoids a pass over all samples. Stable, so that forces on
   // one sample add up in the order given.
   std::size_t left_out = 0;
-  std::vector<ContactForce> sorted;
+  std::vector<SkinForce> sorted;
   sorted.reserve(contacts.size());
-  for (const ContactForce& contact : contacts) {
+  for (const SkinForce& contact : contacts) {
     if (contact.index >= skin.position.size()) {
       throw std::out_of_range("pressure field: contact on skin sample " + std::to_string(contact.index) +
                               ", expected less than " + std::to_string(skin.position.size()));
@@ -79,7 +80,7 @@ std::vector<PressureSample> pressureField(const SkinView& skin, const std::vecto
     }
   }
   std::stable_sort(sorted.begin(), sorted.end(),
-                   [](const ContactForce& a, const ContactForce& b) { return a.index < b.index; });
+                   [](const SkinForce& a, const SkinForce& b) { return a.index < b.index; });
   if (dropped != nullptr) *dropped = left_out;
 
   std::vector<PressureSample> samples;
@@ -113,7 +114,7 @@ std::vector<PressureSample> pressureField(const SkinView& skin, const std::vecto
   return samples;
 }
 
-std::vector<PressureSample> skinAround(const SkinView& skin, const std::vector<PressureSample>& pressed,
+std::vector<PressureSample> skinAround(const Skin& skin, const std::vector<PressureSample>& pressed,
                                        const Eigen::Vector3f& array_position, float reach) {
   checkSkin(skin);
   checkArray(array_position);

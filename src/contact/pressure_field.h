@@ -2,35 +2,11 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
+#include "values/skin.h"
+
 namespace tactile_clay::contact {
-
-/// Force of the clay on one skin sample: Eq. 6 summed over the constraint iterations of a step.
-struct ContactForce {
-  std::uint32_t index = 0;                          // into the skin
-  Eigen::Vector3f force = Eigen::Vector3f::Zero();  // N, frame world
-  float slip = 0.0f;                                // m/s, at which the clay slides along the skin
-};
-
-/// Where skin samples are felt; arrays of one length, frame world.
-struct FeltSkin {
-  std::vector<Eigen::Vector3f> position;  // m
-  std::vector<Eigen::Vector3f> normal;    // outward, unit
-  std::vector<float> area;                // m^2; 0: other skin covers the sample there
-};
-
-/// Skin samples as the pressure needs them; arrays of one length, frame world.
-struct SkinView {
-  const std::vector<Eigen::Vector3f>& position;  // m
-  const std::vector<Eigen::Vector3f>& normal;    // outward, unit
-  const std::vector<float>& area;                // m^2
-  const std::vector<float>& weight;              // perceptual, 0-1
-  /// The same samples on the tracked hand, where the skin is that of a virtual hand beside it. Without: the
-  /// skin is felt where it is.
-  const FeltSkin* felt = nullptr;
-};
 
 /// Pressure of the clay, and the place on the skin where it is to be felt.
 struct PressureSample {
@@ -47,9 +23,10 @@ struct PressureSample {
 /// p > 0 are returned, in skin order, frame world. Forces on the same sample add up in the order given; the
 /// slip of the sample is their mean slip, by the size of the forces.
 ///
-/// With `felt`, the pressure arises where the skin meets the clay, by the normal and the area there, and is
-/// returned with the place, normal and area where it is felt: these decide whether it faces the array, and
-/// a sample that is covered there is left out, as is one whose area is 0 because other skin covers it.
+/// Where the skin is not the tracked hand's own, the pressure arises where it meets the clay, by the normal
+/// and the area there, and is returned with the place, normal and area on the tracked hand, where it is felt:
+/// these decide whether it faces the array, and a sample that is covered there is left out, as is one whose
+/// area is 0 because other skin covers it.
 ///
 /// A contact whose force is not finite or whose slip is no finite number from 0, or whose sample has a
 /// non-finite position, normal or weight or an area that is negative or not finite, is left out and counted;
@@ -58,16 +35,16 @@ struct PressureSample {
 /// . (array - x) > 0 \param dropped if given, receives the number of contacts left out for that reason
 /// \throws std::out_of_range if a contact's index is not a sample of the skin
 /// \throws std::invalid_argument if the skin's arrays differ in length or the array's position is not finite
-std::vector<PressureSample> pressureField(const SkinView& skin, const std::vector<ContactForce>& contacts,
+std::vector<PressureSample> pressureField(const Skin& skin, const std::vector<SkinForce>& contacts,
                                           const Eigen::Vector3f& array_position,
                                           std::size_t* dropped = nullptr);
 
 /// Skin that faces the array within `reach` of a pressed sample and is not pressed itself: samples of
-/// pressure and force 0, in skin order, frame world. Where skin is felt elsewhere (`felt`), places, normals
-/// and areas are those. Samples that are not usable (pressureField) are passed over. \param pressed samples
-/// of the same skin, as pressureField returned them \param reach m \throws std::invalid_argument if the
-/// skin's arrays differ in length, or the array's position or the reach is not finite
-std::vector<PressureSample> skinAround(const SkinView& skin, const std::vector<PressureSample>& pressed,
+/// pressure and force 0, in skin order, frame world, with places, normals and areas where they are felt.
+/// Samples that are not usable (pressureField) are passed over. \param pressed samples of the same skin, as
+/// pressureField returned them \param reach m \throws std::invalid_argument if the skin's arrays differ in
+/// length, or the array's position or the reach is not finite
+std::vector<PressureSample> skinAround(const Skin& skin, const std::vector<PressureSample>& pressed,
                                        const Eigen::Vector3f& array_position, float reach);
 
 }  // namespace tactile_clay::contact

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "hand/neo_hookean.h"
-#include "hand/skin.h"
 #include "hand/soft_hand_template.h"
+#include "values/skin.h"
 
 namespace tactile_clay::hand {
 

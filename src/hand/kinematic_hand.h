@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "hand/hand_bodies.h"
-#include "hand/skin.h"
 #include "hand/skin_template.h"
 #include "hand/tracked_hand.h"
+#include "values/skin.h"
 
 namespace tactile_clay::hand {
 

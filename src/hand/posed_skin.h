@@ -7,9 +7,9 @@
 
 #include "hand/capsule.h"
 #include "hand/hand_shape.h"
-#include "hand/skin.h"
 #include "hand/skin_template.h"
 #include "hand/tracked_hand.h"
+#include "values/skin.h"
 
 namespace tactile_clay::hand {
 

@@ -8,14 +8,9 @@
 #include "hand/bound_skin.h"
 #include "hand/hand_bodies.h"
 #include "hand/neo_hookean.h"
+#include "values/skin.h"
 
 namespace tactile_clay::hand {
-
-/// Force of the clay on a sample of the skin.
-struct SkinForce {
-  std::uint32_t index = 0;                          // into the skin
-  Eigen::Vector3f force = Eigen::Vector3f::Zero();  // N
-};
 
 /// Loads of the clay on the flesh of one hand.
 ///

@@ -10,9 +10,9 @@
 #include "hand/hand_bodies.h"
 #include "hand/inverted_flesh.h"
 #include "hand/neo_hookean.h"
-#include "hand/skin.h"
 #include "hand/skin_loads.h"
 #include "hand/soft_hand_template.h"
+#include "values/skin.h"
 
 namespace tactile_clay::hand {
 

@@ -43,8 +43,7 @@ void ClayRun::lower() {
   ++lowered_;
 }
 
-double ClayRun::step(const clay::SkinSamples& samples, const scene::Solids& solids, double duration,
-                     double dropped) {
+double ClayRun::step(const Skin& samples, const scene::Solids& solids, double duration, double dropped) {
   const Lock lock(mutex_);
   const ros::WallTime start = ros::WallTime::now();
   past_.before(*clay_);
@@ -55,11 +54,11 @@ double ClayRun::step(const clay::SkinSamples& samples, const scene::Solids& soli
   return computing;
 }
 
-sensor_msgs::PointCloud2Ptr ClayRun::contacts(const clay::SkinSamples& samples,
+sensor_msgs::PointCloud2Ptr ClayRun::contacts(const Skin& samples,
                                               const sensor_msgs::PointCloud2& skin) const {
   const Lock lock(mutex_);
   // A reset between the step and here leaves no forces, which is right.
-  return contactCloud(clay_->sampleForces(), samples, skin);
+  return contactCloud(clay_->skinForces(), samples, skin);
 }
 
 ClayRun::State ClayRun::state(const std_msgs::Header& header, bool with_particles) const {

@@ -40,11 +40,10 @@ class ClayRun {
 
   /// A frame. \param duration s, simulated \param dropped s before it, never to be simulated
   /// \return s, that computing took
-  double step(const clay::SkinSamples& samples, const scene::Solids& solids, double duration, double dropped);
+  double step(const Skin& samples, const scene::Solids& solids, double duration, double dropped);
 
   /// What the clay does to the skin of the last frame; nothing where it was replaced since.
-  sensor_msgs::PointCloud2Ptr contacts(const clay::SkinSamples& samples,
-                                       const sensor_msgs::PointCloud2& skin) const;
+  sensor_msgs::PointCloud2Ptr contacts(const Skin& samples, const sensor_msgs::PointCloud2& skin) const;
 
   struct State {
     double time;  // s, simulated

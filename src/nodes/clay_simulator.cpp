@@ -105,9 +105,9 @@ void ClaySimulator::receive(const Cloud::ConstPtr& skin) {
                     skin->header.frame_id.c_str(), frame::world);
 }
 
-clay::SkinSamples ClaySimulator::read(const Cloud& skin) {
+Skin ClaySimulator::read(const Cloud& skin) {
   try {
-    return skinSamples(skin, clay::maxSkinSamples(run_.scene().config.spacing));
+    return claySkin(skin, clay::maxSkinSamples(run_.scene().config.spacing));
   } catch (const std::runtime_error& error) {
     ROS_WARN_THROTTLE(1.0, "clay_simulator: skin left out: %s", error.what());
     ++bad_skins_;
@@ -127,7 +127,7 @@ void ClaySimulator::runLockstep() {
     duration = std::clamp(duration, 0.0, longest_gap);
     before = stamp;
     live_->begin(stamp);
-    const clay::SkinSamples samples = read(*skin);
+    const Skin samples = read(*skin);
     run_.step(samples, *solids_, duration, 0.0);
     publishState(stamp);
     // Last: the answer from the array means that all was published.
@@ -159,7 +159,7 @@ void ClaySimulator::runLive() {
       skin_at = now;
     else if (std::chrono::duration<double>(now - skin_at).count() > skin_lifetime)
       path = {};
-    const clay::SkinSamples samples = path.frame(duration);
+    const Skin samples = path.frame(duration);
     const double computing = run_.step(samples, *solids_, duration, pace.takeDropped());
     pace.took(duration, computing);
     if (const scene::Quality* const coarser =

@@ -56,7 +56,7 @@ class ClaySimulator {
   void receive(const Cloud::ConstPtr& skin);
   void runLive();
   void runLockstep();
-  clay::SkinSamples read(const Cloud& skin);
+  Skin read(const Cloud& skin);
   void publishState(ros::Time stamp);
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 

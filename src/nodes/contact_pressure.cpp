@@ -52,15 +52,15 @@ sensor_msgs::PointCloud2Ptr ContactPressure::pressure(const Cloud& skin, const C
   if (!forces.empty()) {
     const auto array = transforms_.lookup(skin.header.frame_id, frame::array);
     if (!array) throw std::runtime_error("the pose of the array is not known");
-    const PressureSkin pressed = pressureSkin(skin);
+    const Skin pressed = pressureSkin(skin);
     if (!onSkin(contacts, pressed))
       throw std::runtime_error("they are not on the skin of their stamp, expected one skin with each stamp");
     std::size_t dropped = 0;
-    samples = contact::pressureField(pressed.view(), forces, array->translation().cast<float>(), &dropped);
+    samples = contact::pressureField(pressed, forces, array->translation().cast<float>(), &dropped);
     dropped_ += dropped;
     samples_ = samples.size();
     if (around_ > 0.0) {
-      const auto around = contact::skinAround(pressed.view(), samples, array->translation().cast<float>(),
+      const auto around = contact::skinAround(pressed, samples, array->translation().cast<float>(),
                                               static_cast<float>(around_));
       samples.insert(samples.end(), around.begin(), around.end());
     }

@@ -95,7 +95,7 @@ hand::TrackedFrame toCore(const TrackedHands& message) {
   return frame;
 }
 
-sensor_msgs::PointCloud2Ptr skinCloud(const hand::Skin& skin, const std_msgs::Header& header) {
+sensor_msgs::PointCloud2Ptr skinCloud(const Skin& skin, const std_msgs::Header& header) {
   const bool beside = !skin.tracked_position.empty();
   CloudWriter cloud(header,
                     std::string("x y z normal_x normal_y normal_z vx vy vz area hand:u region:u weight "
@@ -111,12 +111,12 @@ sensor_msgs::PointCloud2Ptr skinCloud(const hand::Skin& skin, const std_msgs::He
   return cloud.finish();
 }
 
-clay::SkinSamples skinSamples(const sensor_msgs::PointCloud2& skin, std::size_t maximum) {
+Skin claySkin(const sensor_msgs::PointCloud2& skin, std::size_t maximum) {
   if (const std::size_t count = pointCount(skin); count > maximum)
     throw std::runtime_error(std::to_string(count) + " samples, expected at most " + std::to_string(maximum) +
                              " of this clay");
   const Vectors position = positions(skin), normal = normals(skin), velocity(skin, "vx", "vy", "vz");
-  clay::SkinSamples samples;
+  Skin samples;
   for (std::size_t i = 0, n = pointCount(skin); i < n; ++i) {
     samples.position.push_back(position[i]);
     samples.normal.push_back(normal[i]);
@@ -128,10 +128,10 @@ clay::SkinSamples skinSamples(const sensor_msgs::PointCloud2& skin, std::size_t 
   return samples;
 }
 
-PressureSkin pressureSkin(const sensor_msgs::PointCloud2& skin) {
+Skin pressureSkin(const sensor_msgs::PointCloud2& skin) {
   const Vectors position = positions(skin), normal = normals(skin);
   const auto area = column<float>(skin, "area"), weight = column<float>(skin, "weight");
-  PressureSkin out;
+  Skin out;
   for (std::size_t i = 0, n = pointCount(skin); i < n; ++i) {
     out.position.push_back(position[i]);
     out.normal.push_back(normal[i]);
@@ -142,11 +142,10 @@ PressureSkin pressureSkin(const sensor_msgs::PointCloud2& skin) {
   const Vectors place(skin, "tracked_x", "tracked_y", "tracked_z"),
       direction(skin, "tracked_normal_x", "tracked_normal_y", "tracked_normal_z");
   const auto bare = column<float>(skin, "tracked_area");
-  contact::FeltSkin& felt = out.felt.emplace();
   for (std::size_t i = 0; i < out.position.size(); ++i) {
-    felt.position.push_back(place[i]);
-    felt.normal.push_back(direction[i]);
-    felt.area.push_back(bare[i]);
+    out.tracked_position.push_back(place[i]);
+    out.tracked_normal.push_back(direction[i]);
+    out.tracked_area.push_back(bare[i]);
   }
   return out;
 }
@@ -169,8 +168,7 @@ sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::S
   return cloud.finish();
 }
 
-sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::SampleForce>& forces,
-                                         const clay::SkinSamples& samples,
+sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<SkinForce>& forces, const Skin& samples,
                                          const sensor_msgs::PointCloud2& skin) {
   // Skin of others may leave them out.
   const bool told = hasColumn<std::uint32_t>(skin, "hand") && hasColumn<std::uint32_t>(skin, "region") &&
@@ -188,25 +186,25 @@ sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::SampleForce>& f
       skin.header,
       std::string("x y z fx fy fz index:u vx vy vz slip") + (told ? " hand:u region:u area" : ""),
       forces.size());
-  for (const clay::SampleForce& force : forces) {
-    cloud.vector(samples.position.at(force.sample)).vector(force.force) << force.sample;
-    cloud.vector((*velocity)[force.sample]) << force.slip;
-    if (told) cloud << (*hand)[force.sample] << (*region)[force.sample] << (*area)[force.sample];
+  for (const SkinForce& force : forces) {
+    cloud.vector(samples.position.at(force.index)).vector(force.force) << force.index;
+    cloud.vector((*velocity)[force.index]) << force.slip;
+    if (told) cloud << (*hand)[force.index] << (*region)[force.index] << (*area)[force.index];
   }
   return cloud.finish();
 }
 
-std::vector<contact::ContactForce> contactForces(const sensor_msgs::PointCloud2& contacts) {
+std::vector<SkinForce> contactForces(const sensor_msgs::PointCloud2& contacts) {
   const Vectors force(contacts, "fx", "fy", "fz");
   const auto index = column<std::uint32_t>(contacts, "index");
   const auto slip = slips(contacts);
-  std::vector<contact::ContactForce> out;
+  std::vector<SkinForce> out;
   for (std::size_t i = 0, n = pointCount(contacts); i < n; ++i)
     out.push_back({index[i], force[i], slip ? (*slip)[i] : 0.0f});
   return out;
 }
 
-bool onSkin(const sensor_msgs::PointCloud2& contacts, const PressureSkin& skin) {
+bool onSkin(const sensor_msgs::PointCloud2& contacts, const Skin& skin) {
   if (!hasField(contacts, "x")) return true;
   constexpr float same_place = 1e-3f;  // m; the clay sends the places of the skin back as they came
   const Vectors place = positions(contacts);

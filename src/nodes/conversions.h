@@ -12,12 +12,12 @@
 
 #include "clay/clay.h"
 #include "contact/pressure_field.h"
-#include "hand/skin.h"
 #include "hand/tracked_hand.h"
 #include "nodes/stamps.h"
 #include "scene/scene.h"
 #include "ultrasound/focal_point.h"
 #include "ultrasound/focal_points.h"
+#include "values/skin.h"
 
 namespace tactile_clay::nodes {
 
@@ -30,20 +30,13 @@ hand::TrackedFrame toCore(const TrackedHands& message);
 
 /// hands/skin, with the perceptual weight of each sample. With `tracked_x` to `tracked_area` only where the
 /// skin is not the tracked hand's own.
-sensor_msgs::PointCloud2Ptr skinCloud(const hand::Skin& skin, const std_msgs::Header& header);
+sensor_msgs::PointCloud2Ptr skinCloud(const Skin& skin, const std_msgs::Header& header);
 /// The same as the clay needs it. \param maximum samples that the clay takes (clay::maxSkinSamples)
-clay::SkinSamples skinSamples(const sensor_msgs::PointCloud2& skin,
-                              std::size_t maximum = std::numeric_limits<std::size_t>::max());
+Skin claySkin(const sensor_msgs::PointCloud2& skin,
+              std::size_t maximum = std::numeric_limits<std::size_t>::max());
 
 /// hands/skin as the pressure needs it. Skin without `tracked_x` is felt where it is.
-struct PressureSkin {
-  std::vector<Eigen::Vector3f> position, normal;
-  std::vector<float> area, weight;
-  std::optional<contact::FeltSkin> felt;
-
-  contact::SkinView view() const { return {position, normal, area, weight, felt ? &*felt : nullptr}; }
-};
-PressureSkin pressureSkin(const sensor_msgs::PointCloud2& skin);
+Skin pressureSkin(const sensor_msgs::PointCloud2& skin);
 
 /// clay/particles, in the colours of the scene's bodies.
 sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::Scene& scene,
@@ -51,13 +44,12 @@ sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::S
 
 /// clay/contacts: the force on each touched skin sample, how it moves, how the clay slides there, and, where
 /// the skin tells them, its hand, region and area. \param skin the message that the samples came from
-sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<clay::SampleForce>& forces,
-                                         const clay::SkinSamples& samples,
+sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<SkinForce>& forces, const Skin& samples,
                                          const sensor_msgs::PointCloud2& skin);
-std::vector<contact::ContactForce> contactForces(const sensor_msgs::PointCloud2& contacts);
+std::vector<SkinForce> contactForces(const sensor_msgs::PointCloud2& contacts);
 /// Whether the contacts, where they tell their places, are on their samples of that skin. Of two skins with
 /// one stamp only one is.
-bool onSkin(const sensor_msgs::PointCloud2& contacts, const PressureSkin& skin);
+bool onSkin(const sensor_msgs::PointCloud2& contacts, const Skin& skin);
 
 /// hands/pressure.
 sensor_msgs::PointCloud2Ptr pressureCloud(const std::vector<contact::PressureSample>& samples,

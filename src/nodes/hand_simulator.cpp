@@ -60,9 +60,7 @@ void HandSimulator::receive(const TrackedHands::ConstPtr& message) {
 
 void HandSimulator::react(const sensor_msgs::PointCloud2::ConstPtr& contacts) {
   try {
-    std::vector<hand::SkinForce> forces;
-    for (const contact::ContactForce& f : contactForces(*contacts)) forces.push_back({f.index, f.force});
-    bad_forces_ += soft_->react(toCore(contacts->header.stamp), forces);
+    bad_forces_ += soft_->react(toCore(contacts->header.stamp), contactForces(*contacts));
   } catch (const std::runtime_error& error) {
     ROS_WARN_THROTTLE(1.0, "hand_simulator: contacts left out: %s", error.what());
     ++bad_forces_;
@@ -98,7 +96,7 @@ void HandSimulator::simulate(const TrackedHands& message) {
   }
   const auto start = ros::SteadyTime::now();
   const double processor_start = processorTime();
-  const hand::Skin& skin =
+  const Skin& skin =
       soft_ ? soft_->update(frame.hands, frame.stamp) : kinematic_->update(frame.hands, frame.stamp);
   times_.add((ros::SteadyTime::now() - start).toSec());
   processor_time_ += processorTime() - processor_start;

@@ -51,13 +51,13 @@ struct Samples {
 Samples samplesOf(const sensor_msgs::PointCloud2& skin, hand::Side side) {
   Samples samples;
   const auto which = column<std::uint32_t>(skin, "hand");
-  const PressureSkin all = pressureSkin(skin);
-  if (!all.felt) return samples;
+  const Skin all = pressureSkin(skin);
+  if (all.isTracked()) return samples;
   for (std::size_t i = 0; i < all.position.size(); ++i) {
     if (which[i] != static_cast<std::uint32_t>(side)) continue;
-    samples.position.push_back(all.felt->position[i]);
-    samples.normal.push_back(all.felt->normal[i]);
-    samples.displacement.push_back(all.position[i] - all.felt->position[i]);
+    samples.position.push_back(all.tracked_position[i]);
+    samples.normal.push_back(all.tracked_normal[i]);
+    samples.displacement.push_back(all.position[i] - all.tracked_position[i]);
   }
   return samples;
 }

@@ -4,7 +4,7 @@
 
 namespace tactile_clay::nodes {
 
-void SkinQueue::push(const Skin& skin) {
+void SkinQueue::push(const Cloud& skin) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!lockstep_ && !skins_.empty()) ++overtaken_;
@@ -23,7 +23,7 @@ void SkinQueue::stop() {
   came_.notify_all();
 }
 
-bool SkinQueue::wait(Clock::time_point until, std::vector<Skin>& skins) {
+bool SkinQueue::wait(Clock::time_point until, std::vector<Cloud>& skins) {
   std::unique_lock<std::mutex> lock(mutex_);
   const auto ready = [this] { return stopped_ || !skins_.empty(); };
   if (lockstep_)

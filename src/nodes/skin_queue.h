@@ -14,19 +14,19 @@ namespace tactile_clay::nodes {
 /// that came since the frame before make one together.
 class SkinQueue {
  public:
-  using Skin = sensor_msgs::PointCloud2::ConstPtr;
+  using Cloud = sensor_msgs::PointCloud2::ConstPtr;
   using Clock = std::chrono::steady_clock;
 
   explicit SkinQueue(bool lockstep) : lockstep_(lockstep) {}
 
   /// Live, the oldest of many leaves. \throws std::runtime_error where too many wait (requireRoom)
-  void push(const Skin& skin);
+  void push(const Cloud& skin);
   /// Ends all waiting, for good.
   void stop();
 
   /// Waits for a skin, to `until` at most; in lockstep as long as it takes. \param[out] skins those that
   /// wait, the oldest first; in lockstep one \return false where the queue was stopped
-  bool wait(Clock::time_point until, std::vector<Skin>& skins);
+  bool wait(Clock::time_point until, std::vector<Cloud>& skins);
 
   /// How many were overtaken by newer ones.
   unsigned overtaken() const;
@@ -37,7 +37,7 @@ class SkinQueue {
   const bool lockstep_;
   mutable std::mutex mutex_;  // of what follows
   std::condition_variable came_;
-  std::deque<Skin> skins_;
+  std::deque<Cloud> skins_;
   bool stopped_ = false;
   unsigned overtaken_ = 0;
 };

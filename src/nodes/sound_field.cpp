@@ -179,10 +179,9 @@ std::vector<Eigen::Vector3f> SoundField::facingSkin() {
   if (skin_.position.empty()) return points;
   const auto pose = transforms_.lookup(frame::array, skin_frame_);
   if (!pose) return points;
-  const PressureSkin& skin = skin_;
   const Eigen::Isometry3f to_array = pose->cast<float>();
-  const auto& places = skin.felt ? skin.felt->position : skin.position;
-  const auto& normals = skin.felt ? skin.felt->normal : skin.normal;
+  const auto& places = skin_.isTracked() ? skin_.position : skin_.tracked_position;
+  const auto& normals = skin_.isTracked() ? skin_.normal : skin_.tracked_normal;
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Eigen::Vector3f position = to_array * places[i];
     if (position.dot(to_array.linear() * normals[i]) < 0.0f) points.push_back(position);

@@ -47,7 +47,7 @@ class SoundField {
   bool skin_field_, slice_field_;
   Transforms transforms_;
   Inbox inbox_;
-  PressureSkin skin_;  // the newest
+  Skin skin_;  // the newest
   std::string skin_frame_;
 
   ros::NodeHandle nh_;

@@ -62,13 +62,13 @@ std::vector<Eigen::Vector3f> highestPlaces(const Scene& scene, const Eigen::Vect
 
 }  // namespace
 
-clay::SkinSamples pressingBalls(const Scene& scene, double time) {
+Skin pressingBalls(const Scene& scene, double time) {
   const Eigen::Vector3f up = upOf(scene);
   // As dense as the skin of hands, 0.8 spacings apart: on a spiral each has the same area.
   const double sample = std::pow(0.8 * scene.config.spacing, 2.0);
   const int count = static_cast<int>(std::ceil(4.0 * M_PI * radius * radius / sample));
   const double turn = M_PI * (3.0 - std::sqrt(5.0));  // the golden angle
-  clay::SkinSamples balls;
+  Skin balls;
   for (const Eigen::Vector3f& place : highestPlaces(scene, up)) {
     const Eigen::Vector3f centre = place + up * (radius - speed * static_cast<float>(time));
     for (int k = 0; k < count; ++k) {
@@ -94,14 +94,14 @@ struct FrameTimes {
 
 /// One way of the balls into the clay.
 void measurePass(const Scene& scene, const Solids& solids, const Quality& quality,
-                 const std::vector<clay::SkinSamples>& balls, FrameTimes& times) {
+                 const std::vector<Skin>& balls, FrameTimes& times) {
   clay::ClayConfig config = scene.config;
   config.budget = quality.budget;
   config.sleeping = false;
   clay::Clay clay(config, scene.materials, scene.particles);
   int frame = 0;
   double waited_before = waitedForProcessors();
-  for (const clay::SkinSamples& skin : balls) {
+  for (const Skin& skin : balls) {
     const Clock::time_point start = Clock::now();
     clay.advance(skin, solids.solids(), solids.motion(), config.frame);
     const double took = milliseconds(Clock::now() - start);
@@ -119,7 +119,7 @@ void measurePass(const Scene& scene, const Solids& solids, const Quality& qualit
 
 std::vector<double> measuredFrames(const Scene& scene, const Solids& solids,
                                    const std::vector<Quality>& qualities, double enough) {
-  std::vector<clay::SkinSamples> balls;  // of each frame, the same for all qualities
+  std::vector<Skin> balls;  // of each frame, the same for all qualities
   for (int frame = 1; frame <= max_frames; ++frame)
     balls.push_back(pressingBalls(scene, frame * scene.config.frame));
   const Clock::time_point start = Clock::now();

@@ -22,6 +22,6 @@ std::vector<double> measuredFrames(const Scene& scene, const Solids& solids,
 
 /// Two balls of skin that go down into the clay, each from above one of its highest places; one where it has
 /// no two that are far enough from each other. \param time s, since they touched it
-clay::SkinSamples pressingBalls(const Scene& scene, double time);
+Skin pressingBalls(const Scene& scene, double time);
 
 }  // namespace tactile_clay::scene

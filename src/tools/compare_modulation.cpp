@@ -38,8 +38,8 @@ finger tips and palms, which are the same on every computer.
 using namespace tactile_clay;
 using tools::Array;
 using tools::ModulationWay;
+using tools::RefinedSkin;
 using tools::Samples;
-using tools::Skin;
 using ultrasound::Modulation;
 
 /// Pose of the array in world, as the run tells it.
@@ -85,7 +85,7 @@ void compare(const std::string& file, std::size_t step, const Array& array, std:
     const Samples pressed = pressedOf(nodes::pressureSamples(*pair->second));
     Samples all;
     if (!pressed.empty()) all = tools::facingSkin(pressed, nodes::pressureSkin(*pair->first), to_array);
-    std::optional<Skin> skin;
+    std::optional<RefinedSkin> skin;
     if (!pressed.empty() && touched++ % step == 0) {
       skin = tools::refined(all);
       samples += all.size();
@@ -108,7 +108,7 @@ void compareRandom(unsigned count, const Array& array, std::vector<ModulationWay
   constexpr int frames = 3;
   for (unsigned seed = 0; seed < count; ++seed) {
     const Samples all = tools::randomContact(seed, step), pressed = pressedOf(all);
-    const Skin skin = tools::refined(all);
+    const RefinedSkin skin = tools::refined(all);
     for (ModulationWay& way : ways) {
       startAnew(way);
       for (int frame = 1; frame <= frames; ++frame)

@@ -14,19 +14,18 @@ constexpr std::size_t max_neighbours = 3;
 
 }  // namespace
 
-Samples facingSkin(const Samples& pressed, const nodes::PressureSkin& in_world,
-                   const Eigen::Isometry3f& to_array) {
-  nodes::PressureSkin skin = in_world;
+Samples facingSkin(const Samples& pressed, const Skin& in_world, const Eigen::Isometry3f& to_array) {
+  Skin skin = in_world;
   const auto move = [&](std::vector<Eigen::Vector3f>& position, std::vector<Eigen::Vector3f>& normal) {
     for (auto& x : position) x = to_array * x;
     for (auto& n : normal) n = to_array.linear() * n;
   };
   move(skin.position, skin.normal);
-  if (skin.felt) move(skin.felt->position, skin.felt->normal);
+  move(skin.tracked_position, skin.tracked_normal);
   Samples all = pressed;
   constexpr float same = 1e-4f;  // m; poses are rounded
   for (const auto& sample :
-       contact::skinAround(skin.view(), pressed, Eigen::Vector3f::Zero(), skin_around_contacts)) {
+       contact::skinAround(skin, pressed, Eigen::Vector3f::Zero(), skin_around_contacts)) {
     const bool is_pressed = std::any_of(pressed.begin(), pressed.end(), [&](const auto& other) {
       return (other.position - sample.position).norm() < same;
     });
@@ -35,7 +34,7 @@ Samples facingSkin(const Samples& pressed, const nodes::PressureSkin& in_world,
   return all;
 }
 
-Skin refined(const Samples& samples) {
+RefinedSkin refined(const Samples& samples) {
   struct Pair {
     std::size_t a, b;
   };
@@ -55,7 +54,7 @@ Skin refined(const Samples& samples) {
       count[i] += 1.0;
     }
   }
-  Skin skin;
+  RefinedSkin skin;
   const auto add = [&skin](const Eigen::Vector3f& at, double pressure, double area, double weight) {
     skin.position.push_back(at);
     skin.pressure.push_back(pressure);
@@ -74,7 +73,7 @@ Skin refined(const Samples& samples) {
   return skin;
 }
 
-double shapeError(const Skin& skin, const std::vector<float>& rendered, bool weighted) {
+double shapeError(const RefinedSkin& skin, const std::vector<float>& rendered, bool weighted) {
   ShapeError error;
   for (std::size_t i = 0; i < rendered.size(); ++i)
     error.add(skin.area[i] * (weighted ? skin.weight[i] : 1.0), skin.pressure[i], rendered[i]);

@@ -27,13 +27,12 @@ std::chrono::nanoseconds nanoseconds(double seconds) {
 
 HandSample sampleOf(double duration, std::vector<hand::TrackedHand> hands, std::chrono::nanoseconds stamp,
                     hand::KinematicHands& model) {
-  const hand::Skin& skin = model.update(hands, stamp);
-  return {duration, {skin.position, skin.normal, skin.velocity}, skin.side, skin.area, std::move(hands),
-          stamp};
+  Skin skin = model.update(hands, stamp);
+  return {duration, std::move(skin), std::move(hands), stamp};
 }
 
 std::vector<HandSample> withoutHands(double duration) {
-  return std::vector<HandSample>(static_cast<std::size_t>(std::lround(duration / frame)), {frame, {}, {}});
+  return std::vector<HandSample>(static_cast<std::size_t>(std::lround(duration / frame)), {frame, {}});
 }
 
 std::vector<HandSample> played(const hand::Score& score, double duration, double spacing) {

@@ -5,17 +5,15 @@
 #include <string>
 #include <vector>
 
-#include "clay/skin_samples.h"
 #include "hand/tracked_hand.h"
+#include "values/skin.h"
 
 namespace tactile_clay::tools {
 
 /// The skin of all hands at the end of a piece of time.
 struct HandSample {
   double duration = 0.0;  // s, since the sample before
-  clay::SkinSamples skin;
-  std::vector<std::uint8_t> side;  // of each sample: 0 left, 1 right
-  std::vector<float> area = {};    // m^2, of each sample
+  Skin skin;
 
   // What it is the skin of, for hands that the clay holds back.
   std::vector<hand::TrackedHand> hands = {};  // in the world

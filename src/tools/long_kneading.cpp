@@ -160,7 +160,7 @@ void kneadLong(const scene::Scene& scene, const scene::Solids& solids, const std
   while (clay.time() < how.duration) {
     const HandSample* sample = &samples[next++ % samples.size()];
     double duration = sample->duration;
-    clay::SkinSamples skin = sample->skin;
+    Skin skin = sample->skin;
     if (how.live) {
       due += duration;
       path.add(skin, due);

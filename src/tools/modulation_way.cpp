@@ -100,7 +100,7 @@ ModulationWay fieldWay(const std::string& name, const ultrasound::FieldSolverOpt
   return way;
 }
 
-void renderFrame(const Array& array, const Samples& pressed, const Samples& all, const Skin* skin,
+void renderFrame(const Array& array, const Samples& pressed, const Samples& all, const RefinedSkin* skin,
                  ModulationWay& way) {
   const auto points = way.renderer.render(ultrasound::isField(way.config.modulation) ? all : pressed);
   if (points.empty()) {

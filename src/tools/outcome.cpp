@@ -18,8 +18,7 @@ constexpr char rendered_layout[] = "usx";
 
 Load loadOnHands(const clay::Clay& clay, const std::vector<std::uint8_t>& side) {
   Load load = Load::Zero();
-  for (const clay::SampleForce& f : clay.sampleForces())
-    load.segment<3>(3 * side[f.sample]) += f.force.cast<double>();
+  for (const SkinForce& f : clay.skinForces()) load.segment<3>(3 * side[f.index]) += f.force.cast<double>();
   return load;
 }
 
@@ -40,37 +39,24 @@ class Hands {
     sample_ = &sample;
     if (!soft_) return;
     skin_ = &soft_->update(sample.hands, sample.stamp);
-    samples_ = {skin_->position, skin_->normal, skin_->velocity};
   }
-  const clay::SkinSamples& samples() const { return soft_ ? samples_ : sample_->skin; }
-  const std::vector<std::uint8_t>& side() const { return soft_ ? skin_->side : sample_->side; }
+  const Skin& skin() const { return soft_ ? *skin_ : sample_->skin; }
 
   /// The answer of the clay.
-  void react(const std::vector<clay::SampleForce>& answer) {
-    if (!soft_) return;
-    std::vector<hand::SkinForce> forces;
-    for (const clay::SampleForce& f : answer) forces.push_back({f.sample, f.force});
-    soft_->react(sample_->stamp, forces);
+  void react(const std::vector<SkinForce>& answer) {
+    if (soft_) soft_->react(sample_->stamp, answer);
   }
 
-  void measure(const std::vector<clay::SampleForce>& answer, std::vector<PressureMeter>& meters) const {
-    std::vector<contact::ContactForce> forces;
-    for (const clay::SampleForce& f : answer) forces.push_back({f.sample, f.force});
-    const std::vector<float>& area = soft_ ? skin_->area : sample_->area;
-    const std::vector<float> weight(area.size(), 1.0f);
-    const clay::SkinSamples& at = samples();
-    std::optional<contact::FeltSkin> felt;
-    if (soft_ && !skin_->tracked_position.empty())
-      felt = {skin_->tracked_position, skin_->tracked_normal, skin_->tracked_area};
-    const contact::SkinView view{at.position, at.normal, area, weight, felt ? &*felt : nullptr};
-    for (PressureMeter& meter : meters) meter.add(view, forces);
+  void measure(const std::vector<SkinForce>& answer, std::vector<PressureMeter>& meters) const {
+    Skin alike = skin();
+    alike.weight.assign(alike.size(), 1.0f);
+    for (PressureMeter& meter : meters) meter.add(alike, answer);
   }
 
  private:
   std::optional<hand::SoftHands> soft_;
   const HandSample* sample_ = nullptr;
-  const hand::Skin* skin_ = nullptr;  // of soft hands
-  clay::SkinSamples samples_;         // of soft hands
+  const Skin* skin_ = nullptr;  // of soft hands
 };
 
 }  // namespace
@@ -113,7 +99,7 @@ Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::
     hands.go(sample);
     const double before = clay.time();
     const auto start = std::chrono::steady_clock::now();
-    clay.advance(hands.samples(), solids.solids(), solids.motion(), sample.duration);
+    clay.advance(hands.skin(), solids.solids(), solids.motion(), sample.duration);
     const double ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     // A recorded sample may be shorter than a step, or longer than a frame.
@@ -121,14 +107,14 @@ Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::
     if (steps > 0)
       outcome.ms.push_back(ms / static_cast<double>(steps) * static_cast<double>(budget.substeps));
 
-    hands.react(clay.sampleForces());
+    hands.react(clay.skinForces());
     since_rendered += sample.duration;
     if (!meters.empty() && since_rendered >= rendered_period - 1e-9) {
-      hands.measure(clay.sampleForces(), meters);
+      hands.measure(clay.skinForces(), meters);
       since_rendered = 0.0;
     }
 
-    const Load load = with_hands ? loadOnHands(clay, hands.side()) : loadOnSolids(clay);
+    const Load load = with_hands ? loadOnHands(clay, hands.skin().side) : loadOnSolids(clay);
     loads.push_back({sample.duration, load});
     time += sample.duration;
     outcome.mean_force += sample.duration * load.norm();

@@ -37,7 +37,7 @@ PressureMeter::PressureMeter(const Rendering& rendering, const std::string& layo
   renderer_.setArray(ultrasound::ArrayReach(layout_, air_));
 }
 
-void PressureMeter::add(const contact::SkinView& skin, const std::vector<contact::ContactForce>& contacts) {
+void PressureMeter::add(const Skin& skin, const std::vector<SkinForce>& contacts) {
   auto pressed = contact::pressureField(skin, contacts, centre_);
   if (pressed.empty()) return;
   auto all = pressed;

@@ -34,7 +34,7 @@ class PressureMeter {
   PressureMeter(const Rendering& rendering, const std::string& layout, const Eigen::Isometry3d& array);
 
   /// \param skin of a frame, in the world \param contacts of the clay on it
-  void add(const contact::SkinView& skin, const std::vector<contact::ContactForce>& contacts);
+  void add(const Skin& skin, const std::vector<SkinForce>& contacts);
 
   RenderedPressure mean() const;
 

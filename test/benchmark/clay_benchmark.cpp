@@ -47,13 +47,9 @@ class Rig {
   void prepare() {
     if (clay_->time() > score_.duration()) restart();
     const double t = clay_->time() + frame;
-    const hand::Skin& skin =
-        hands_->update(score_.sample(t).hands, std::chrono::nanoseconds(std::llround(t * 1e9)));
-    samples_.position = skin.position;
-    samples_.normal = skin.normal;
-    samples_.velocity = skin.velocity;
+    skin_ = &hands_->update(score_.sample(t).hands, std::chrono::nanoseconds(std::llround(t * 1e9)));
   }
-  void advance() { clay_->advance(samples_, solids_->solids(), solids_->motion(), frame); }
+  void advance() { clay_->advance(*skin_, solids_->solids(), solids_->motion(), frame); }
   const clay::Clay& clay() const { return *clay_; }
 
  private:
@@ -67,7 +63,7 @@ class Rig {
   std::unique_ptr<scene::Solids> solids_;
   std::unique_ptr<clay::Clay> clay_;
   std::unique_ptr<hand::KinematicHands> hands_;
-  clay::SkinSamples samples_;
+  const Skin* skin_ = nullptr;
 };
 
 /// Median, 99th percentile and stages over all frames of a run.
@@ -217,7 +213,7 @@ void blocks(benchmark::State& state, int count) {
   for (auto _ : state) {
     const double t = clay.time(), next = height(t + frame);
     const Eigen::Vector3d velocity(0.0, 0.0, (next - height(t)) / frame);
-    const clay::SkinSamples finger =
+    const Skin finger =
         clay::samplePlane({0.0, 0.0, next}, -Eigen::Vector3d::UnitZ(), 0.008, 0.002, velocity);
     const auto start = std::chrono::steady_clock::now();
     clay.advance(finger, {clay::ground()}, frame);

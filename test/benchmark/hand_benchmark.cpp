@@ -13,6 +13,7 @@
 namespace {
 
 using namespace tactile_clay::hand;
+using tactile_clay::Skin, tactile_clay::SkinForce;
 
 std::chrono::nanoseconds stampOf(int k) {
   return std::chrono::nanoseconds(std::llround(1e9 / 60.0 * k));

@@ -17,8 +17,8 @@ std_msgs::Header header(const char* frame) {
   return header;
 }
 
-hand::Skin twoSamples() {
-  hand::Skin skin;
+Skin twoSamples() {
+  Skin skin;
   skin.position = {{1, 2, 3}, {4, 5, 6}};
   skin.normal = {{0, 0, 1}, {0, 1, 0}};
   skin.velocity = {{7, 8, 9}, {-1, -2, -3}};
@@ -75,12 +75,12 @@ TEST(Conversions, SkinKeepsItsSamplesAndFields) {
   for (const auto& field : cloud->fields) fields += field.name + " ";
   EXPECT_EQ(fields, "x y z normal_x normal_y normal_z vx vy vz area hand region weight pad_distance ");
   EXPECT_EQ(cloud->header.frame_id, "world");
-  const clay::SkinSamples samples = nodes::skinSamples(*cloud);
+  const Skin samples = claySkin(*cloud);
   ASSERT_EQ(samples.size(), 2u);
   EXPECT_EQ(samples.position[1], Eigen::Vector3f(4, 5, 6));
   EXPECT_EQ(samples.normal[0], Eigen::Vector3f(0, 0, 1));
   EXPECT_EQ(samples.velocity[1], Eigen::Vector3f(-1, -2, -3));
-  const PressureSkin skin = pressureSkin(*cloud);
+  const Skin skin = pressureSkin(*cloud);
   EXPECT_EQ(skin.area[1], 2e-5f);
   EXPECT_EQ(skin.weight[0], 1.0f);  // on the pad
   EXPECT_LT(skin.weight[1], 0.5f);
@@ -91,21 +91,19 @@ TEST(Conversions, SkinKeepsItsSamplesAndFields) {
 // Skin of a tracked hand, as old bags have it, is felt where it is; that of a virtual hand on the tracked
 // one.
 TEST(Conversions, SkinOfAVirtualHandTellsWhereItIsFelt) {
-  EXPECT_FALSE(pressureSkin(*skinCloud(twoSamples(), header("world"))).felt.has_value());
-  hand::Skin skin = twoSamples();
+  EXPECT_TRUE(pressureSkin(*skinCloud(twoSamples(), header("world"))).isTracked());
+  Skin skin = twoSamples();
   skin.tracked_position = {{1, 2, 2}, {4, 5, 5}};
   skin.tracked_normal = {{0, 1, 0}, {1, 0, 0}};
   skin.tracked_area = {3e-5f, 0.0f};
   const auto cloud = skinCloud(skin, header("world"));
-  EXPECT_EQ(nodes::skinSamples(*cloud).position[1], Eigen::Vector3f(4, 5, 6))
-      << "the clay meets the virtual hand";
-  const PressureSkin pressed = pressureSkin(*cloud);
-  ASSERT_TRUE(pressed.felt.has_value());
+  EXPECT_EQ(claySkin(*cloud).position[1], Eigen::Vector3f(4, 5, 6)) << "the clay meets the virtual hand";
+  const Skin pressed = pressureSkin(*cloud);
+  ASSERT_FALSE(pressed.isTracked());
   EXPECT_EQ(pressed.position[1], Eigen::Vector3f(4, 5, 6));
-  EXPECT_EQ(pressed.felt->position, skin.tracked_position);
-  EXPECT_EQ(pressed.felt->normal, skin.tracked_normal);
-  EXPECT_EQ(pressed.felt->area, skin.tracked_area);
-  EXPECT_EQ(pressed.view().felt, &*pressed.felt);
+  EXPECT_EQ(pressed.tracked_position, skin.tracked_position);
+  EXPECT_EQ(pressed.tracked_normal, skin.tracked_normal);
+  EXPECT_EQ(pressed.tracked_area, skin.tracked_area);
 }
 
 TEST(Conversions, SkinThatTellsHalfOfWhereItIsFeltIsRefused) {
@@ -121,26 +119,26 @@ TEST(Conversions, SkinThatTellsHalfOfWhereItIsFeltIsRefused) {
 // Where a stamp comes twice, forces of one skin must not press samples of the other.
 TEST(Conversions, ContactsAreOnTheSkinThatTheyAreOf) {
   const auto cloud = skinCloud(twoSamples(), header("world"));
-  const auto contacts = contactCloud({{1, {0, 0, 1}}}, samples(*cloud), *cloud);
-  const PressureSkin skin = pressureSkin(*cloud);
+  const auto contacts = contactCloud({{1, {0, 0, 1}}}, claySkin(*cloud), *cloud);
+  const Skin skin = pressureSkin(*cloud);
   EXPECT_TRUE(onSkin(*contacts, skin));
-  EXPECT_TRUE(onSkin(*contactCloud({}, {}, *cloud), PressureSkin()));
+  EXPECT_TRUE(onSkin(*contactCloud({}, {}, *cloud), Skin()));
   EXPECT_EQ(pointCount(*contactCloud({}, {}, sensor_msgs::PointCloud2())), 0U);  // a skin that was left out
-  hand::Skin moved = twoSamples();
+  Skin moved = twoSamples();
   moved.position[1].x() += 0.01f;
   EXPECT_FALSE(onSkin(*contacts, pressureSkin(*skinCloud(moved, header("world")))));
-  EXPECT_FALSE(onSkin(*contacts, PressureSkin())) << "a hand that is gone";
+  EXPECT_FALSE(onSkin(*contacts, Skin())) << "a hand that is gone";
   CloudWriter forces_alone(header("world"), "fx fy fz index:u", 1);
   forces_alone << 0.0f << 0.0f << 1.0f << std::uint32_t{1};
   EXPECT_TRUE(onSkin(*forces_alone.finish(), skin));
 }
 
 TEST(Conversions, ContactsTellWhoseSkinTheyAreOnAndHowItMoves) {
-  hand::Skin skin = twoSamples();
+  Skin skin = twoSamples();
   skin.side[1] = 1;
   skin.region[1] = hand::index_distal;
   const auto cloud = skinCloud(skin, header("world"));
-  const auto contacts = contactCloud({{1, {0, 0, 1}, 0.03f}}, samples(*cloud), *cloud);
+  const auto contacts = contactCloud({{1, {0, 0, 1}, 0.03f}}, claySkin(*cloud), *cloud);
   EXPECT_EQ(contactForces(*contacts)[0].slip, 0.03f);
   EXPECT_EQ(column<std::uint32_t>(*contacts, "hand")[0], 1u);
   EXPECT_EQ(column<std::uint32_t>(*contacts, "region")[0], std::uint32_t{hand::index_distal});
@@ -149,7 +147,7 @@ TEST(Conversions, ContactsTellWhoseSkinTheyAreOnAndHowItMoves) {
   CloudWriter others(header("world"), "x y z normal_x normal_y normal_z vx vy vz hand region area", 1);
   for (int k = 0; k < 12; ++k) others << (k == 5 ? 1.0f : 0.5f);
   const auto foreign = others.finish();
-  EXPECT_FALSE(hasField(*contactCloud({{0, {0, 0, 1}}}, samples(*foreign), *foreign), "hand"))
+  EXPECT_FALSE(hasField(*contactCloud({{0, {0, 0, 1}}}, claySkin(*foreign), *foreign), "hand"))
       << "of another type";
 }
 
@@ -181,13 +179,13 @@ TEST(Conversions, ACloudWithoutAFieldOrWithTooFewBytesIsRefusedByName) {
   }
   cloud = skinCloud(twoSamples(), header("world"));
   cloud->data.resize(cloud->data.size() - 1);
-  EXPECT_THROW(samples(*cloud), std::runtime_error);
+  EXPECT_THROW(claySkin(*cloud), std::runtime_error);
 }
 
 TEST(Conversions, ASkinThatIsNotFiniteIsRefused) {
-  hand::Skin skin = twoSamples();
+  Skin skin = twoSamples();
   skin.velocity[1].y() = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_THROW(samples(*skinCloud(skin, header("world"))), std::runtime_error);
+  EXPECT_THROW(claySkin(*skinCloud(skin, header("world"))), std::runtime_error);
 }
 
 TEST(Conversions, EmptyCloudsKeepTheirFields) {

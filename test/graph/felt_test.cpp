@@ -76,15 +76,14 @@ class Rig {
     const auto skin = skinCloud(hands_.update(frame.hands, frame.stamp), header);
     const double dt = last_ ? std::chrono::duration<double>(frame.stamp - *last_).count() : 1.0 / 60.0;
     last_ = frame.stamp;
-    const clay::SkinSamples samples = nodes::samples(*skin);
-    clay_->advance(samples, solids_->solids(), solids_->motion(), std::min(dt, 1.0));
-    const auto contacts = contactCloud(clay_->sampleForces(), samples, *skin);
+    const Skin pressing = claySkin(*skin);
+    clay_->advance(pressing, solids_->solids(), solids_->motion(), std::min(dt, 1.0));
+    const auto contacts = contactCloud(clay_->skinForces(), pressing, *skin);
     const auto forces = contactForces(*contacts);
     react(frame.stamp, forces);
-    const PressureSkin pressed = pressureSkin(*skin);
+    const Skin pressed = pressureSkin(*skin);
     EXPECT_TRUE(onSkin(*contacts, pressed));
-    std::vector<contact::PressureSample> samples =
-        contact::pressureField(pressed.view(), forces, array_position);
+    std::vector<contact::PressureSample> samples = contact::pressureField(pressed, forces, array_position);
     for (contact::PressureSample& sample : samples) sample.position -= array_position;
     std::vector<Eigen::Vector3d> places;
     for (const ultrasound::FocalPoint& point :
@@ -94,11 +93,9 @@ class Rig {
   }
 
  private:
-  void react(std::chrono::nanoseconds stamp, const std::vector<contact::ContactForce>& contacts) {
+  void react(std::chrono::nanoseconds stamp, const std::vector<SkinForce>& contacts) {
     if constexpr (std::is_same_v<Hands, hand::SoftHands>) {
-      std::vector<hand::SkinForce> forces;
-      for (const contact::ContactForce& f : contacts) forces.push_back({f.index, f.force});
-      EXPECT_EQ(hands_.react(stamp, forces), 0u);
+      EXPECT_EQ(hands_.react(stamp, contacts), 0u);
     }
   }
 

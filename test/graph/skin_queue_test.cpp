@@ -8,22 +8,22 @@
 namespace tactile_clay::nodes {
 namespace {
 
-SkinQueue::Skin skin(unsigned number) {
+SkinQueue::Cloud skin(unsigned number) {
   const auto cloud = boost::make_shared<sensor_msgs::PointCloud2>();
   cloud->header.seq = number;
   return cloud;
 }
 
-std::vector<unsigned> numbers(const std::vector<SkinQueue::Skin>& skins) {
+std::vector<unsigned> numbers(const std::vector<SkinQueue::Cloud>& skins) {
   std::vector<unsigned> all;
-  for (const SkinQueue::Skin& skin : skins) all.push_back(skin->header.seq);
+  for (const SkinQueue::Cloud& skin : skins) all.push_back(skin->header.seq);
   return all;
 }
 
 TEST(SkinQueue, LiveAllThatCameMakeOneFrame) {
   SkinQueue queue(false);
   for (const unsigned number : {1U, 2U, 3U}) queue.push(skin(number));
-  std::vector<SkinQueue::Skin> skins;
+  std::vector<SkinQueue::Cloud> skins;
   ASSERT_TRUE(queue.wait(SkinQueue::Clock::now(), skins));
   EXPECT_EQ(numbers(skins), (std::vector<unsigned>{1, 2, 3}));
   EXPECT_EQ(queue.overtaken(), 2U);
@@ -34,7 +34,7 @@ TEST(SkinQueue, LiveAllThatCameMakeOneFrame) {
 TEST(SkinQueue, LiveTheOldestOfManyLeaves) {
   SkinQueue queue(false);
   for (unsigned number = 0; number < 1000; ++number) queue.push(skin(number));
-  std::vector<SkinQueue::Skin> skins;
+  std::vector<SkinQueue::Cloud> skins;
   ASSERT_TRUE(queue.wait(SkinQueue::Clock::now(), skins));
   EXPECT_EQ(skins.size(), 64U);
   EXPECT_EQ(skins.back()->header.seq, 999U);
@@ -46,7 +46,7 @@ TEST(SkinQueue, InLockstepEachIsAFrame) {
     for (const unsigned number : {1U, 2U, 3U}) queue.push(skin(number));
   });
   for (const unsigned number : {1U, 2U, 3U}) {
-    std::vector<SkinQueue::Skin> skins;
+    std::vector<SkinQueue::Cloud> skins;
     ASSERT_TRUE(queue.wait({}, skins));  // as long as it takes
     EXPECT_EQ(numbers(skins), std::vector<unsigned>{number});
   }
@@ -57,7 +57,7 @@ TEST(SkinQueue, InLockstepEachIsAFrame) {
 TEST(SkinQueue, AStopEndsAllWaiting) {
   SkinQueue queue(true);
   std::thread stopper([&] { queue.stop(); });
-  std::vector<SkinQueue::Skin> skins;
+  std::vector<SkinQueue::Cloud> skins;
   EXPECT_FALSE(queue.wait({}, skins));
   stopper.join();
 }

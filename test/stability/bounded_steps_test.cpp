@@ -35,38 +35,38 @@ Eigen::Vector3f direction() {
 }
 const Eigen::Vector3f middle(0.0f, 0.0f, 0.015f);  // m, of the block
 
-void add(SkinSamples& skin, const Eigen::Vector3f& x, const Eigen::Vector3f& n, const Eigen::Vector3f& v) {
+void add(Skin& skin, const Eigen::Vector3f& x, const Eigen::Vector3f& n, const Eigen::Vector3f& v) {
   skin.position.push_back(x);
   skin.normal.push_back(n);
   skin.velocity.push_back(v);
 }
 
 /// A lost hand: the flesh of all 26 joints lies about one place.
-SkinSamples handAtOnePlace() {
-  SkinSamples skin;
+Skin handAtOnePlace() {
+  Skin skin;
   for (int joint = 0; joint < 26; ++joint)
     append(skin, sampleBall(middle.cast<double>() + 1e-4 * direction().cast<double>(), 0.006 + 0.0008 * joint,
                             0.004));
   return skin;
 }
 
-SkinSamples atOnePoint(std::size_t count, bool one_way) {
-  SkinSamples skin;
+Skin atOnePoint(std::size_t count, bool one_way) {
+  Skin skin;
   for (std::size_t k = 0; k < count; ++k)
     add(skin, middle, one_way ? Eigen::Vector3f::UnitX() : direction(), Eigen::Vector3f::Zero());
   return skin;
 }
 
 /// Samples all about, in no order, that face and go anywhere. \param speed m/s
-SkinSamples scattered(std::size_t count, float speed) {
-  SkinSamples skin;
+Skin scattered(std::size_t count, float speed) {
+  Skin skin;
   for (std::size_t k = 0; k < count; ++k) add(skin, middle + within(0.06f), direction(), speed * direction());
   return skin;
 }
 
 /// Some samples of a palm among which are numbers that no skin has.
-SkinSamples withBadNumbers() {
-  SkinSamples skin = samplePlane({0.0, 0.0, 0.03}, -Eigen::Vector3d::UnitZ(), 0.03, 0.004);
+Skin withBadNumbers() {
+  Skin skin = samplePlane({0.0, 0.0, 0.03}, -Eigen::Vector3d::UnitZ(), 0.03, 0.004);
   const float wrong[] = {0.0f, nan, infinity, -infinity, 1e30f, -1e30f, 1e-30f};
   for (int k = 0; k < 400; ++k) {
     Eigen::Vector3f x = middle + within(0.03f), n = direction(), v = within(1.0f);
@@ -78,19 +78,19 @@ SkinSamples withBadNumbers() {
   std::vector<std::size_t> order(skin.size());
   for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
   std::shuffle(order.begin(), order.end(), generator);
-  SkinSamples mixed;
+  Skin mixed;
   for (const std::size_t k : order) add(mixed, skin.position[k], skin.normal[k], skin.velocity[k]);
   return mixed;
 }
 
 /// The same hand twice, from above and below, and skin about the whole block that faces inwards.
-SkinSamples withoutRoom() {
-  SkinSamples skin;
+Skin withoutRoom() {
+  Skin skin;
   for (int twice = 0; twice < 2; ++twice) {
     for (const double side : {-1.0, 1.0})
       append(skin,
              samplePlane({0.0, 0.0, 0.02 + 0.002 * side}, -side * Eigen::Vector3d::UnitZ(), 0.04, 0.003));
-    SkinSamples shell = sampleBall(middle.cast<double>(), 0.02, 0.003);
+    Skin shell = sampleBall(middle.cast<double>(), 0.02, 0.003);
     for (Eigen::Vector3f& n : shell.normal) n = -n;
     append(skin, shell);
   }
@@ -107,7 +107,7 @@ class BoundedSteps : public testing::Test {
     generator.seed(7);
   }
 
-  void bear(const std::string& name, const SkinSamples& skin) {
+  void bear(const std::string& name, const Skin& skin) {
     SCOPED_TRACE(name);
     const auto start = std::chrono::steady_clock::now();
     constexpr int frames = 2, steps = 4;  // of a frame
@@ -154,14 +154,14 @@ TEST_F(BoundedSteps, NumbersThatNoSkinHas) {
 }
 TEST_F(BoundedSteps, SkinThatLeavesNoRoom) {
   bear("without_room", withoutRoom());
-  SkinSamples all = withoutRoom();
+  Skin all = withoutRoom();
   append(all, handAtOnePlace());
   append(all, scattered(5000, 2.0f));
   bear("all_at_once", all);
 }
 /// Skin under the table and within it.
 TEST_F(BoundedSteps, SamplesInsideSolids) {
-  SkinSamples skin = scattered(5000, 1.0f);
+  Skin skin = scattered(5000, 1.0f);
   for (Eigen::Vector3f& x : skin.position) x.z() -= 0.07f;
   bear("in_the_table", skin);
 }
@@ -169,6 +169,9 @@ TEST_F(BoundedSteps, SamplesInsideSolids) {
 TEST_F(BoundedSteps, TooManySamplesAreRefusedAndTheClayIsAsItWas) {
   const Sculpture before = clay_->sculpture();
   EXPECT_THROW(clay_->advance(atOnePoint(1'000'000, true), {ground()}, 1.0 / 60.0), std::invalid_argument);
+  Skin uneven = atOnePoint(3, true);
+  uneven.velocity.pop_back();
+  EXPECT_THROW(clay_->advance(uneven, {ground()}, 1.0 / 60.0), std::invalid_argument);
   EXPECT_EQ(clay_->time(), 0.0);
   clay_->advance({}, {ground()}, 1.0 / 60.0);
   EXPECT_GT(clay_->time(), 0.0);

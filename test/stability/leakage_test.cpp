@@ -79,8 +79,8 @@ class Leakage : public ::testing::Test {
   /// One frame to where the hands then are.
   void advance(const std::vector<hand::TrackedHand>& hands) {
     const auto stamp = std::chrono::nanoseconds(std::llround(1e9 * (clay.time() + frame)));
-    const hand::Skin& skin = skins.update(hands, stamp);
-    clay.advance({skin.position, skin.normal, skin.velocity}, {ground()}, frame);
+    const Skin& skin = skins.update(hands, stamp);
+    clay.advance(skin, {ground()}, frame);
     inside = under = 0;
     deepest = 0.0;
     for (std::size_t i = 0; i < clay.particles().size(); ++i) {
@@ -92,7 +92,7 @@ class Leakage : public ::testing::Test {
       deepest = std::min(deepest, distance);
     }
     float pressed = 0.0f;
-    for (const SampleForce& f : clay.sampleForces()) pressed += f.force.norm();
+    for (const SkinForce& f : clay.skinForces()) pressed += f.force.norm();
     touched = touched || pressed > 0.1f;
   }
 
@@ -326,12 +326,10 @@ TEST_P(OnThePalm, ASoftFistInOneFrameKeepsNoneInside) {
   std::vector<int> within(clay.particles().size(), 0);  // frames on end
   for (int k = 0; k < 60; ++k) {
     const auto stamp = std::chrono::nanoseconds(std::llround(1e9 * (clay.time() + frame)));
-    const hand::Skin& skin = soft.update({bent(k < 20 ? 0.0 : 85 * degree)}, stamp);
-    clay.advance({skin.position, skin.normal, skin.velocity}, {ground()}, frame);
-    std::vector<hand::SkinForce> forces;
-    for (const SampleForce& f : clay.sampleForces()) forces.push_back({f.sample, f.force});
-    soft.react(stamp, forces);
-    touched = touched || !forces.empty();
+    const Skin& skin = soft.update({bent(k < 20 ? 0.0 : 85 * degree)}, stamp);
+    clay.advance(skin, {ground()}, frame);
+    soft.react(stamp, clay.skinForces());
+    touched = touched || !clay.skinForces().empty();
     if (k < 20) continue;
     for (std::size_t i = 0; i < clay.particles().size(); ++i) {
       const bool engulfed = insideFlesh(*soft.hand(std::get<0>(GetParam())), anatomy,

@@ -111,9 +111,7 @@ TEST(Hand, JumpsThroughTheClay) {
 TEST(Hand, AppearsInsideTheClay) {
   Trial t = standing();
   t.overlap = 0.015;
-  t.samples = [](double time) {
-    return time < 0.2 ? SkinSamples() : sampleBall({0.0, 0.0, 0.02}, 0.015, 0.004);
-  };
+  t.samples = [](double time) { return time < 0.2 ? Skin() : sampleBall({0.0, 0.0, 0.02}, 0.015, 0.004); };
   watch(t);
 }
 
@@ -124,7 +122,7 @@ TEST(Hand, FistClosesInOneFrame) {
                    t.config.frame](double time) {  // four fingers come from 60 mm to 30 mm about the middle
     const int k = static_cast<int>(std::lround(time / frame));
     const double out = k < 10 ? 0.06 : 0.03, speed = k == 10 ? 0.03 / frame : 0.0;
-    SkinSamples hand;
+    Skin hand;
     for (int f = 0; f < 4; ++f) {
       const Eigen::Vector3d side(std::cos(0.5 * M_PI * f), std::sin(0.5 * M_PI * f), 0.0);
       append(hand, sampleBall(out * side + Eigen::Vector3d(0.0, 0.0, 0.02), 0.015, 0.004, -speed * side));
@@ -143,8 +141,7 @@ TEST(Hand, TwoPalmsSqueezeABlockFlat) {
   t.squeezes = true;
   t.samples = [](double time) {
     const double x = std::max(0.016 - 0.05 * time, 0.002), speed = x > 0.002 ? 0.05 : 0.0;
-    SkinSamples palms =
-        samplePlane({-x, 0.0, 0.015}, Eigen::Vector3d::UnitX(), 0.06, 0.004, {speed, 0.0, 0.0});
+    Skin palms = samplePlane({-x, 0.0, 0.015}, Eigen::Vector3d::UnitX(), 0.06, 0.004, {speed, 0.0, 0.0});
     append(palms, samplePlane({x, 0.0, 0.015}, -Eigen::Vector3d::UnitX(), 0.06, 0.004, {-speed, 0.0, 0.0}));
     return palms;
   };
@@ -198,7 +195,7 @@ TEST(Hand, OfRottenNumbers) {
   t.collider_speed = 50.0 * std::sqrt(3.0);  // a finite velocity below 50 m/s an axis is believed
   t.overlap = 0.02;
   t.samples = [&rotten, nth = std::size_t{0}](double) mutable {
-    SkinSamples hand = sampleBall({0.0, 0.0, 0.035}, 0.015, 0.004);
+    Skin hand = sampleBall({0.0, 0.0, 0.035}, 0.015, 0.004);
     for (std::size_t g = 0; g < hand.size(); ++g, ++nth) {
       const int axis = static_cast<int>(nth % 3);
       if (nth % 5 == 1) hand.position[g][axis] = rotten[nth % rotten.size()];

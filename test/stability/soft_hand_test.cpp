@@ -243,20 +243,12 @@ class WaxPress {
   void frame(double height) {
     tracked = palmDown(height, pointing_);
     const Skin& skin = hands.update({tracked}, stampOf(count_));
-    clay::SkinSamples samples;
-    samples.position = skin.position;
-    samples.normal = skin.normal;
-    samples.velocity = skin.velocity;
-    clay_->advance(samples, {table_}, config_.frame);
-    std::vector<SkinForce> forces;
+    clay_->advance(skin, {table_}, config_.frame);
     Vector3f sum = Vector3f::Zero();
-    for (const clay::SampleForce& f : clay_->sampleForces()) {
-      forces.push_back({f.sample, f.force});
-      sum += f.force;
-    }
+    for (const SkinForce& f : clay_->skinForces()) sum += f.force;
     clay_force = sum.norm();
     fastest = hand::fastest(skin);
-    hands.react(stampOf(count_++), forces);
+    hands.react(stampOf(count_++), clay_->skinForces());
     inside_out.see(soft());
   }
   /// Comes from 10 mm over the wax to `height`, at 50 mm/s.

@@ -19,7 +19,7 @@ struct Trial {
   std::vector<Material> materials{Material()};
   std::vector<InitialParticle> particles;
   int frames = 60;
-  std::function<SkinSamples(double)> samples = [](double) { return SkinSamples(); };  // at a time, s
+  std::function<Skin(double)> samples = [](double) { return Skin(); };  // at a time, s
   std::function<std::vector<Solid>(double)> solids = [](double) { return std::vector<Solid>{ground()}; };
   double collider_speed = 0.0;  // m/s, of the fastest point of a moving collider
   bool squeezes = false;        // moving colliders press clay that cannot evade
@@ -70,16 +70,16 @@ inline void watch(Trial trial) {
   int worst_frame = -1;
   for (int k = 1; k <= trial.frames; ++k) {
     const double before = clay.time();
-    const SkinSamples samples = trial.samples(before + trial.config.frame);
+    const Skin samples = trial.samples(before + trial.config.frame);
     clay.advance(samples, trial.solids(before), trial.config.frame);
     for (std::size_t i = 0; i < p.size(); ++i) {
       ASSERT_TRUE(p.position.at(i).allFinite() && p.velocity.at(i).allFinite())
           << "particle " << i << " frame " << k;
       ASSERT_LE(p.position.at(i).cwiseAbs().maxCoeff(), world) << "particle " << i << " frame " << k;
     }
-    for (const SampleForce& f : clay.sampleForces()) {
+    for (const SkinForce& f : clay.skinForces()) {
       ASSERT_TRUE(f.force.allFinite()) << "frame " << k;
-      if (trial.squeezes) squeezed -= f.force.dot(samples.velocity[f.sample]) * trial.config.frame;
+      if (trial.squeezes) squeezed -= f.force.dot(samples.velocity[f.index]) * trial.config.frame;
     }
     for (const Eigen::Vector3d& f : clay.solidForces()) ASSERT_TRUE(f.allFinite()) << "frame " << k;
     if (p.size() == 0) continue;

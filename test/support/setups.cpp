@@ -47,11 +47,11 @@ Solid ground(double slope) {
   return solid;
 }
 
-SkinSamples samplePlane(const Eigen::Vector3d& centre, const Eigen::Vector3d& normal, double half,
-                        double pitch, const Eigen::Vector3d& velocity) {
+Skin samplePlane(const Eigen::Vector3d& centre, const Eigen::Vector3d& normal, double half, double pitch,
+                 const Eigen::Vector3d& velocity) {
   const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal);
   const int reach = static_cast<int>(std::lround(half / pitch));
-  SkinSamples samples;
+  Skin samples;
   for (int j = -reach; j <= reach; ++j) {
     for (int i = -reach; i <= reach; ++i) {
       samples.position.push_back((centre + turn * Eigen::Vector3d(pitch * i, pitch * j, 0.0)).cast<float>());
@@ -62,10 +62,9 @@ SkinSamples samplePlane(const Eigen::Vector3d& centre, const Eigen::Vector3d& no
   return samples;
 }
 
-SkinSamples sampleBall(const Eigen::Vector3d& centre, double radius, double pitch,
-                       const Eigen::Vector3d& velocity) {
+Skin sampleBall(const Eigen::Vector3d& centre, double radius, double pitch, const Eigen::Vector3d& velocity) {
   const int count = static_cast<int>(std::ceil(4.0 * M_PI * radius * radius / (pitch * pitch)));
-  SkinSamples samples;
+  Skin samples;
   for (int k = 0; k < count; ++k) {
     const double z = 1.0 - (2.0 * k + 1.0) / count, rho = std::sqrt(1.0 - z * z);
     const double angle = M_PI * (3.0 - std::sqrt(5.0)) * k;
@@ -77,7 +76,7 @@ SkinSamples sampleBall(const Eigen::Vector3d& centre, double radius, double pitc
   return samples;
 }
 
-void append(SkinSamples& samples, const SkinSamples& more) {
+void append(Skin& samples, const Skin& more) {
   samples.position.insert(samples.position.end(), more.position.begin(), more.position.end());
   samples.normal.insert(samples.normal.end(), more.normal.begin(), more.normal.end());
   samples.velocity.insert(samples.velocity.end(), more.velocity.begin(), more.velocity.end());

@@ -21,14 +21,14 @@ Material firmClay();
 Solid ground(double slope = 0.0);
 
 /// A square skin of samples about `centre`, one every `pitch`, facing along `normal`.
-SkinSamples samplePlane(const Eigen::Vector3d& centre, const Eigen::Vector3d& normal, double half,
-                        double pitch, const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero());
+Skin samplePlane(const Eigen::Vector3d& centre, const Eigen::Vector3d& normal, double half, double pitch,
+                 const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero());
 
 /// The skin of a ball: points of a Fibonacci lattice about `pitch` apart.
-SkinSamples sampleBall(const Eigen::Vector3d& centre, double radius, double pitch,
-                       const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero());
+Skin sampleBall(const Eigen::Vector3d& centre, double radius, double pitch,
+                const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero());
 
-void append(SkinSamples& samples, const SkinSamples& more);
+void append(Skin& samples, const Skin& more);
 
 // Sums over the particles, in double precision.
 

@@ -23,7 +23,7 @@ Press press(const Material& material, double depth, Budget budget = {4, 8}) {
   for (int k = 0; k < 10; ++k) clay.advance({}, {ground()}, config.frame);
   const auto pressure = [&] {
     double force = 0.0;
-    for (const SampleForce& f : clay.sampleForces()) force += f.force.z();
+    for (const SkinForce& f : clay.skinForces()) force += f.force.z();
     return force / area;
   };
   Press result;

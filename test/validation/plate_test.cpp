@@ -35,12 +35,12 @@ struct Plate {
     std::vector<Solid> solids{ground()};
     if (!of_skin) solids.push_back(solid);
     height += dt * velocity;
-    const SkinSamples skin = of_skin ? samplePlane({0.0, 0.0, height}, -Eigen::Vector3d::UnitZ(), 0.024,
-                                                   0.004, {0.0, 0.0, velocity})
-                                     : SkinSamples();
+    const Skin skin = of_skin ? samplePlane({0.0, 0.0, height}, -Eigen::Vector3d::UnitZ(), 0.024, 0.004,
+                                            {0.0, 0.0, velocity})
+                              : Skin();
     clay.advance(skin, solids, dt);
     reading = of_skin ? 0.0 : clay.solidForces()[1].z();
-    for (const SampleForce& f : clay.sampleForces()) reading += static_cast<double>(f.force.z());
+    for (const SkinForce& f : clay.skinForces()) reading += static_cast<double>(f.force.z());
     table = -clay.solidForces()[0].z();
     velocity += dt * (reading / mass - g);
   }

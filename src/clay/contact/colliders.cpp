@@ -31,8 +31,8 @@ class SampleCells {
  public:
   /// \param of in ascending order; those farther than `reach` from the centre are left out \param edge m, of
   /// a cell at least
-  void build(const SkinSamples& samples, const std::vector<std::uint32_t>& of, const Vector& centre,
-             float reach, float edge) {
+  void build(const Skin& skin, const std::vector<std::uint32_t>& of, const Vector& centre, float reach,
+             float edge) {
     constexpr float max_cells = 16.0f;  // along an axis
     edge_ = std::max(edge, 2.0f * reach / (max_cells - 1.0f));
     low_ = centre - Vector::Constant(reach);
@@ -40,7 +40,7 @@ class SampleCells {
     begin_.assign(static_cast<std::size_t>(size_) * size_ * size_ + 1, 0);
     cells_.clear();
     for (const std::uint32_t g : of) {
-      const Eigen::Array3i at = cellAt(samples.position[g]);
+      const Eigen::Array3i at = cellAt(skin.position[g]);
       const bool inside = at.minCoeff() >= 0 && at.maxCoeff() < size_;
       cells_.push_back(inside ? index(at.x(), at.y(), at.z()) : none);
       if (inside) ++begin_[cells_.back() + 1];
@@ -104,7 +104,7 @@ bool Colliders::MovingSolid::mayMeet(const Eigen::Vector3d& point, double way, d
 }
 
 void Colliders::begin(const Surroundings& around) {
-  samples_ = &around.samples;
+  skin_ = &around.skin;
   solids_.clear();
   for (std::size_t s = 0; s < around.solids.size(); ++s)
     solids_.emplace_back(around.solids[s], around.start[s], around.end[s]);
@@ -116,13 +116,13 @@ void Colliders::begin(const Surroundings& around) {
 }
 
 void Colliders::boxSamples(float dt) {
-  sample_boxes_.assign((samples_->size() + samples_a_box - 1) / samples_a_box, Eigen::AlignedBox3f());
-  for (std::size_t k = 0; k < samples_->size(); ++k) {
+  sample_boxes_.assign((skin_->size() + samples_a_box - 1) / samples_a_box, Eigen::AlignedBox3f());
+  for (std::size_t k = 0; k < skin_->size(); ++k) {
     const std::size_t g = order_.empty() ? k : order_[k];
-    if (!samples_->exists(g)) continue;
+    if (!exists(*skin_, g)) continue;
     Eigen::AlignedBox3f& box = sample_boxes_[k / samples_a_box];
-    box.extend(samples_->position[g]);
-    box.extend(samples_->position[g] - dt * samples_->velocity[g]);
+    box.extend(skin_->position[g]);
+    box.extend(skin_->position[g] - dt * skin_->velocity[g]);
   }
 }
 
@@ -137,16 +137,16 @@ bool Colliders::isScattered() const {
 /// Orders them along a curve that fills space (Morton's).
 void Colliders::sortSamples() {
   Eigen::AlignedBox3f all;
-  for (std::size_t g = 0; g < samples_->size(); ++g)
-    if (samples_->exists(g)) all.extend(samples_->position[g]);
+  for (std::size_t g = 0; g < skin_->size(); ++g)
+    if (exists(*skin_, g)) all.extend(skin_->position[g]);
   if (all.isEmpty()) return;
   const float cells_a_metre = 1023.0f / std::max(all.sizes().maxCoeff(), spacing_);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> keys;
-  for (std::size_t g = 0; g < samples_->size(); ++g) {
+  for (std::size_t g = 0; g < skin_->size(); ++g) {
     std::uint32_t key = 0xffffffffu;
-    if (samples_->exists(g)) {
+    if (exists(*skin_, g)) {
       const Eigen::Array3i cell =
-          ((samples_->position[g] - all.min()).array() * cells_a_metre).min(1023.0f).cast<int>();
+          ((skin_->position[g] - all.min()).array() * cells_a_metre).min(1023.0f).cast<int>();
       key = 0;
       for (int bit = 0; bit < 10; ++bit)
         for (int axis = 0; axis < 3; ++axis)
@@ -165,9 +165,9 @@ void Colliders::forSides(std::vector<NearSample>& rest, const Vector& place, con
   thread_local std::vector<NearSample> side;
   thread_local std::vector<SampleShare> shares;
   while (!rest.empty()) {
-    takeSide(*samples_, rest, side);
+    takeSide(*skin_, rest, side);
     shares.clear();
-    const SkinPlane plane = planeOf(*samples_, side, place, reach * spacing_, 0.0f, shares);
+    const SkinPlane plane = planeOf(*skin_, side, place, reach * spacing_, 0.0f, shares);
     f(plane.distance, plane.normal);
   }
 }
@@ -178,7 +178,7 @@ const std::vector<std::uint32_t>& Colliders::samplesBeside(const Vector& x, floa
   beside.clear();
   const float far = std::max(maximum + flesh, reach * spacing_);
   forSamplesNear(x, x, far, [&](std::size_t g) {
-    if ((x - samples_->position[g]).norm() < far) beside.push_back(static_cast<std::uint32_t>(g));
+    if ((x - skin_->position[g]).norm() < far) beside.push_back(static_cast<std::uint32_t>(g));
   });
   if (!order_.empty()) std::sort(beside.begin(), beside.end());
   return beside;
@@ -186,8 +186,8 @@ const std::vector<std::uint32_t>& Colliders::samplesBeside(const Vector& x, floa
 
 bool Colliders::covers(std::uint32_t sample, const Vector& place, float clearance) const {
   const float around = disc * spacing_;
-  const Vector from = place - samples_->position[sample];
-  const float height = samples_->normal[sample].dot(from);
+  const Vector from = place - skin_->position[sample];
+  const float height = skin_->normal[sample].dot(from);
   return height < clearance && height > -flesh && from.squaredNorm() - height * height < around * around;
 }
 
@@ -199,7 +199,7 @@ bool Colliders::isInFlesh(const Vector& x) const {
   thread_local std::vector<NearSample> rest;
   rest.clear();
   for (const std::uint32_t g : beside) {
-    const float square = (x - samples_->position[g]).squaredNorm();
+    const float square = (x - skin_->position[g]).squaredNorm();
     if (square < radius * radius) rest.push_back({g, square});
   }
   bool beneath = false;
@@ -220,13 +220,13 @@ std::optional<Vector> Colliders::nearestFree(const Vector& x, float clearance, f
   const std::vector<std::uint32_t>& beside = samplesBeside(x, maximum);
   looks -= static_cast<std::int64_t>(beside.size());
   thread_local SampleCells cells;
-  cells.build(*samples_, beside, x, std::max(maximum + flesh, radius), radius);
+  cells.build(*skin_, beside, x, std::max(maximum + flesh, radius), radius);
   // Calls f(distance, normal) for the skin's sides and the solids at a place.
   const auto forColliders = [&](const Vector& place, const auto& f) {
     thread_local std::vector<NearSample> rest;
     rest.clear();
     looks -= cells.forNear(place, radius, [&](std::uint32_t g) {
-      const float square = (place - samples_->position[g]).squaredNorm();
+      const float square = (place - skin_->position[g]).squaredNorm();
       if (square < radius * radius) rest.push_back({g, square});
     });
     std::sort(rest.begin(), rest.end(),
@@ -269,8 +269,8 @@ std::optional<Vector> Colliders::nearestFree(const Vector& x, float clearance, f
   if (looks > 0) consider(x);
   for (const std::uint32_t g : beside) {
     if (looks <= 0) break;
-    const Vector on_skin = nearestOnDisc(samples_->position[g], samples_->normal[g], around, x);
-    if ((on_skin - x).norm() < minimum) consider(on_skin + clearance * samples_->normal[g]);
+    const Vector on_skin = nearestOnDisc(skin_->position[g], skin_->normal[g], around, x);
+    if ((on_skin - x).norm() < minimum) consider(on_skin + clearance * skin_->normal[g]);
   }
   return nearest;
 }

@@ -7,14 +7,21 @@
 #include <vector>
 
 #include "clay/contact/skin_side.h"
-#include "clay/skin_samples.h"
 #include "clay/solid.h"
+#include "values/skin.h"
 
 namespace tactile_clay::clay {
 
+/// m, every coordinate of a skin sample that counts as not there.
+constexpr float nowhere = 1e9f;
+
+inline bool exists(const Skin& skin, std::size_t i) {
+  return skin.position[i].x() < nowhere;
+}
+
 /// What may touch clay in a step.
 struct Surroundings {
-  const SkinSamples& samples;  // at the end of the step; they move straight, with their velocities
+  const Skin& skin;  // at the end of the step; they move straight, with their velocities
   const std::vector<Solid>& solids;
   const std::vector<Eigen::Isometry3d>&start, &end;  // poses of the solids at the start and the end of it
   float dt;                                          // s
@@ -43,7 +50,7 @@ class Colliders {
   /// Starts a step, which the samples must outlive.
   void begin(const Surroundings& around);
 
-  const SkinSamples& samples() const { return *samples_; }
+  const Skin& skin() const { return *skin_; }
   const std::vector<MovingSolid>& solids() const { return solids_; }
 
   /// Calls f(g) for all samples whose way may come within a radius of a point on its way, and others: for
@@ -67,7 +74,7 @@ class Colliders {
         leaves = std::min(leaves, std::max(low[a] / way[a], high[a] / way[a]));
       }
       if (enters > leaves + 1e-3f) continue;
-      const std::size_t last = std::min(samples_->size(), (b + 1) * samples_a_box);
+      const std::size_t last = std::min(skin_->size(), (b + 1) * samples_a_box);
       for (std::size_t k = b * samples_a_box; k < last; ++k) f(order_.empty() ? k : order_[k]);
     }
   }
@@ -99,7 +106,7 @@ class Colliders {
 
   float spacing_;
   // Of the step.
-  const SkinSamples* samples_ = nullptr;
+  const Skin* skin_ = nullptr;
   std::vector<MovingSolid> solids_;
   std::vector<std::uint32_t> order_;               // of the samples in the boxes; empty: their own
   std::vector<Eigen::AlignedBox3f> sample_boxes_;  // m, about the ways of each few samples

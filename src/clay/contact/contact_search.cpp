@@ -69,8 +69,8 @@ ContactSearch::Found& ContactSearch::findAtStart(const std::vector<Contact>& bef
                                                  const VectorField& guess, const Colliders& colliders,
                                                  float dt) {
   guess_ = &guess;
-  const Step step{particles, guess, colliders, colliders.samples(), dt};
-  candidates_.find(near, guess, step.samples, dt);
+  const Step step{particles, guess, colliders, colliders.skin(), dt};
+  candidates_.find(near, guess, step.skin, dt);
   findEach(particles.size(), particles_a_chunk, [&](std::size_t i, Found& found) {
     touchSkin(before, step, i, found);
     for (std::size_t s = 0; s < colliders.solids().size(); ++s) touchSolid(step, i, s, found);
@@ -82,7 +82,7 @@ ContactSearch::Found& ContactSearch::findAtStart(const std::vector<Contact>& bef
 /// skin is no plane.
 const ContactSearch::Found& ContactSearch::findStrays(const Particles& particles, const Colliders& colliders,
                                                       const VectorField& u, float dt) {
-  const Step step{particles, u, colliders, colliders.samples(), dt};
+  const Step step{particles, u, colliders, colliders.skin(), dt};
   const float foreseen = margin * spacing_, far = Colliders::reach * spacing_;
   findEach(particles.size(), range_size, [&](std::size_t i, Found& found) {
     const bool led_off = (u.at(i) - guess_->at(i)).squaredNorm() > foreseen * foreseen;
@@ -129,13 +129,13 @@ void ContactSearch::touchSkin(const std::vector<Contact>& before, const Step& st
 /// Where particle i went through the skin, or ends in it: its tangent planes there.
 void ContactSearch::strayIntoSkin(const Step& step, std::size_t i, Found& found) const {
   const float radius = Colliders::reach * spacing_;
-  const SkinSamples& samples = step.samples;
+  const Skin& skin = step.skin;
   const Vector x = step.particles.position.at(i), u = step.u.at(i), end = x + u;
   thread_local std::vector<NearSample> rest;
   findCrossed(step, i, rest);
   if (rest.empty()) {
     step.colliders.forSamplesNear(end, end, radius, [&](std::size_t g) {
-      const float square = (end - samples.position[g]).squaredNorm();
+      const float square = (end - skin.position[g]).squaredNorm();
       if (square < radius * radius && heightAtStart(step, x, g) >= -capture * spacing_)
         rest.push_back({static_cast<std::uint32_t>(g), square});
     });
@@ -157,9 +157,9 @@ void ContactSearch::findCrossed(const Step& step, std::size_t i, std::vector<Nea
   crossed.clear();
   gone.clear();
   step.colliders.forSamplesNear(x, x + u, radius, [&](std::size_t g) {
-    const Vector motion = step.dt * step.samples.velocity[g], way = u - motion;
-    const Vector start = x - (step.samples.position[g] - motion);
-    const float before = step.samples.normal[g].dot(start), after = before + step.samples.normal[g].dot(way);
+    const Vector motion = step.dt * step.skin.velocity[g], way = u - motion;
+    const Vector start = x - (step.skin.position[g] - motion);
+    const float before = step.skin.normal[g].dot(start), after = before + step.skin.normal[g].dot(way);
     if (!(before > 0.0f && after < 0.0f)) return;
     const float share = before / (before - after);
     const float square = (start + share * way).squaredNorm();
@@ -182,14 +182,13 @@ void ContactSearch::touchSides(const Step& step, std::size_t i, const Vector& x,
                                std::vector<NearSample>& rest, Found& found, const F& touches) const {
   thread_local std::vector<NearSample> side;
   while (!rest.empty()) {
-    takeSide(step.samples, rest, side);
+    takeSide(step.skin, rest, side);
     ContactGeometry contact;
     contact.particle = static_cast<std::uint32_t>(i);
     contact.solid = Contact::skin;
     contact.first_sample = static_cast<std::uint32_t>(found.shares.size());
     contact.sample_count = static_cast<std::uint32_t>(side.size());
-    const SkinPlane plane =
-        planeOf(step.samples, side, x, Colliders::reach * spacing_, step.dt, found.shares);
+    const SkinPlane plane = planeOf(step.skin, side, x, Colliders::reach * spacing_, step.dt, found.shares);
     contact.normal = plane.normal;
     contact.drift = plane.drift;
     if (touches(plane, contact))

@@ -10,7 +10,7 @@
 #include "clay/contact/skin_side.h"
 #include "clay/neighbourhood.h"
 #include "clay/particles.h"
-#include "clay/skin_samples.h"
+#include "values/skin.h"
 
 namespace tactile_clay::clay {
 
@@ -52,8 +52,8 @@ class ContactSearch {
     const Particles& particles;  // at its start
     const VectorField& u;        // m, their displacements
     const Colliders& colliders;
-    const SkinSamples& samples;  // of the colliders, at its end
-    float dt;                    // s
+    const Skin& skin;  // of the colliders, at its end
+    float dt;          // s
   };
 
   void touchSkin(const std::vector<Contact>& before, const Step& step, std::size_t i, Found& found) const;
@@ -64,8 +64,8 @@ class ContactSearch {
   void strayIntoSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const;
   /// m, of x over a sample's plane at the start of the step.
   static float heightAtStart(const Step& step, const Eigen::Vector3f& x, std::size_t sample) {
-    const Eigen::Vector3f at = step.samples.position[sample] - step.dt * step.samples.velocity[sample];
-    return step.samples.normal[sample].dot(x - at);
+    const Eigen::Vector3f at = step.skin.position[sample] - step.dt * step.skin.velocity[sample];
+    return step.skin.normal[sample].dot(x - at);
   }
   template <typename F>
   void touchSides(const Step& step, std::size_t i, const Eigen::Vector3f& x, std::vector<NearSample>& rest,

@@ -110,7 +110,7 @@ bool Contacts::isHeld(const Filter& filter, const Vector& x, const Vector& step)
 /// but is. A side is the mean of the skin nearby, and where fingers overlap, some of that is before the mean.
 /// \param clearance m
 bool Contacts::isCovered(const Filter& filter, const Vector& x, float clearance) const {
-  const std::vector<Vector>& skin = colliders_.samples().position;
+  const std::vector<Vector>& skin = colliders_.skin().position;
   const auto nearer = [&](const SampleShare& a, const SampleShare& b) {
     return (x - skin[a.sample]).squaredNorm() < (x - skin[b.sample]).squaredNorm();
   };

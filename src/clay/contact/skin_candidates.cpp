@@ -46,18 +46,17 @@ Eigen::AlignedBox3f boxOf(const VectorField& field) {
 
 }  // namespace
 
-void SkinCandidates::find(const Neighbourhood& near, const VectorField& u, const SkinSamples& samples,
-                          float dt) {
+void SkinCandidates::find(const Neighbourhood& near, const VectorField& u, const Skin& skin, float dt) {
   const Neighbourhood::Places places = near.places();
   const Eigen::AlignedBox3f ways = boxOf(u);
   const Vector around = Vector::Constant(radius_);
-  found_.resize((samples.size() + samples_a_chunk - 1) / samples_a_chunk);
-  parallelRanges(samples.size(), samples_a_chunk, [&](std::size_t first, std::size_t last) {
+  found_.resize((skin.size() + samples_a_chunk - 1) / samples_a_chunk);
+  parallelRanges(skin.size(), samples_a_chunk, [&](std::size_t first, std::size_t last) {
     std::vector<Candidate>& found = found_[first / samples_a_chunk];
     found.clear();
     for (auto g = static_cast<std::uint32_t>(first); g < last; ++g) {
-      const Vector motion = dt * samples.velocity[g];
-      const Passed sample{samples.position[g] - motion, motion, samples.normal[g], radius_};
+      const Vector motion = dt * skin.velocity[g];
+      const Passed sample{skin.position[g] - motion, motion, skin.normal[g], radius_};
       const Vector low = sample.at + (motion - ways.max()).cwiseMin(0.0f) - around;
       const Vector high = sample.at + (motion - ways.min()).cwiseMax(0.0f) + around;
       near.forEachRun(low, high, [&](std::uint32_t from, std::uint32_t to) {

@@ -6,7 +6,7 @@
 
 #include "clay/contact/skin_side.h"
 #include "clay/neighbourhood.h"
-#include "clay/skin_samples.h"
+#include "values/skin.h"
 
 namespace tactile_clay::clay {
 
@@ -17,8 +17,8 @@ class SkinCandidates {
   /// \param radius m
   explicit SkinCandidates(float radius) : radius_(radius) {}
 
-  /// \param u m, displacements of all particles \param samples at the end of the step
-  void find(const Neighbourhood& near, const VectorField& u, const SkinSamples& samples, float dt);
+  /// \param u m, displacements of all particles \param skin at the end of the step
+  void find(const Neighbourhood& near, const VectorField& u, const Skin& skin, float dt);
 
   struct Range {
     const NearSample *first, *last;

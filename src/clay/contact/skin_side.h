@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "clay/contact/contact.h"
-#include "clay/skin_samples.h"
+#include "values/skin.h"
 
 namespace tactile_clay::clay {
 
@@ -23,12 +23,12 @@ struct SkinPlane {
 };
 
 /// Moves the samples that face as the nearest does from `rest`, which must not be empty, to `side`.
-void takeSide(const SkinSamples& samples, std::vector<NearSample>& rest, std::vector<NearSample>& side);
+void takeSide(const Skin& skin, std::vector<NearSample>& rest, std::vector<NearSample>& side);
 
 /// The tangent plane of a side of the skin near x, the mean of its samples by weights that fall with the
 /// distance to the particle's way; these are added to `shares`. \param radius m, R, where weights vanish
 /// \param dt s, of the step
-SkinPlane planeOf(const SkinSamples& samples, const std::vector<NearSample>& side, const Eigen::Vector3f& x,
+SkinPlane planeOf(const Skin& skin, const std::vector<NearSample>& side, const Eigen::Vector3f& x,
                   float radius, float dt, std::vector<SampleShare>& shares);
 
 }  // namespace tactile_clay::clay

@@ -45,7 +45,7 @@ TEST(Allocation, WarmFramesAllocateForNoParticleOrContact) {
     long maximum = 0;
     for (int k = 0; k < 60; ++k) {
       const double phase = 2.0 * M_PI * k / 60, height = 0.035 + 0.01 * std::cos(phase);
-      SkinSamples skin = samplePlane({0.0, 0.0, height}, -Eigen::Vector3d::UnitZ(), 0.03, 0.004);
+      Skin skin = samplePlane({0.0, 0.0, height}, -Eigen::Vector3d::UnitZ(), 0.03, 0.004);
       for (Eigen::Vector3f& v : skin.velocity)
         v.z() = static_cast<float>(-0.01 * std::sin(phase) * 2.0 * M_PI);
       const long before = allocationCount();

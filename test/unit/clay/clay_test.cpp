@@ -22,7 +22,7 @@ ClayConfig configOf(int substeps = 4, int iterations = 8) {
   return config;
 }
 
-void run(Clay& clay, int frames, const SkinSamples& samples = {}, const std::vector<Solid>& solids = {}) {
+void run(Clay& clay, int frames, const Skin& samples = {}, const std::vector<Solid>& solids = {}) {
   for (int k = 0; k < frames; ++k) clay.advance(samples, solids, clay.config().frame);
 }
 
@@ -112,8 +112,7 @@ TEST(Clay, IterationsStopUnderTheTolerance) {
     settled.at_rest = clay.statistics().iterations;
     settled.centre = centreOfMass(clay.particles());
     const double top = 6.0 * spacing - 0.25 * spacing;
-    const SkinSamples palm =
-        samplePlane({0.0, 0.0, top}, -Eigen::Vector3d::UnitZ(), 0.02, 0.003, {0.0, 0.0, -0.1});
+    const Skin palm = samplePlane({0.0, 0.0, top}, -Eigen::Vector3d::UnitZ(), 0.02, 0.003, {0.0, 0.0, -0.1});
     clay.advance(palm, {ground()}, config.frame);
     EXPECT_GE(clay.statistics().iterations, 0.75 * config.budget.iterations);
     return settled;
@@ -267,11 +266,11 @@ TEST(Clay, ADentedBlockComesToRest) {
 
 TEST_P(AtBudget, ASkinCarriesARestingBlock) {
   Clay clay(configOf(GetParam().first, GetParam().second), {Material()}, block(5, 5, 5, spacing));
-  const SkinSamples palm = samplePlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.03, 0.004);
+  const Skin palm = samplePlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.03, 0.004);
   const double weight = 9.81 * totalMass(clay.particles());
   run(clay, 40, palm);
   Eigen::Vector3d force = Eigen::Vector3d::Zero();
-  for (const SampleForce& f : clay.sampleForces()) force += f.force.cast<double>();
+  for (const SkinForce& f : clay.skinForces()) force += f.force.cast<double>();
   EXPECT_NEAR(-force.z(), weight, 1e-3 * weight);
   EXPECT_LT(force.head<2>().norm(), 1e-3 * weight);
   EXPECT_LT(meanSpeed(clay.particles()), 1e-5);
@@ -280,9 +279,9 @@ TEST_P(AtBudget, ASkinCarriesARestingBlock) {
 INSTANTIATE_TEST_SUITE_P(Budgets, AtBudget,
                          ::testing::Values(std::pair{4, 4}, std::pair{4, 8}, std::pair{8, 16}));
 
-Eigen::Vector3d sumOf(const std::vector<SampleForce>& forces) {
+Eigen::Vector3d sumOf(const std::vector<SkinForce>& forces) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const SampleForce& f : forces) sum += f.force.cast<double>();
+  for (const SkinForce& f : forces) sum += f.force.cast<double>();
   return sum;
 }
 
@@ -299,11 +298,11 @@ TEST(Clay, ForcesOnPalmAndTableAreTheRateOfMomentum) {
     clay.advance(samplePlane({0.0, 0.0, z}, -Eigen::Vector3d::UnitZ(), 0.024, 0.004, {0.0, 0.0, -speed}),
                  {ground()}, clay.config().frame);
     std::int64_t last = -1;
-    for (const SampleForce& f : clay.sampleForces()) {
-      ASSERT_LT(last, f.sample) << "not by ascending sample";
-      last = f.sample;
+    for (const SkinForce& f : clay.skinForces()) {
+      ASSERT_LT(last, f.index) << "not by ascending sample";
+      last = f.index;
     }
-    const double palm = sumOf(clay.sampleForces()).z(), table = clay.solidForces()[0].z();
+    const double palm = sumOf(clay.skinForces()).z(), table = clay.solidForces()[0].z();
     const double change = (momentum(clay.particles()).z() - before) / clay.config().frame;
     if (k > 2) {
       EXPECT_NEAR(palm + table + change, -weight, 0.01 * palm) << "frame " << k;  // all on the surroundings
@@ -323,7 +322,7 @@ TEST(Clay, AnImpactOnTheSkinIsTheRateOfMomentum) {
   for (int k = 1; k <= 12; ++k) {
     const Eigen::Vector3d velocity(0.02, 0.0, 0.1), start(0.0, 0.0, -0.014);
     clay.advance(sampleBall(start + k * config.frame * velocity, 0.015, 0.004, velocity), {}, config.frame);
-    impulse += config.frame * sumOf(clay.sampleForces());
+    impulse += config.frame * sumOf(clay.skinForces());
   }
   EXPECT_LT((impulse + momentum(clay.particles())).norm(), 1e-3 * momentum(clay.particles()).norm());
 }
@@ -338,15 +337,15 @@ TEST(Clay, SlipIsTheSpeedAtWhichClaySlidesAlongTheSkin) {
     Clay clay(configOf(), {material}, block(5, 5, 5, spacing));
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     run(clay, 40, samplePlane(centre, Eigen::Vector3d::UnitZ(), 0.04, 0.004));
-    for (const SampleForce& f : clay.sampleForces()) EXPECT_LT(f.slip, 1e-3) << "at rest";
+    for (const SkinForce& f : clay.skinForces()) EXPECT_LT(f.slip, 1e-3) << "at rest";
     for (int k = 0; k < 15; ++k) {
       centre.x() += speed * clay.config().frame;
       clay.advance(samplePlane(centre, Eigen::Vector3d::UnitZ(), 0.04, 0.004, {speed, 0.0, 0.0}), {},
                    clay.config().frame);
     }
-    ASSERT_FALSE(clay.sampleForces().empty());
+    ASSERT_FALSE(clay.skinForces().empty());
     double force = 0.0, slip = 0.0;
-    for (const SampleForce& f : clay.sampleForces()) {
+    for (const SkinForce& f : clay.skinForces()) {
       force += f.force.norm();
       slip += f.force.norm() * f.slip;
     }
@@ -439,7 +438,7 @@ TEST(Clay, NamesTheParameterAndItsValue) {
 
 TEST(Clay, BadSamplesDoNothing) {
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
-  SkinSamples bad = samplePlane({0.0, 0.0, 0.01}, Eigen::Vector3d::UnitZ(), 0.02, 0.005);
+  Skin bad = samplePlane({0.0, 0.0, 0.01}, Eigen::Vector3d::UnitZ(), 0.02, 0.005);
   for (std::size_t g = 0; g < bad.size(); ++g) {
     const int axis = static_cast<int>(g % 3);
     if (g % 6 == 0) bad.position[g][axis] = nan;
@@ -455,11 +454,11 @@ TEST(Clay, BadSamplesDoNothing) {
   run(touched, 10, bad, {ground()});
   run(left, 10, {}, {ground()});
   EXPECT_TRUE(sameBits(touched.particles().position, left.particles().position));
-  EXPECT_TRUE(touched.sampleForces().empty());
+  EXPECT_TRUE(touched.skinForces().empty());
 }
 
 TEST(Clay, ASampleWithoutAFiniteVelocityHasNone) {
-  SkinSamples hand = sampleBall({0.0, 0.0, 0.035}, 0.015, 0.004);
+  Skin hand = sampleBall({0.0, 0.0, 0.035}, 0.015, 0.004);
   Clay good(configOf(), {Material()}, block(5, 5, 5, spacing));
   run(good, 10, hand, {ground()});
   for (std::size_t g = 0; g < hand.size(); ++g) {
@@ -467,7 +466,7 @@ TEST(Clay, ASampleWithoutAFiniteVelocityHasNone) {
   }
   Clay bad(configOf(), {Material()}, block(5, 5, 5, spacing));
   run(bad, 10, hand, {ground()});
-  EXPECT_FALSE(bad.sampleForces().empty());
+  EXPECT_FALSE(bad.skinForces().empty());
   EXPECT_TRUE(sameBits(good.particles().position, bad.particles().position));
 }
 
@@ -505,7 +504,7 @@ TEST(Clay, NothingIsNothing) {
   Clay clay(configOf(), {Material()}, {});
   run(clay, 3, sampleBall(Eigen::Vector3d::Zero(), 0.01, 0.005), {ground()});
   EXPECT_EQ(clay.particles().size(), 0u);
-  EXPECT_TRUE(clay.sampleForces().empty());
+  EXPECT_TRUE(clay.skinForces().empty());
   EXPECT_EQ(clay.solidForces().at(0).norm(), 0.0);
 }
 

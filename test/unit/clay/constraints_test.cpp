@@ -135,8 +135,8 @@ TEST(Constraint, ImpenetrabilityPushesOutWithoutAJump) {
     auto particle = toInitial({{0, 0, static_cast<float>(0.1 * spacing)}});
     ClayConfig config = weightless(4, 4);
     Clay clay(config, {nothing()}, particle);
-    const SkinSamples samples =
-        skin ? samplePlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.02, 0.004) : SkinSamples();
+    const Skin samples =
+        skin ? samplePlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.02, 0.004) : Skin();
     const std::vector<Solid> solids = skin ? std::vector<Solid>() : std::vector<Solid>{ground()};
     double fastest = 0.0;
     const double recovery = skin ? 0.5 : 0.1;  // m/s

@@ -17,7 +17,7 @@ const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
 
 /// A search in one step, with what it looks at.
 struct Search {
-  Search(const std::vector<Eigen::Vector3f>& points, SkinSamples skin, const std::vector<Solid>& solids = {})
+  Search(const std::vector<Eigen::Vector3f>& points, Skin skin, const std::vector<Solid>& solids = {})
       : particles(particlesAt(points, 2e-4f)), guess(zeros(points.size())), samples(std::move(skin)) {
     near.build(particles.position);
     std::vector<Eigen::Isometry3d> start, end;
@@ -36,7 +36,7 @@ struct Search {
 
   Particles particles;
   VectorField guess;
-  SkinSamples samples;
+  Skin samples;
   Neighbourhood near{2.0f * spacing};
   Colliders colliders{spacing};
   ContactSearch search{spacing};
@@ -65,7 +65,7 @@ std::map<std::uint32_t, std::set<std::uint32_t>> passingSamples(const Search& s)
 TEST(ContactSearch, FindsTheSamplesThatABruteForceSearchFinds) {
   std::mt19937 random(11);
   const std::vector<Eigen::Vector3f> points = lattice(8, spacing, 0.3f);
-  SkinSamples skin = samplePlane({0.0, 0.0, -0.015}, up, 0.03, 0.003);
+  Skin skin = samplePlane({0.0, 0.0, -0.015}, up, 0.03, 0.003);
   for (std::size_t g = 0; g < skin.size(); ++g) {
     skin.position[g] += randomVector(random, 0.003f);
     skin.velocity[g] = randomVector(random, 1.0f);
@@ -106,7 +106,7 @@ TEST(ContactSearch, TheGapIsWhatIsLackingToHalfASpacingOff) {
 }
 
 TEST(ContactSearch, ClayBetweenTwoFingersTouchesBoth) {
-  SkinSamples fingers = samplePlane({0.0, 0.0, -0.5 * spacing}, up, 0.02, 0.002);
+  Skin fingers = samplePlane({0.0, 0.0, -0.5 * spacing}, up, 0.02, 0.002);
   append(fingers, samplePlane({0.0, 0.0, 0.5 * spacing}, -up, 0.02, 0.002));
   Search s({{0.0f, 0.0f, 0.0f}}, fingers);
   const ContactSearch::Found& found = s.atStart();
@@ -119,7 +119,7 @@ TEST(ContactSearch, ClayBetweenTwoFingersTouchesBoth) {
 TEST(ContactSearch, AThinSolidIsNotPassedBy) {
   Solid sheet;
   sheet.size = Eigen::Vector3d(0.1, 0.1, 0.05 * spacing);
-  Search s({{0.0f, 0.0f, 5.0f * spacing}}, SkinSamples(), {sheet});
+  Search s({{0.0f, 0.0f, 5.0f * spacing}}, Skin(), {sheet});
   s.guess.set(0, {0.0f, 0.0f, -10.0f * spacing});
   const ContactSearch::Found& found = s.atStart();
   ASSERT_EQ(found.contacts.size(), 1u);
@@ -144,7 +144,7 @@ TEST(ContactSearch, FromTheDepthOnlyWhatWasHeldComesBack) {
 TEST(ContactSearch, StraysAreFoundWhereTheyEnd) {
   Solid wall = ground();
   wall.pose.translation().z() -= 4.0 * spacing;
-  const SkinSamples skin = samplePlane({0.0, 0.0, 4.0 * spacing}, -up, 0.02, 0.003);
+  const Skin skin = samplePlane({0.0, 0.0, 4.0 * spacing}, -up, 0.02, 0.003);
   Search s({{0.0f, 0.0f, 0.0f}}, skin, {wall});
   EXPECT_TRUE(s.atStart().contacts.empty());
   EXPECT_TRUE(s.strays(s.guess).contacts.empty());

@@ -29,7 +29,7 @@ struct Loose {
                  }()}),
         push(zeros(points.size())) {}
 
-  void step(SkinSamples skin, const std::vector<Solid>& solids, int rounds = 4) {
+  void step(Skin skin, const std::vector<Solid>& solids, int rounds = 4) {
     samples = std::move(skin);
     const std::size_t n = particles.size();
     free = zeros(n);
@@ -74,7 +74,7 @@ struct Loose {
 
   Particles particles;
   Neighbourhood near;
-  SkinSamples samples;
+  Skin samples;
   Contacts contacts;
   VectorField push;  // N, on each particle, gravity included
   VectorField free, u;
@@ -86,7 +86,7 @@ std::pair<float, float> parts(const Contact& c) {
   return {normal, (c.force - normal * c.normal).norm()};
 }
 
-SkinSamples floorOfSamples(const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero()) {
+Skin floorOfSamples(const Eigen::Vector3d& velocity = Eigen::Vector3d::Zero()) {
   return samplePlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.02, 0.004, velocity);
 }
 
@@ -95,7 +95,7 @@ TEST(Contacts, AParticleAtRestIsHeldHalfASpacingOffAndWeighs) {
     Loose loose({{0.001f, 0.002f, 0.5f * spacing}}, 0.5f);
     loose.push.set(0, particle_mass * gravity);
     for (int k = 0; k < 20; ++k) {
-      loose.step(skin ? floorOfSamples() : SkinSamples(),
+      loose.step(skin ? floorOfSamples() : Skin(),
                  skin ? std::vector<Solid>() : std::vector<Solid>{ground()});
     }
     ASSERT_EQ(loose.contacts.contacts().size(), 1u);
@@ -111,8 +111,7 @@ TEST(Contacts, PushNeverPull) {
   for (const bool skin : {false, true}) {
     Loose loose({{0.0f, 0.0f, 0.5f * spacing}}, 0.5f);
     loose.push.set(0, {0.0f, 0.0f, 0.01f});
-    loose.step(skin ? floorOfSamples() : SkinSamples(),
-               skin ? std::vector<Solid>() : std::vector<Solid>{ground()});
+    loose.step(skin ? floorOfSamples() : Skin(), skin ? std::vector<Solid>() : std::vector<Solid>{ground()});
     for (const Contact& c : loose.contacts.contacts()) EXPECT_EQ(c.force.norm(), 0.0f);
     EXPECT_FLOAT_EQ(loose.particles.velocity[0].z(), 0.01f / particle_mass * dt);
   }
@@ -147,7 +146,7 @@ TEST(Contacts, WhatTheSkinHeldIsPushedOutFromAnyDepthWithinReach) {
 /// Struck on its way, 1.3 spacings into skin that was out of its reach.
 TEST(Contacts, WhatEndsDeepInTheSkinAndBeganBeforeItIsMetThere) {
   Loose struck({{0.0f, 0.0f, 1.1f * spacing}}, 0.0f);
-  const SkinSamples skin = floorOfSamples();
+  const Skin skin = floorOfSamples();
   struck.step(skin, {});
   ASSERT_TRUE(struck.contacts.contacts().empty());
   struck.u.set(0, {0.0f, 0.0f, -2.4f * spacing});
@@ -159,7 +158,7 @@ TEST(Contacts, WhatEndsDeepInTheSkinAndBeganBeforeItIsMetThere) {
 /// Through the skin and out of its reach, as into the middle of a finger.
 TEST(Contacts, WhatWentThroughTheSkinIsMetWhereItDid) {
   Loose struck({{0.0f, 0.0f, 2.0f * spacing}}, 0.0f);
-  const SkinSamples skin = floorOfSamples();
+  const Skin skin = floorOfSamples();
   struck.step(skin, {});
   ASSERT_TRUE(struck.contacts.contacts().empty());
   struck.u.set(0, {0.2f * spacing, 0.0f, -4.0f * spacing});
@@ -190,7 +189,7 @@ struct ClosingPalms {
     append(samples, samplePlane(0.3 * spacing * left, left, 0.02, 0.004, -closing));
   }
   Eigen::Vector3d right, left;  // their normals
-  SkinSamples samples;
+  Skin samples;
 };
 
 /// Two palms at 60 degrees close on a particle: neither lets it out by itself, nor one after the other. The
@@ -220,12 +219,12 @@ TEST(Contacts, WhatPalmsOverlapIsNotPrescribedToWhereTheirPlanesMeet) {
 /// Out of a finger's end that is half in a palm, the nearest skin is deep in the palm's flesh.
 TEST(Colliders, PlacesInFleshAreNotFree) {
   const double radius = 1.6 * spacing;
-  SkinSamples skin = samplePlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.03, 0.004);
+  Skin skin = samplePlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.03, 0.004);
   append(skin, sampleBall(Eigen::Vector3d::Zero(), radius, 0.6 * spacing));
   Colliders colliders(spacing);
   const std::vector<Solid> none;
-  const std::vector<Eigen::Isometry3d> nowhere;
-  colliders.begin({skin, none, nowhere, nowhere, dt});
+  const std::vector<Eigen::Isometry3d> no_poses;
+  colliders.begin({skin, none, no_poses, no_poses, dt});
   const Eigen::Vector3f x(0.0f, 0.0f, -0.9f * spacing);
   std::int64_t looks = 1'000'000;
   const auto place = colliders.nearestFree(x, 0.25f * spacing, 6.0f * spacing, looks);
@@ -240,7 +239,7 @@ TEST(Colliders, PlacesInFleshAreNotFree) {
 /// into the one nor the other, by no more than it must, and the finger feels what moves it.
 TEST(Contacts, WhatAFingerPressesOnTheTableGoesAside) {
   const double radius = 1.6 * spacing, gap = 0.2 * spacing, down = 0.8 * spacing / dt;
-  const SkinSamples tip = sampleBall({0.001, 0.0005, radius + gap}, radius, 0.6 * spacing, {0.0, 0.0, -down});
+  const Skin tip = sampleBall({0.001, 0.0005, radius + gap}, radius, 0.6 * spacing, {0.0, 0.0, -down});
   Loose pressed({{0.0f, 0.0f, 0.5f * spacing}}, 0.0f);
   pressed.step(tip, {ground()});
   const Eigen::Vector3d end = pressed.particles.position.at(0).cast<double>();
@@ -270,7 +269,7 @@ TEST(Contacts, WhatIsStoppedGoesIntoNoCollider) {
 /// What recovery moves past the contacts of the step ends in no skin either.
 TEST(Contacts, WhatIsStoppedEndsInNoFlesh) {
   Loose resting({{0.0f, 0.0f, 0.6f * spacing}}, 0.0f);
-  SkinSamples skin = samplePlane({-1.1 * spacing, 0.0, 0.0}, Eigen::Vector3d::UnitX(), 0.01, 0.004);
+  Skin skin = samplePlane({-1.1 * spacing, 0.0, 0.0}, Eigen::Vector3d::UnitX(), 0.01, 0.004);
   resting.step(skin, {ground()});
   for (const Contact& c : resting.contacts.contacts()) ASSERT_NE(c.solid, Contact::skin);
   for (const float way : {0.5f, 1.0f, 1.2f, 1.8f}) {
@@ -314,7 +313,7 @@ struct MeetingFingers {
     }
     samples.velocity.assign(samples.position.size(), Eigen::Vector3f::Zero());
   }
-  SkinSamples samples;
+  Skin samples;
 };
 
 TEST(Contacts, WhatIsStoppedEndsInNoSkinBeforeTheMean) {
@@ -351,7 +350,7 @@ TEST(Contacts, WhatWasReleasedStays) {
 }
 
 TEST(Contacts, OppositeSkinsAreTwoContacts) {
-  SkinSamples fingers = samplePlane({0, 0, -0.5 * spacing}, Eigen::Vector3d::UnitZ(), 0.01, 0.004);
+  Skin fingers = samplePlane({0, 0, -0.5 * spacing}, Eigen::Vector3d::UnitZ(), 0.01, 0.004);
   append(fingers, samplePlane({0, 0, 0.5 * spacing}, -Eigen::Vector3d::UnitZ(), 0.01, 0.004));
   Loose held({{0.0f, 0.0f, 0.0f}}, 0.8f);
   held.step(fingers, {});
@@ -362,7 +361,7 @@ TEST(Contacts, OppositeSkinsAreTwoContacts) {
 TEST(Contacts, SharesAddUpToOneAndAreTheSamplesInReach) {
   Loose loose(lattice(3, spacing, 0.2f), 0.5f);
   for (std::size_t i = 0; i < loose.particles.size(); ++i) loose.particles.position[i].z() += 0.008f;
-  const SkinSamples samples = floorOfSamples();
+  const Skin samples = floorOfSamples();
   loose.step(samples, {});
   ASSERT_FALSE(loose.contacts.contacts().empty());
   for (const Contact& c : loose.contacts.contacts()) {
@@ -390,7 +389,7 @@ TEST(Contacts, ForcesStayInTheCoulombCone) {
       points.emplace_back(0.02f * static_cast<float>(i % 8 - 4), 0.02f * static_cast<float>(i / 8 - 2),
                           0.5f * spacing);
     }
-    SkinSamples samples;
+    Skin samples;
     if (skin) samples = samplePlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.1, 0.004);
     const std::vector<Solid> solids = skin ? std::vector<Solid>() : std::vector<Solid>{ground()};
     Loose loose(points, mu);

@@ -17,7 +17,7 @@ constexpr double spacing = 0.005, frame = 1.0 / 60.0;
 struct Frame {
   VectorField position, velocity;
   std::vector<float> density_ratio;
-  std::vector<SampleForce> forces;
+  std::vector<SkinForce> forces;
 };
 
 bool sameBits(const Frame& a, const Frame& b) {
@@ -26,7 +26,7 @@ bool sameBits(const Frame& a, const Frame& b) {
   };
   bool forces = a.forces.size() == b.forces.size();
   for (std::size_t k = 0; forces && k < a.forces.size(); ++k)
-    forces = a.forces[k].sample == b.forces[k].sample && a.forces[k].force == b.forces[k].force;
+    forces = a.forces[k].index == b.forces[k].index && a.forces[k].force == b.forces[k].force;
   return forces && same(a.position, b.position) && same(a.velocity, b.velocity) &&
          same(a.density_ratio, b.density_ratio);
 }
@@ -38,7 +38,7 @@ Frame advance(Clay& clay, int k) {
   clay.advance(samplePlane({0.0, 0.0, height}, -Eigen::Vector3d::UnitZ(), 0.006, 0.003, velocity),
                {ground(0.2)}, frame);
   return {clay.particles().position, clay.particles().velocity, clay.particles().density_ratio,
-          clay.sampleForces()};
+          clay.skinForces()};
 }
 
 Clay start() {

@@ -49,7 +49,7 @@ struct TwoCubes {
 
   Particles particles;
   Neighbourhood near{2.0f * spacing};
-  SkinSamples samples;
+  Skin samples;
   Contacts contacts{spacing, {Material{}}};
   Lumps lumps{near, particles, spacing};
 };

@@ -55,7 +55,7 @@ struct Step {
   Particles particles;
   Neighbourhood near{2.0f * spacing};
   Bonds bonds{spacing, materials};
-  SkinSamples samples;
+  Skin samples;
   Contacts contacts{spacing, materials};
   Minimiser minimiser{near, particles, kernel, spacing, materials};
   VectorField free, u;

@@ -212,12 +212,12 @@ TEST(Projection, TheIterationCountIsTheMaterial) {
 TEST(Projection, ARestingBlockPressesWithItsWeight) {
   for (const bool skin : {false, true}) {
     Clay clay(paper(4, 5), {Material()}, block(5, 5, 5, spacing));
-    const SkinSamples palm =
-        skin ? samplePlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.03, 0.004) : SkinSamples();
+    const Skin palm =
+        skin ? samplePlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.03, 0.004) : Skin();
     const std::vector<Solid> table = skin ? std::vector<Solid>() : std::vector<Solid>{ground()};
     for (int k = 0; k < 90; ++k) clay.advance(palm, table, clay.config().frame);
     Eigen::Vector3d force = skin ? Eigen::Vector3d::Zero() : clay.solidForces()[0];
-    for (const SampleForce& f : clay.sampleForces()) force += f.force.cast<double>();
+    for (const SkinForce& f : clay.skinForces()) force += f.force.cast<double>();
     const double weight = 9.81 * totalMass(clay.particles());
     EXPECT_NEAR(-force.z(), weight, 1e-3 * weight) << (skin ? "skin" : "table");
   }

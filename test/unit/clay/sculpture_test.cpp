@@ -75,7 +75,7 @@ TEST_F(SculptureTest, GoesOnToTheBit) {
   Clay whole = start();
   press(whole, 0, 20);
   ASSERT_GT(whole.statistics().bonds, 1000u);
-  ASSERT_GT(whole.sampleForces().size(), 3u);
+  ASSERT_GT(whole.skinForces().size(), 3u);
   save(whole.sculpture(), file_);
   press(whole, 20, 40);
 
@@ -87,9 +87,9 @@ TEST_F(SculptureTest, GoesOnToTheBit) {
   EXPECT_EQ(continued.statistics().bonds, whole.statistics().bonds);
   EXPECT_TRUE(sameBits(continued.particles().position, whole.particles().position));
   EXPECT_TRUE(sameBits(continued.particles().velocity, whole.particles().velocity));
-  ASSERT_EQ(continued.sampleForces().size(), whole.sampleForces().size());
-  for (std::size_t k = 0; k < whole.sampleForces().size(); ++k)
-    EXPECT_EQ(continued.sampleForces()[k].force, whole.sampleForces()[k].force);
+  ASSERT_EQ(continued.skinForces().size(), whole.skinForces().size());
+  for (std::size_t k = 0; k < whole.skinForces().size(); ++k)
+    EXPECT_EQ(continued.skinForces()[k].force, whole.skinForces()[k].force);
 }
 
 TEST_F(SculptureTest, IsSavedAsItIs) {

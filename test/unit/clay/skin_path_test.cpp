@@ -10,12 +10,16 @@ using Vector = Eigen::Vector3f;
 constexpr double period = 1.0 / 60.0;
 
 /// One sample, at x, that moves along x.
-SkinSamples sampleAt(float x, double velocity) {
-  return {{Vector(x, 0.0f, 0.0f)}, {Vector::UnitZ()}, {Vector(static_cast<float>(velocity), 0.0f, 0.0f)}};
+Skin sampleAt(float x, double velocity) {
+  Skin skin;
+  skin.position = {Vector(x, 0.0f, 0.0f)};
+  skin.normal = {Vector::UnitZ()};
+  skin.velocity = {Vector(static_cast<float>(velocity), 0.0f, 0.0f)};
+  return skin;
 }
 
 /// Where the sample is at the start of the frame.
-float startOf(const SkinSamples& skin, double duration) {
+float startOf(const Skin& skin, double duration) {
   return skin.position[0].x() - static_cast<float>(duration) * skin.velocity[0].x();
 }
 
@@ -34,7 +38,7 @@ TEST(SkinPath, AFrameBeginsWhereTheOneBeforeEnded) {
     path.add(sampleAt(x, step / (since * period)), stamp);
     if (count % 3 == 2) continue;  // overtaken by the next
     const double duration = (count % 2 == 0 ? 0.75 : 1.25) * period;
-    const SkinSamples skin = path.frame(duration);
+    const Skin skin = path.frame(duration);
     EXPECT_EQ(skin.position[0].x(), x);
     EXPECT_NEAR(startOf(skin, duration), left_at, 1e-5f) << count;
     left_at = x;
@@ -72,7 +76,7 @@ TEST(SkinPath, OtherSamplesHaveNoPast) {
   SkinPath path;
   path.add(sampleAt(0.0f, 1.0), 0.0);
   path.add(sampleAt(0.01f, 1.0), period);
-  SkinSamples two = sampleAt(0.3f, 0.0);
+  Skin two = sampleAt(0.3f, 0.0);
   for (auto* part : {&two.position, &two.normal, &two.velocity}) part->push_back(part->front());
   path.add(two, 2.0 * period);
   EXPECT_EQ(path.frame(period).velocity[0], Vector(Vector::Zero()));

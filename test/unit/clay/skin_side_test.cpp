@@ -12,7 +12,7 @@ namespace {
 
 constexpr float spacing = 0.005f, radius = 1.5f * spacing, dt = 1.0f / 240.0f;
 
-std::vector<NearSample> within(const SkinSamples& samples, const Eigen::Vector3f& x, float far) {
+std::vector<NearSample> within(const Skin& samples, const Eigen::Vector3f& x, float far) {
   std::vector<NearSample> near;
   for (std::uint32_t g = 0; g < samples.size(); ++g) {
     const float square = (x - samples.position[g]).squaredNorm();
@@ -22,16 +22,15 @@ std::vector<NearSample> within(const SkinSamples& samples, const Eigen::Vector3f
 }
 
 /// Clay between two fingers: their skins face each other, one spacing apart.
-SkinSamples twoFingers() {
+Skin twoFingers() {
   const float half = 0.5f * spacing;
-  SkinSamples samples =
-      samplePlane({0.0, 0.0, -half}, Eigen::Vector3d::UnitZ(), 0.01, 0.002, {0.1, 0.0, 0.0});
+  Skin samples = samplePlane({0.0, 0.0, -half}, Eigen::Vector3d::UnitZ(), 0.01, 0.002, {0.1, 0.0, 0.0});
   append(samples, samplePlane({0.0, 0.0, half}, -Eigen::Vector3d::UnitZ(), 0.01, 0.002, {0.0, 0.2, 0.0}));
   return samples;
 }
 
 TEST(SkinSide, TheNearestComesFirstAndEachSampleIsOfOneSide) {
-  const SkinSamples samples = twoFingers();
+  const Skin samples = twoFingers();
   const Eigen::Vector3f x(0.0003f, 0.0004f, 0.1f * spacing);  // nearer to the upper finger
   std::vector<NearSample> rest = within(samples, x, radius), upper, lower;
   const std::size_t all = rest.size();
@@ -46,7 +45,7 @@ TEST(SkinSide, TheNearestComesFirstAndEachSampleIsOfOneSide) {
 }
 
 TEST(SkinSide, SamplesOfACurvedSkinWithinTheAngleAreOneSide) {
-  SkinSamples samples;
+  Skin samples;
   // cosine to the first: within `same_side` and beyond it
   for (const float cosine : {1.0f, 0.5f, Contact::same_side + 0.01f, Contact::same_side - 0.01f, -1.0f}) {
     samples.position.emplace_back(0.001f * static_cast<float>(samples.size()), 0.0f, 0.0f);
@@ -65,7 +64,7 @@ TEST(SkinSide, ThePlaneOfAFlatSkinIsExact) {
   for (int k = 0; k < 20; ++k) {
     const Eigen::Vector3d normal = randomVector(random, 1.0f).normalized().cast<double>();
     const Eigen::Vector3d velocity = randomVector(random, 0.5f).cast<double>();
-    const SkinSamples samples = samplePlane(Eigen::Vector3d::Zero(), normal, 0.015, 0.002, velocity);
+    const Skin samples = samplePlane(Eigen::Vector3d::Zero(), normal, 0.015, 0.002, velocity);
     const Eigen::Vector3f x = randomVector(random, 0.5f * spacing);
     const std::vector<NearSample> near = within(samples, x, radius);
     ASSERT_GT(near.size(), 5u);
@@ -86,7 +85,7 @@ TEST(SkinSide, ThePlaneOfAFlatSkinIsExact) {
 
 /// Weights (1 - q^2)^2 of two samples, by hand.
 TEST(SkinSide, NearerSamplesHaveLargerShares) {
-  SkinSamples samples;
+  Skin samples;
   samples.position = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.002f}};
   samples.normal.assign(2, Eigen::Vector3f::UnitZ());
   samples.velocity.assign(2, Eigen::Vector3f::Zero());

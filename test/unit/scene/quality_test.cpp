@@ -105,7 +105,7 @@ TEST(Qualities, AreMeasuredOnTheSceneFromTheCoarsestOn) {
   for (const double ms : all) EXPECT_GT(ms, 0.0);
   EXPECT_EQ(measuredFrames(scene, solids, steady, 0.0).size(), 1u) << "the first takes longer than that";
 
-  const clay::SkinSamples before = pressingBalls(scene, 0.0), after = pressingBalls(scene, 0.1);
+  const Skin before = pressingBalls(scene, 0.0), after = pressingBalls(scene, 0.1);
   ASSERT_GT(before.size(), 0u);
   float low_before = 1.0f, low_after = 1.0f, top = 0.0f;
   for (std::size_t g = 0; g < before.size(); ++g) {

@@ -47,7 +47,8 @@ TEST(HandSamples, OfAScoreAreItsSkinAtTheEndOfEachFrame) {
   };
   for (std::size_t k = 0; k < samples.size(); ++k) {
     EXPECT_GT(samples[k].skin.size(), 0U);
-    EXPECT_EQ(samples[k].side, std::vector<std::uint8_t>(samples[k].skin.size(), 1)) << "the right finger";
+    EXPECT_EQ(samples[k].skin.side, std::vector<std::uint8_t>(samples[k].skin.size(), 1))
+        << "the right finger";
     if (k == 0) continue;
     // Each moved to where it is by its velocity over the frame.
     const Eigen::Vector3f moved = samples[k].skin.position[0] - samples[k - 1].skin.position[0];

@@ -5,14 +5,17 @@
 #include <cstdint>
 #include <vector>
 
-namespace tactile_clay::hand {
+namespace tactile_clay {
 
-/// Samples of the skin of all hands (the paper's ghost particles), structure of arrays, frame `world`.
+/// Samples of the skin of all hands (the paper's ghost particles, section III-D); structure of arrays of one
+/// length, frame `world`. Arrays that a room has no use for may be empty: the clay reads position, normal and
+/// velocity, the pressure all that is felt.
 struct Skin {
   std::vector<Eigen::Vector3f> position;  // m
   std::vector<Eigen::Vector3f> normal;    // outward, unit
   std::vector<Eigen::Vector3f> velocity;  // m/s
   std::vector<float> area;                // m^2 of skin that it stands for; 0 where other skin covers it
+  std::vector<float> weight;              // perceptual, 0-1
   std::vector<float> pad_distance;        // m along the hand to the centre of the closest finger pad
   std::vector<std::uint8_t> side;         // 0 left, 1 right
   std::vector<std::uint8_t> region;       // hand::Joint at the proximal end of the bone under the sample
@@ -24,6 +27,14 @@ struct Skin {
   std::vector<float> tracked_area;                // m^2; 0 where other skin covers the sample
 
   std::size_t size() const { return position.size(); }
+  bool isTracked() const { return tracked_position.empty(); }  // itself
 };
 
-}  // namespace tactile_clay::hand
+/// Force of the clay on a sample of the skin, mean over a frame: Eq. 6 summed over iterations, and friction.
+struct SkinForce {
+  std::uint32_t index = 0;                          // into the skin
+  Eigen::Vector3f force = Eigen::Vector3f::Zero();  // N, frame `world`
+  float slip = 0.0f;  // m/s, at which the clay slides along the skin there: mean over the frame by force
+};
+
+}  // namespace tactile_clay
