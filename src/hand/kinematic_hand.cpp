@@ -41,48 +41,47 @@ std::shared_ptr<const SkinTemplate> SkinTemplates::of(const TrackedHand& hand) {
   return skin;
 }
 
-const Skin& KinematicHands::update(const std::vector<TrackedHand>& hands_in_world,
-                                   std::chrono::nanoseconds stamp) {
-  skin_ = Skin();
+Skin KinematicHands::update(const std::vector<TrackedHand>& hands_in_world, std::chrono::nanoseconds stamp) {
+  Skin skin;
   std::array<bool, 2> present{};
   for (const TrackedHand& hand : leftThenRight(hands_in_world)) {
-    append(hand, stamp);
+    append(skin, hand, stamp);
     present[static_cast<int>(hand.side)] = true;
   }
   for (int side = 0; side < 2; ++side)
     if (!present[side]) tracked_[side].reset();
-  return skin_;
+  return skin;
 }
 
-void KinematicHands::append(const TrackedHand& hand, std::chrono::nanoseconds stamp) {
+void KinematicHands::append(Skin& skin, const TrackedHand& hand, std::chrono::nanoseconds stamp) {
   std::optional<Tracked>& tracked = tracked_[static_cast<int>(hand.side)];
   const BodyPose palm = palmPose(hand, rest_[static_cast<int>(hand.side)]);
   const bool goes_on = tracked && !palmLeaps(tracked->palm, palm);
   if (!tracked) tracked.emplace().skin = templates_.of(hand);
-  const SkinTemplate& skin = *tracked->skin;
+  const SkinTemplate& skin_template = *tracked->skin;
 
   const double dt = goes_on ? std::chrono::duration<double>(stamp - tracked->stamp).count() : 0.0;
   const float per_second = dt > 0.0 ? static_cast<float>(1.0 / dt) : 0.0F;
 
-  const PosedSkin posed(skin, hand);
+  const PosedSkin posed(skin_template, hand);
   tracked->surface.resize(posed.size(), Eigen::Vector3f::Zero());
   tracked->axis.resize(posed.size(), Eigen::Vector3f::Zero());
   for (std::size_t i = 0; i < posed.size(); ++i) {
     if (posed.absent(i)) continue;
     const PosedSkin::Sample sample = posed[i];
     const double depth = posed.depth(i, sample.surface);
-    const float deep = i < skin.bare_at_rest ? 0.0F : withdrawal(depth, sample.radius);
+    const float deep = i < skin_template.bare_at_rest ? 0.0F : withdrawal(depth, sample.radius);
     // As fast as the bone, not as it withdraws: clay is met by skin that was there before.
     const Eigen::Vector3f step =
         (1.0F - deep) * (sample.surface - tracked->surface[i]) + deep * (sample.axis - tracked->axis[i]);
-    hand::append(skin_, posed, i, sample, hand.side);
-    skin_.position.back() = (1.0F - deep) * sample.surface + deep * sample.axis;
+    hand::append(skin, posed, i, sample, hand.side);
+    skin.position.back() = (1.0F - deep) * sample.surface + deep * sample.axis;
     // What lies within the hand touches nothing that could be felt.
-    if (depth > bare_within || deep * sample.radius > bare_within) skin_.area.back() = 0.0F;
-    const BoundSample& bound = skin.samples[i];
+    if (depth > bare_within || deep * sample.radius > bare_within) skin.area.back() = 0.0F;
+    const BoundSample& bound = skin_template.samples[i];
     const bool anew =
         tracked->bare[bound.bone] || tracked->bare[bound.neighbour] != posed.absentBones()[bound.neighbour];
-    skin_.velocity.back() = anew ? Eigen::Vector3f::Zero() : Eigen::Vector3f(step * per_second);
+    skin.velocity.back() = anew ? Eigen::Vector3f::Zero() : Eigen::Vector3f(step * per_second);
     tracked->surface[i] = sample.surface;
     tracked->axis[i] = sample.axis;
   }

@@ -46,7 +46,7 @@ class KinematicHands {
   /// sample before; zero when a hand appears, when its palm leaps (`palmLeaps`), and when the stamp does not
   /// advance. \throws std::invalid_argument with the line of `faultOfNumbers` where it has one; the state is
   /// then unchanged
-  const Skin& update(const std::vector<TrackedHand>& hands_in_world, std::chrono::nanoseconds stamp);
+  Skin update(const std::vector<TrackedHand>& hands_in_world, std::chrono::nanoseconds stamp);
 
  private:
   struct Tracked {
@@ -57,13 +57,12 @@ class KinematicHands {
     std::chrono::nanoseconds stamp;
   };
 
-  void append(const TrackedHand& hand, std::chrono::nanoseconds stamp);
+  void append(Skin& skin, const TrackedHand& hand, std::chrono::nanoseconds stamp);
 
   SkinTemplates templates_;
   // By side; what the poses of palms are told from.
   std::array<TrackedHand, 2> rest_ = {restHand(Side::left, 1.0), restHand(Side::right, 1.0)};
   std::array<std::optional<Tracked>, 2> tracked_;  // by side, while the hand is present
-  Skin skin_;
 };
 
 }  // namespace tactile_clay::hand

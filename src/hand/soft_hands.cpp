@@ -78,13 +78,12 @@ SoftHands::SoftHands(double spacing, const SoftHandParameters& parameters)
   templates_[1] = std::make_shared<SoftHandTemplate>(std::move(right));
 }
 
-const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,
-                              std::chrono::nanoseconds stamp) {
+Skin SoftHands::update(const std::vector<TrackedHand>& hands_in_world, std::chrono::nanoseconds stamp) {
   const std::vector<TrackedHand> hands = leftThenRight(hands_in_world);
   // A clock that was set back leaves loads of a time to come.
   const bool stale =
       std::abs(seconds_a_nano * static_cast<double>((stamp - loads_stamp_).count())) > load_lifetime;
-  skin_ = Skin();
+  Skin all;
   Past past{stamp, ++number_, {}, {}};
   std::array<bool, 2> seen{};
   for (const TrackedHand& hand : hands) {
@@ -119,14 +118,14 @@ const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,
     const auto join = [&shown = past.shown[side]](auto& to, const auto& from) {
       for (const std::uint32_t i : shown) to.push_back(from[i]);
     };
-    join(skin_.position, skin.position);
-    join(skin_.normal, skin.normal);
-    join(skin_.velocity, skin.velocity);
-    join(skin_.area, skin.area);
-    join(skin_.pad_distance, skin.pad_distance);
-    join(skin_.side, skin.side);
-    join(skin_.region, skin.region);
-    appendTracked(skin_, skin, past.shown[side], *present->skin_template, hand);
+    join(all.position, skin.position);
+    join(all.normal, skin.normal);
+    join(all.velocity, skin.velocity);
+    join(all.area, skin.area);
+    join(all.pad_distance, skin.pad_distance);
+    join(all.side, skin.side);
+    join(all.region, skin.region);
+    appendTracked(all, skin, past.shown[side], *present->skin_template, hand);
     present->skin = std::move(skin);
     present->stamp = stamp;
     past.points[side] = present->soft.loadPoints();
@@ -135,7 +134,7 @@ const Skin& SoftHands::update(const std::vector<TrackedHand>& hands_in_world,
     if (!seen[side]) hands_[side].reset();
   past_.push_back(std::move(past));
   if (past_.size() > remembered) past_.pop_front();
-  return skin_;
+  return all;
 }
 
 std::size_t SoftHands::react(std::chrono::nanoseconds stamp, const std::vector<SkinForce>& forces) {

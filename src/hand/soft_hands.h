@@ -23,7 +23,7 @@ class SoftHands {
 
   /// As KinematicHands::update; the hand then is where flesh, clay and tracked pose let it be, and the skin
   /// tells of each sample where it is on the tracked hand: there it is felt.
-  const Skin& update(const std::vector<TrackedHand>& hands_in_world, std::chrono::nanoseconds stamp);
+  Skin update(const std::vector<TrackedHand>& hands_in_world, std::chrono::nanoseconds stamp);
 
   /// Forces of the clay on the skin of `stamp`. They act until the next ones come, at most 0.1 s. Forces that
   /// are not finite or of no sample are left out, stronger ones than 5 N cut, and all of a hand to 50 N or 4
@@ -57,7 +57,6 @@ class SoftHands {
   std::deque<Past> past_;
   std::uint64_t number_ = 0;
   std::chrono::nanoseconds loads_stamp_{0};
-  Skin skin_;
 };
 
 }  // namespace tactile_clay::hand

@@ -96,7 +96,7 @@ void HandSimulator::simulate(const TrackedHands& message) {
   }
   const auto start = ros::SteadyTime::now();
   const double processor_start = processorTime();
-  const Skin& skin =
+  const Skin skin =
       soft_ ? soft_->update(frame.hands, frame.stamp) : kinematic_->update(frame.hands, frame.stamp);
   times_.add((ros::SteadyTime::now() - start).toSec());
   processor_time_ += processorTime() - processor_start;

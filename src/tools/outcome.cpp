@@ -36,27 +36,25 @@ class Hands {
   }
 
   void go(const HandSample& sample) {
-    sample_ = &sample;
-    if (!soft_) return;
-    skin_ = &soft_->update(sample.hands, sample.stamp);
+    stamp_ = sample.stamp;
+    skin_ = soft_ ? soft_->update(sample.hands, sample.stamp) : sample.skin;
+    skin_.weight.assign(skin_.size(), 1.0f);
   }
-  const Skin& skin() const { return soft_ ? *skin_ : sample_->skin; }
+  const Skin& skin() const { return skin_; }
 
   /// The answer of the clay.
   void react(const std::vector<SkinForce>& answer) {
-    if (soft_) soft_->react(sample_->stamp, answer);
+    if (soft_) soft_->react(stamp_, answer);
   }
 
   void measure(const std::vector<SkinForce>& answer, std::vector<PressureMeter>& meters) const {
-    Skin alike = skin();
-    alike.weight.assign(alike.size(), 1.0f);
-    for (PressureMeter& meter : meters) meter.add(alike, answer);
+    for (PressureMeter& meter : meters) meter.add(skin_, answer);
   }
 
  private:
   std::optional<hand::SoftHands> soft_;
-  const HandSample* sample_ = nullptr;
-  const Skin* skin_ = nullptr;  // of soft hands
+  std::chrono::nanoseconds stamp_{0};
+  Skin skin_;
 };
 
 }  // namespace

@@ -47,9 +47,9 @@ class Rig {
   void prepare() {
     if (clay_->time() > score_.duration()) restart();
     const double t = clay_->time() + frame;
-    skin_ = &hands_->update(score_.sample(t).hands, std::chrono::nanoseconds(std::llround(t * 1e9)));
+    skin_ = hands_->update(score_.sample(t).hands, std::chrono::nanoseconds(std::llround(t * 1e9)));
   }
-  void advance() { clay_->advance(*skin_, solids_->solids(), solids_->motion(), frame); }
+  void advance() { clay_->advance(skin_, solids_->solids(), solids_->motion(), frame); }
   const clay::Clay& clay() const { return *clay_; }
 
  private:
@@ -63,7 +63,7 @@ class Rig {
   std::unique_ptr<scene::Solids> solids_;
   std::unique_ptr<clay::Clay> clay_;
   std::unique_ptr<hand::KinematicHands> hands_;
-  const Skin* skin_ = nullptr;
+  Skin skin_;
 };
 
 /// Median, 99th percentile and stages over all frames of a run.

@@ -49,7 +49,7 @@ void press(benchmark::State& state, double depth, double stiffness) {
   int k = 0;
   hands.update({hand}, stampOf(k));
   for (auto _ : state) {
-    const Skin& skin = hands.update({hand}, stampOf(++k));
+    const Skin skin = hands.update({hand}, stampOf(++k));
     std::vector<SkinForce> forces;
     for (std::size_t i = 0; i < skin.size(); ++i) {
       const double below = floor - skin.position[i].y();

@@ -79,7 +79,7 @@ class Leakage : public ::testing::Test {
   /// One frame to where the hands then are.
   void advance(const std::vector<hand::TrackedHand>& hands) {
     const auto stamp = std::chrono::nanoseconds(std::llround(1e9 * (clay.time() + frame)));
-    const Skin& skin = skins.update(hands, stamp);
+    const Skin skin = skins.update(hands, stamp);
     clay.advance(skin, {ground()}, frame);
     inside = under = 0;
     deepest = 0.0;
@@ -326,7 +326,7 @@ TEST_P(OnThePalm, ASoftFistInOneFrameKeepsNoneInside) {
   std::vector<int> within(clay.particles().size(), 0);  // frames on end
   for (int k = 0; k < 60; ++k) {
     const auto stamp = std::chrono::nanoseconds(std::llround(1e9 * (clay.time() + frame)));
-    const Skin& skin = soft.update({bent(k < 20 ? 0.0 : 85 * degree)}, stamp);
+    const Skin skin = soft.update({bent(k < 20 ? 0.0 : 85 * degree)}, stamp);
     clay.advance(skin, {ground()}, frame);
     soft.react(stamp, clay.skinForces());
     touched = touched || !clay.skinForces().empty();

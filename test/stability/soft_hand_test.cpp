@@ -242,7 +242,7 @@ class WaxPress {
   /// `height` of the tracked hand's lowest point over the wax, m.
   void frame(double height) {
     tracked = palmDown(height, pointing_);
-    const Skin& skin = hands.update({tracked}, stampOf(count_));
+    const Skin skin = hands.update({tracked}, stampOf(count_));
     clay_->advance(skin, {table_}, config_.frame);
     Vector3f sum = Vector3f::Zero();
     for (const SkinForce& f : clay_->skinForces()) sum += f.force;
@@ -468,7 +468,7 @@ TEST(SoftHand, NothingLastsOfViolentAndImpossiblePoses) {
   }
   for (std::size_t attack = 0; attack < attacks.size(); ++attack) {
     for (const TrackedHand& hand : attacks[attack]) {
-      const Skin& skin = hands.update({hand}, stampOf(k++));
+      const Skin skin = hands.update({hand}, stampOf(k++));
       EXPECT_TRUE(allFinite(skin)) << attack;
     }
     const InsideOut after = seen(hands, flat, k, 120);
@@ -486,7 +486,7 @@ double movedByATouch(SoftHands& hands, const TrackedHand& tracked, int& k, int f
   const BodyPoses before = soft.bodies();
   double moved = 0.0;
   for (int step = 0; step < frames; ++step) {
-    const Skin& skin = hands.update({tracked}, stampOf(k));
+    const Skin skin = hands.update({tracked}, stampOf(k));
     EXPECT_TRUE(allFinite(skin));
     std::vector<SkinForce> forces;
     for (std::size_t i = 0; i < skin.size(); ++i)
@@ -545,7 +545,7 @@ void expectHeldRightSideOut(const std::vector<TrackedHand>& way, const std::stri
   InsideOut held;
   double moving = 0.0;  // m/s
   for (int step = 0; step < 60; ++step) {
-    const Skin& skin = hands.update({way.back()}, stampOf(k++));
+    const Skin skin = hands.update({way.back()}, stampOf(k++));
     held.see(*hands.hand(Side::right));
     if (step >= 30) moving = std::max(moving, static_cast<double>(fastest(skin)));
   }
@@ -779,7 +779,7 @@ TEST(SoftHand, BadForcesAreLeftOutAndStrongOnesCut) {
     EXPECT_TRUE(allFinite(hands.update({hand}, stampOf(++k))));
   }
   k = settled(hands, hand, ++k, 120);
-  const Skin& skin = hands.update({hand}, stampOf(k));
+  const Skin skin = hands.update({hand}, stampOf(k));
   EXPECT_TRUE(allFinite(skin));
   EXPECT_EQ(hands.hand(Side::right)->inverted(), 0);
 }

@@ -98,8 +98,8 @@ inline void expectKinematicAtRest(double skin_spacing, const SoftHandParameters&
     SoftHands soft(skin_spacing, flesh);
     KinematicHands kinematic(skin_spacing, SkinKind::soft);
     soft.update({rest}, stampOf(0));
-    const Skin& a = soft.update({rest}, stampOf(1));
-    const Skin& b = kinematic.update({rest}, stampOf(1));
+    const Skin a = soft.update({rest}, stampOf(1));
+    const Skin b = kinematic.update({rest}, stampOf(1));
     ASSERT_EQ(a.size(), b.size());
     EXPECT_EQ(a.region, b.region);
     EXPECT_EQ(a.side, b.side);

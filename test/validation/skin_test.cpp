@@ -88,7 +88,7 @@ TEST(Skin, FlatHandAndFistStayCovered) {
       pose.fingers[finger].flexion = {bend, bend, 0.8 * bend};
     const TrackedHand hand = forwardKinematics(pose);
     KinematicHands hands(spacing);
-    const Skin& skin = hands.update({hand}, nanoseconds(0));
+    const Skin skin = hands.update({hand}, nanoseconds(0));
     int outside = 0;
     int off = 0;
     for (std::size_t i = 0; i < skin.size(); ++i) {

@@ -253,7 +253,7 @@ TEST_P(RealRecording, SkinFollowsWithoutAJumpOfItsSamples) {
   std::size_t count = 0;
   std::size_t hand_count = 0;
   while (recording.read(frame, milliseconds(0)) == HandSource::Read::frame) {
-    const Skin& skin = hands.update(frame.hands, frame.stamp);
+    const Skin skin = hands.update(frame.hands, frame.stamp);
     if (frame.hands.size() == hand_count) {
       EXPECT_EQ(skin.size(), count);
     }

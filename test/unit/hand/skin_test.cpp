@@ -128,7 +128,7 @@ TEST(KinematicHand, PalmHasNoHoleBetweenMetacarpals) {
 TEST(KinematicHand, SamplesLieOnTheSkinAndNormalsLeaveIt) {
   const TrackedHand hand = restHand(Side::left, 1.05);
   KinematicHands hands(spacing);
-  const Skin& skin = hands.update({hand}, nanoseconds(0));
+  const Skin skin = hands.update({hand}, nanoseconds(0));
   const std::size_t bare = makeSkinTemplate(Side::left, 1.05, spacing).bare_at_rest;
   ASSERT_GT(bare, 1000U);
   for (std::size_t i = 0; i < bare; ++i) {
@@ -161,7 +161,7 @@ TEST(KinematicHand, CoveredSamplesWithdrawAndComeOutWithTheThumb) {
     pose.scale = 1.05;
     pose.fingers[0].abduction = -0.6;
     const TrackedHand out = forwardKinematics(pose);
-    const Skin& skin = hands.update({out}, nanoseconds(0));
+    const Skin skin = hands.update({out}, nanoseconds(0));
     int on_the_skin = 0;
     for (std::size_t i = bare; i < skin.size(); ++i) {
       const bool on = std::abs(handDistance(out, skin.position[i].cast<double>())) < 1e-4;
@@ -183,7 +183,7 @@ TEST(KinematicHand, RigidMotionGivesRigidVelocity) {
   motion.linear() = Eigen::AngleAxisd(0.02, Vector3d(1.0, 2.0, -1.0).normalized()).toRotationMatrix();
   motion.translation() = Vector3d(0.003, -0.001, 0.002);
   transform(hand, motion);
-  const Skin& after = hands.update({hand}, milliseconds(1010));
+  const Skin after = hands.update({hand}, milliseconds(1010));
   ASSERT_EQ(after.size(), before.size());
   for (std::size_t i = 0; i < after.size(); ++i) {
     const Vector3d x = before.position[i].cast<double>();
@@ -251,7 +251,7 @@ TEST(KinematicHand, AnotherPersonIsSampledAnew) {
 
 TEST(KinematicHand, LeftComesFirstAndIsTheMirrorImageOfRight) {
   KinematicHands hands(coarse);
-  const Skin& skin = hands.update({flatHand(Side::right), flatHand(Side::left)}, nanoseconds(0));
+  const Skin skin = hands.update({flatHand(Side::right), flatHand(Side::left)}, nanoseconds(0));
   ASSERT_EQ(skin.size() % 2, 0U);
   const std::size_t half = skin.size() / 2;
   for (std::size_t i = 0; i < half; ++i) {
@@ -268,7 +268,7 @@ TEST(KinematicHand, LeftComesFirstAndIsTheMirrorImageOfRight) {
 TEST(KinematicHand, PadDistanceIsSmallAtPadsAndGrowsTowardTheWrist) {
   KinematicHands hands(coarse);
   const TrackedHand hand = flatHand(Side::right);
-  const Skin& skin = hands.update({hand}, nanoseconds(0));
+  const Skin skin = hands.update({hand}, nanoseconds(0));
   std::map<int, std::pair<double, double>> by_region;  // smallest, mean
   std::map<int, int> count;
   for (std::size_t i = 0; i < skin.size(); ++i) {
@@ -305,7 +305,7 @@ TEST(KinematicHand, TwoHandsOfOneSideGiveTheMoreConfident) {
   TrackedHand far = near;
   transform(far, Eigen::Isometry3d(Eigen::Translation3d(1.0, 0.0, 0.0)));
   near.confidence = 0.3;
-  const Skin& skin = hands.update({near, far}, nanoseconds(0));
+  const Skin skin = hands.update({near, far}, nanoseconds(0));
   for (const Eigen::Vector3f& x : skin.position) EXPECT_GT(x.x(), 0.5F);
 }
 

@@ -35,7 +35,7 @@ TEST(SoftHand, AtRestItIsTheKinematicHand) {
 // Whatever holds the virtual hand back, the tracked one feels it where it is.
 void expectFeltOnTracked(const Skin& skin, KinematicHands& tracked, const std::vector<TrackedHand>& hands,
                          int k) {
-  const Skin& expected = tracked.update(hands, stampOf(k));
+  const Skin expected = tracked.update(hands, stampOf(k));
   ASSERT_EQ(skin.size(), expected.size());
   EXPECT_EQ(skin.tracked_position, expected.position);
   EXPECT_EQ(skin.tracked_normal, expected.normal);
@@ -79,7 +79,7 @@ TEST(SoftHand, TellsItOfBothHandsAndOfOneThatComesBack) {
 TEST(SoftHand, WhatTheTrackedHandCoversHasNoAreaThere) {
   SoftHands soft(coarse_spacing, coarse());
   const TrackedHand fist = palmDown(0.0, false, 1.5);
-  const Skin& skin = soft.update({fist}, stampOf(0));
+  const Skin skin = soft.update({fist}, stampOf(0));
   int covered = 0;
   for (std::size_t i = 0; i < skin.size(); ++i) {
     const double distance = handDistance(fist, skin.tracked_position[i].cast<double>());
@@ -91,7 +91,7 @@ TEST(SoftHand, WhatTheTrackedHandCoversHasNoAreaThere) {
     covered += skin.tracked_area[i] == 0.0F ? 1 : 0;
   }
   EXPECT_GT(covered, 10);
-  const Skin& flat = soft.update({restHand(Side::right, 1.0)}, stampOf(1));
+  const Skin flat = soft.update({restHand(Side::right, 1.0)}, stampOf(1));
   EXPECT_EQ(std::count(flat.tracked_area.begin(), flat.tracked_area.end(), 0.0F), 0);
 }
 
