@@ -47,22 +47,22 @@ double clearance(const Eigen::Vector3d& way, const FocusBeam& a, const FocusBeam
 /// \param unresolved counts the pairs that only the array is too coarse for
 Clustering separate(const ContactField& field, Clustering clustering, const Spacing& minimum,
                     std::size_t& unresolved) {
-  while (clustering.center.size() > 1) {
-    std::vector<Eigen::Vector3d> center = clustering.center;
-    std::vector<double> weight(center.size(), 0.0);
+  while (clustering.centre.size() > 1) {
+    std::vector<Eigen::Vector3d> centre = clustering.centre;
+    std::vector<double> weight(centre.size(), 0.0);
     for (std::size_t i = 0; i < field.weight.size(); ++i) weight[clustering.cluster[i]] += field.weight[i];
-    std::vector<FocusBeam> beam(center.size());
+    std::vector<FocusBeam> beam(centre.size());
     const auto look = [&](std::size_t k) {
-      if (minimum.array != nullptr && minimum.separation > 0.0) beam[k] = minimum.array->beam(center[k]);
+      if (minimum.array != nullptr && minimum.separation > 0.0) beam[k] = minimum.array->beam(centre[k]);
     };
-    for (std::size_t k = 0; k < center.size(); ++k) look(k);
-    while (center.size() > 1) {
+    for (std::size_t k = 0; k < centre.size(); ++k) look(k);
+    while (centre.size() > 1) {
       std::size_t a = 0;
       std::size_t b = 0;
       double closest = 1.0;
-      for (std::size_t i = 0; i < center.size(); ++i) {
-        for (std::size_t j = i + 1; j < center.size(); ++j) {
-          const double clear = clearance(center[j] - center[i], beam[i], beam[j], minimum);
+      for (std::size_t i = 0; i < centre.size(); ++i) {
+        for (std::size_t j = i + 1; j < centre.size(); ++j) {
+          const double clear = clearance(centre[j] - centre[i], beam[i], beam[j], minimum);
           if (clear < closest) {
             closest = clear;
             a = i;
@@ -71,17 +71,17 @@ Clustering separate(const ContactField& field, Clustering clustering, const Spac
         }
       }
       if (a == b) break;
-      if ((center[a] - center[b]).norm() >= minimum.distance) ++unresolved;
-      center[a] = (weight[a] * center[a] + weight[b] * center[b]) / (weight[a] + weight[b]);
+      if ((centre[a] - centre[b]).norm() >= minimum.distance) ++unresolved;
+      centre[a] = (weight[a] * centre[a] + weight[b] * centre[b]) / (weight[a] + weight[b]);
       weight[a] += weight[b];
       look(a);
       const auto at = static_cast<std::ptrdiff_t>(b);
-      center.erase(center.begin() + at);
+      centre.erase(centre.begin() + at);
       weight.erase(weight.begin() + at);
       beam.erase(beam.begin() + at);
     }
-    if (center.size() == clustering.center.size()) break;
-    clustering = refineClusters(field.position, field.weight, std::move(center));
+    if (centre.size() == clustering.centre.size()) break;
+    clustering = refineClusters(field.position, field.weight, std::move(centre));
   }
   return clustering;
 }
@@ -151,7 +151,7 @@ Clustering contactClusters(const ContactField& field, const FocalPointConfig& co
   }
   Clustering cold = weightedKMeans(field.position, field.weight, config.max_points, apart,
                                    previous.empty() ? restarts : 1, metric);
-  const std::size_t unseeded = on_skin - std::min(on_skin, cold.center.size());  // room on the skin only
+  const std::size_t unseeded = on_skin - std::min(on_skin, cold.centre.size());  // room on the skin only
   cold = separate(field, std::move(cold), minimum, unresolved);
   unresolved += unseeded;
   if (previous.empty() || previous.size() > config.max_points) return cold;

@@ -29,13 +29,13 @@ Eigen::Vector3d onSkin(const ContactField& field, const Clustering& clustering, 
   for (std::size_t i = 0; i < field.position.size(); ++i) {
     if (clustering.cluster[i] != k) continue;
     skin.push_back(field.skin[i]);
-    const double distance = (field.position[i] - clustering.center[k]).squaredNorm();
+    const double distance = (field.position[i] - clustering.centre[k]).squaredNorm();
     if (distance < closest) {
       closest = distance;
       nearest = i;
     }
   }
-  return closest <= sigma * sigma ? ontoSkin(clustering.center[k], skin) : field.position[nearest];
+  return closest <= sigma * sigma ? ontoSkin(clustering.centre[k], skin) : field.position[nearest];
 }
 
 double fitPressure(const ContactField& field, const Clustering& clustering, std::size_t k,
@@ -112,12 +112,12 @@ std::vector<FocalPoint> FocalPointRenderer::render(const std::vector<PressureSam
   const Clustering clustering =
       contactClusters(field, config_, array_ ? &*array_ : nullptr, previous_, report_.merged_points);
 
-  std::vector<double> force(clustering.center.size(), 0.0);
+  std::vector<double> force(clustering.centre.size(), 0.0);
   for (std::size_t i = 0; i < field.position.size(); ++i) {
     force[clustering.cluster[i]] += field.pressure[i] * field.area[i];
   }
   std::vector<FocalPoint> points;
-  for (std::size_t k = 0; k < clustering.center.size(); ++k) {
+  for (std::size_t k = 0; k < clustering.centre.size(); ++k) {
     if (force[k] < config_.minimum_force) continue;
     FocalPoint point;
     point.position = onSkin(field, clustering, k, config_.sigma);

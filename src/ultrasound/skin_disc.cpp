@@ -20,9 +20,10 @@ double SkinDisc::distance(const Eigen::Vector3d& point) const {
 }
 
 SkinDisc skinDisc(const contact::PressureSample& sample) {
+  const Eigen::Vector3d centre = sample.position.cast<double>();
   const Eigen::Vector3d normal = sample.normal.cast<double>().stableNormalized();
-  return {sample.position.cast<double>(), normal.allFinite() ? normal : Eigen::Vector3d::Zero(),
-          std::min(flat, std::sqrt(sample.area / M_PI))};
+  if (!(normal.squaredNorm() > 0.5)) return {centre, Eigen::Vector3d::Zero(), 0.0};
+  return {centre, normal, std::min(flat, std::sqrt(sample.area / M_PI))};
 }
 
 Eigen::Vector3d ontoSkin(const Eigen::Vector3d& point, const std::vector<SkinDisc>& skin) {

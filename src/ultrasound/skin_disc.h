@@ -7,10 +7,11 @@
 
 namespace tactile_clay::ultrasound {
 
-/// What is known of the skin at a sample: a flat disc of its area, but no wider than skin is flat.
+/// What is known of the skin at a sample: a flat disc of its area, but no wider than skin is flat. Where the
+/// normal is not known, it is a point.
 struct SkinDisc {
   Eigen::Vector3d centre;  // m
-  Eigen::Vector3d normal;  // unit; zero where it is not known
+  Eigen::Vector3d normal;  // unit; of a point zero
   double radius;           // m
 
   /// m

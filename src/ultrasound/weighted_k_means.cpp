@@ -10,11 +10,11 @@ namespace {
 
 constexpr int max_passes = 100;  // Lloyd needs some ten on a hand; the cap bounds the worst case
 
-std::size_t closest(const std::vector<Eigen::Vector3d>& center, const Eigen::Vector3d& x) {
+std::size_t closest(const std::vector<Eigen::Vector3d>& centre, const Eigen::Vector3d& x) {
   std::size_t best = 0;
   double best_distance = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < center.size(); ++k) {
-    const double distance = (center[k] - x).squaredNorm();
+  for (std::size_t k = 0; k < centre.size(); ++k) {
+    const double distance = (centre[k] - x).squaredNorm();
     if (distance < best_distance) {
       best_distance = distance;
       best = k;
@@ -27,8 +27,8 @@ std::size_t closest(const std::vector<Eigen::Vector3d>& center, const Eigen::Vec
 class Refinement {
  public:
   Refinement(const std::vector<Eigen::Vector3d>& position, const std::vector<double>& weight,
-             std::vector<Eigen::Vector3d> center)
-      : position_(position), weight_(weight), cluster_(position.size()), center_(std::move(center)) {}
+             std::vector<Eigen::Vector3d> centre)
+      : position_(position), weight_(weight), cluster_(position.size()), center_(std::move(centre)) {}
 
   Clustering run() {
     lloyd();
@@ -37,7 +37,7 @@ class Refinement {
     for (std::size_t i = 0; i < position_.size(); ++i) {
       result.objective += weight_[i] * (position_[i] - center_[cluster_[i]]).squaredNorm();
     }
-    result.center = std::move(center_);
+    result.centre = std::move(center_);
     result.cluster = std::move(cluster_);
     return result;
   }
@@ -156,11 +156,11 @@ std::vector<Eigen::Vector3d> addSeeds(const std::vector<Eigen::Vector3d>& positi
 }
 
 Clustering refineClusters(const std::vector<Eigen::Vector3d>& position, const std::vector<double>& weight,
-                          std::vector<Eigen::Vector3d> center) {
+                          std::vector<Eigen::Vector3d> centre) {
   checkLengths(position, weight);
   if (position.empty()) return {};
-  if (center.empty()) throw std::invalid_argument("k-means: no centre to start from, expected at least one");
-  return Refinement(position, weight, std::move(center)).run();
+  if (centre.empty()) throw std::invalid_argument("k-means: no centre to start from, expected at least one");
+  return Refinement(position, weight, std::move(centre)).run();
 }
 
 Clustering weightedKMeans(const std::vector<Eigen::Vector3d>& position, const std::vector<double>& weight,
@@ -178,8 +178,8 @@ Clustering weightedKMeans(const std::vector<Eigen::Vector3d>& position, const st
   for (std::size_t run = 0; run < std::max<std::size_t>(restarts, 1); ++run) {
     auto seeds = addSeeds(position, weight, {position[first]}, count, min_separation, metric);
     Clustering clustering = refineClusters(position, weight, std::move(seeds));
-    if (best.center.size() < clustering.center.size() ||
-        (best.center.size() == clustering.center.size() && clustering.objective < best.objective)) {
+    if (best.centre.size() < clustering.centre.size() ||
+        (best.centre.size() == clustering.centre.size() && clustering.objective < best.objective)) {
       best = std::move(clustering);
     }
     std::size_t farthest = first;

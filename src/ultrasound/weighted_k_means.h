@@ -7,9 +7,9 @@
 namespace tactile_clay::ultrasound {
 
 struct Clustering {
-  std::vector<Eigen::Vector3d> center;  // weighted mean of each cluster, m
+  std::vector<Eigen::Vector3d> centre;  // weighted mean of each cluster, m
   std::vector<std::size_t> cluster;     // of each sample
-  double objective = 0.0;               // Eq. 8: sum of w |x - center|^2
+  double objective = 0.0;               // Eq. 8: sum of w |x - centre|^2
 };
 
 /// Adds samples to the `seeds` given, deterministically: each time the sample with the largest w d^2, where d
@@ -29,7 +29,7 @@ std::vector<Eigen::Vector3d> addSeeds(const std::vector<Eigen::Vector3d>& positi
 /// \param weight of each, positive and finite
 /// \throws std::invalid_argument if the arrays differ in length or, with samples, no centre is given
 Clustering refineClusters(const std::vector<Eigen::Vector3d>& position, const std::vector<double>& weight,
-                          std::vector<Eigen::Vector3d> center);
+                          std::vector<Eigen::Vector3d> centre);
 
 /// Weighted k-means (Eq. 8) of at most `count` clusters: the best of `restarts` refinements, seeded by
 /// addSeeds from the heaviest sample, then from the samples farthest from the ones used before.

@@ -72,7 +72,8 @@ TEST(SkinDisc, IsFlatAndNoWiderThanSkinIs) {
 TEST(SkinDisc, WithoutANormalIsAPoint) {
   for (const double broken : {0.0, std::numeric_limits<double>::quiet_NaN(), 1e300}) {
     const SkinDisc disc = skinDisc(sample({0.0, 0.0, height}, Vector3d::Constant(broken), 1e-5));
-    EXPECT_TRUE(std::isfinite(disc.distance({1e-3, 0.0, height}))) << broken;
+    EXPECT_NEAR(disc.distance({1e-3, 0.0, height}), 1e-3, 1e-8) << broken;
+    EXPECT_NEAR(disc.distance({0.0, 0.0, height + 2e-3}), 2e-3, 1e-8) << broken;
   }
 }
 

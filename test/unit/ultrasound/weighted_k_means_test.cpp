@@ -87,7 +87,7 @@ TEST(WeightedKMeans, CentresAreWeightedMeansOfTheirVoronoiCells) {
   std::vector<double> w;
   randomSamples(random, 300, x, w);
   const Clustering found = weightedKMeans(x, w, 8);
-  ASSERT_EQ(found.center.size(), 8u);
+  ASSERT_EQ(found.centre.size(), 8u);
   for (std::size_t k = 0; k < 8; ++k) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     double total = 0.0;
@@ -96,35 +96,35 @@ TEST(WeightedKMeans, CentresAreWeightedMeansOfTheirVoronoiCells) {
       sum += w[i] * x[i];
       total += w[i];
     }
-    EXPECT_LT((sum / total - found.center[k]).norm(), 1e-12);
+    EXPECT_LT((sum / total - found.centre[k]).norm(), 1e-12);
   }
   for (std::size_t i = 0; i < x.size(); ++i) {
-    const double own = (x[i] - found.center[found.cluster[i]]).norm();
-    for (const auto& center : found.center) EXPECT_LE(own, (x[i] - center).norm() + 1e-12);
+    const double own = (x[i] - found.centre[found.cluster[i]]).norm();
+    for (const auto& centre : found.centre) EXPECT_LE(own, (x[i] - centre).norm() + 1e-12);
   }
 }
 
 TEST(WeightedKMeans, FollowsTheWeights) {
   // One cluster of two samples: the mean lies at 3/4 of the way to the one three times as heavy.
   const Clustering found = weightedKMeans({{0, 0, 0}, {1, 0, 0}}, {1.0, 3.0}, 1);
-  ASSERT_EQ(found.center.size(), 1u);
-  EXPECT_NEAR(found.center[0].x(), 0.75, 1e-15);
+  ASSERT_EQ(found.centre.size(), 1u);
+  EXPECT_NEAR(found.centre[0].x(), 0.75, 1e-15);
   EXPECT_NEAR(found.objective, 0.75, 1e-15);
 }
 
 TEST(WeightedKMeans, OfNothingOrOfOneIsTrivial) {
-  EXPECT_TRUE(weightedKMeans({}, {}, 3).center.empty());
-  EXPECT_TRUE(weightedKMeans({{0, 0, 0}}, {1.0}, 0).center.empty());
+  EXPECT_TRUE(weightedKMeans({}, {}, 3).centre.empty());
+  EXPECT_TRUE(weightedKMeans({{0, 0, 0}}, {1.0}, 0).centre.empty());
   const Clustering one = weightedKMeans({{1, 2, 3}}, {0.5}, 3);
-  ASSERT_EQ(one.center.size(), 1u);
-  EXPECT_EQ(one.center[0], Eigen::Vector3d(1, 2, 3));
+  ASSERT_EQ(one.centre.size(), 1u);
+  EXPECT_EQ(one.centre[0], Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(one.objective, 0.0);
 }
 
 TEST(WeightedKMeans, OfCoincidentSamplesIsOneCluster) {
   const Clustering found =
       weightedKMeans(Points(5, Eigen::Vector3d(1, 2, 3)), std::vector<double>(5, 1.0), 3);
-  EXPECT_EQ(found.center.size(), 1u);
+  EXPECT_EQ(found.centre.size(), 1u);
 }
 
 TEST(WeightedKMeans, SeedsKeepTheirSeparation) {
@@ -148,7 +148,7 @@ TEST(WeightedKMeans, SeedsTakeTheLowerIndexOfATie) {
 
 TEST(WeightedKMeans, DropsACentreWithoutSamples) {
   const Clustering found = refineClusters({{0, 0, 0}, {1, 0, 0}}, {1, 1}, {{0.5, 0, 0}, {50, 0, 0}});
-  EXPECT_EQ(found.center.size(), 1u);
+  EXPECT_EQ(found.centre.size(), 1u);
 }
 
 TEST(WeightedKMeans, RefusesBadArguments) {
