@@ -38,7 +38,7 @@ struct SurfacePoint {
 /// medial point (the centre of a sphere, say) one of the equally short ways out is taken.
 SurfacePoint surface(const Solid& solid, const Eigen::Vector3d& point);
 
-/// The least box that holds the shape, in the shape's own frame.
+/// The smallest box that holds the shape, in the shape's own frame.
 Eigen::AlignedBox3d boundsOf(const Solid& solid);
 
 /// Pose after `t` seconds of the solid's velocities, held constant.

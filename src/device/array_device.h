@@ -92,9 +92,9 @@ class ArrayDevice {
   }
 
   /// The same for fields, for arrays that name Modulation::field or field_circle: the patterns to play for
-  /// samples of skin, and what they reach there. \param options of the solver, `amplitude` being the most of
-  /// each transducer that may be spent \param before patterns of the frame before, or none. Nothing: the gate
-  /// solves them for the layout itself.
+  /// samples of skin, and what they reach there. \param options of the solver, `amplitude` being the maximum
+  /// of each transducer that may be spent \param before patterns of the frame before, or none. Nothing: the
+  /// gate solves them for the layout itself.
   virtual std::optional<ultrasound::FieldSolution> field(
       [[maybe_unused]] const std::vector<ultrasound::FocalPoint>& targets,
       [[maybe_unused]] const ultrasound::FieldSolverOptions& options,

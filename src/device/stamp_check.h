@@ -42,7 +42,7 @@ class StampCheck {
   bool live_ = false;  // a stamp was of this clock since the start
   bool recording_ = false;
   unsigned late_ = 0;     // stamps in a row that were stale
-  double nearest_ = 0.0;  // s, the least that one of these was behind
+  double nearest_ = 0.0;  // s, the minimum that one of these was behind
 };
 
 }  // namespace tactile_clay::device

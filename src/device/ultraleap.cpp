@@ -38,7 +38,7 @@ void Ultraleap::open(const std::map<std::string, std::string>& options) {
   require(array, "no array", "one that streams, connected");
   emitter_ = std::make_unique<sdk::StreamingEmitter>(*library_);
   require(emitter_->addDevice(array.value()), "the array cannot be used", "one that no other program uses");
-  // How many points it can do is its own matter: the most that it grants, up to the wanted number.
+  // How many points it can do is its own matter: the maximum that it grants, up to the wanted number.
   std::size_t count = wanted;
   while (count > 1 && !emitter_->setControlPointCount(count, sdk::AdjustRate::All)) --count;
   require(emitter_->setControlPointCount(count, sdk::AdjustRate::All), "no control points", "at least 1");

@@ -14,7 +14,7 @@ namespace tactile_clay::files {
 
 constexpr std::uint64_t mebibyte = 1ULL << 20U, gibibyte = 1ULL << 30U;
 
-/// Most bytes of files, by what they hold. Each is ten times or more what anybody has sent so far.
+/// Maximum bytes of files, by what they hold. Each is ten times or more what anybody has sent so far.
 namespace maximum {
 constexpr std::uint64_t text = 16 * mebibyte;        // scenes, materials, scores, URDF
 constexpr std::uint64_t recording = 64 * gibibyte;   // is read one frame at a time

@@ -18,7 +18,7 @@ PalmAnatomy palmAnatomy(const Eigen::Vector3d& base, const Eigen::Vector3d& knuc
           (axis - axis.dot(direction) * direction).normalized()};
 }
 
-/// Least and greatest angles in degrees.
+/// Minimum and maximum angles in degrees.
 FingerLimits limits(const Eigen::Vector2d& mcp, const Eigen::Vector2d& pip, const Eigen::Vector2d& dip,
                     const Eigen::Vector2d& abduction) {
   constexpr double degree = M_PI / 180.0;

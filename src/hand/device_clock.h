@@ -8,8 +8,8 @@ namespace tactile_clay::hand {
 
 /// Maps stamps of a device's clock to the receiver's clock. What is received is late by a delay that is never
 /// negative, so (receive - device) is the offset of the clocks plus the delay, and its lower envelope is the
-/// offset plus the least delay. The envelope is the least of the last 10 s: the drift of two quartz clocks
-/// (100 ppm) is 1 ms in that time.
+/// offset plus the minimum delay. The envelope is the minimum of the last 10 s: the drift of two quartz
+/// clocks (100 ppm) is 1 ms in that time.
 class DeviceClock {
  public:
   using Time = std::chrono::nanoseconds;
@@ -27,7 +27,7 @@ class DeviceClock {
   struct Offset {
     Time received, offset;
   };
-  std::deque<Offset> envelope_;  // candidates for the least, offsets increase
+  std::deque<Offset> envelope_;  // candidates for the minimum, offsets increase
   std::optional<Time> late_since_;
   Time last_device_{0}, last_received_{0}, last_result_{Time::min()};
   unsigned restarts_ = 0;

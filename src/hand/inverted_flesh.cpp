@@ -9,7 +9,7 @@ using Eigen::Vector3f;
 
 constexpr float healing = 0.3F;   // of the way back, a step and inverted tetrahedron
 constexpr int healing_time = 16;  // steps, before flesh that stays inside out counts as caught
-constexpr int trial = 8;          // steps, in which its least volume is to help what is caught
+constexpr int trial = 8;          // steps, in which its minimum volume is to help what is caught
 constexpr float room = 0.6F;      // volume, of that at rest, with which flesh no longer turns inside out
 
 bool hasRoomAtHome(const NeoHookean& flesh, int tetrahedron, const InvertedFlesh::Home& home) {

@@ -15,8 +15,9 @@ namespace tactile_clay::hand {
 
 /// Tetrahedra that were turned inside out, as by a pose that no hand can take: they are led back to where
 /// their bones would put them. In the fold of a bent finger that would be inside out as well: what stays so,
-/// though it had time to heal, is caught, and needs its least volume (NeoHookean::limit) until it has room by
-/// itself and its bones leave it some. Where they do and it finds none, as in a tangle, it is led back again.
+/// though it had time to heal, is caught, and needs its minimum volume (NeoHookean::limit) until it has room
+/// by itself and its bones leave it some. Where they do and it finds none, as in a tangle, it is led back
+/// again.
 class InvertedFlesh {
  public:
   /// Where its bones would put a node, m.

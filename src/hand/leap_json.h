@@ -14,7 +14,7 @@ namespace tactile_clay::hand::leap {
 
 using Json = nlohmann::json;
 
-/// Most that a message may have; a frame of two hands has 20 kB, 900 values, and is 6 deep.
+/// Maxima of a message; a frame of two hands has 20 kB, 900 values, and is 6 deep.
 struct Limits {
   std::size_t bytes = 1U << 20U;
   std::size_t values = 50'000;  // each may cost a hundred bytes of memory

@@ -36,7 +36,7 @@ struct SkeletonPose {
   SkeletonAngles angles{};
 };
 
-/// Least and greatest angle of a joint, rad; `finger_limits`, and 10 degrees to each side for the abduction
+/// Minimum and maximum angle of a joint, rad; `finger_limits`, and 10 degrees to each side for the abduction
 /// of the thumb's MP, which has no entry there.
 Eigen::Vector2d skeletonLimits(int joint);
 

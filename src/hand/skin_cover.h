@@ -19,7 +19,7 @@ struct SurfacePoint {
   double area() const;  // m^2, that the point stands for
 };
 
-/// Least distance of two samples on one side of the skin, m. \param spacing m, of samples in the mean
+/// Minimum distance of two samples on one side of the skin, m. \param spacing m, of samples in the mean
 double sampleDistance(double spacing);
 
 /// Whether a point lies within other skin. Where two capsules share a sphere, the patch belongs to the first.

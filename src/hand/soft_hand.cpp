@@ -196,7 +196,7 @@ void SoftHand::carryBones() {
 
 // What flesh and loads did to the nodes of bone, they do to the body. In the pass over the flesh each of
 // these nodes gives way by itself, more than the whole bone does: flesh that the clay squeezes against it
-// gets its least volume where the bone really is.
+// gets its minimum volume where the bone really is.
 void SoftHand::collect(double h) {
   std::array<Vector3d, body_count> impulse, moment;
   impulse.fill(Vector3d::Zero());

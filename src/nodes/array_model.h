@@ -42,7 +42,7 @@ struct ArrayModel {
   ultrasound::FieldSolution solveField(const std::vector<ultrasound::FocalPoint>& targets, double amplitude,
                                        const std::vector<ultrasound::Drive>& before, double effort) const;
 
-  /// `field_options` with this most amplitude, and this share of the evaluations.
+  /// `field_options` with this maximum amplitude, and this share of the evaluations.
   ultrasound::FieldSolverOptions fieldOptions(double amplitude, double effort) const;
 
   ultrasound::ArrayLayout layout;

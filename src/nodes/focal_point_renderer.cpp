@@ -23,14 +23,14 @@ ultrasound::FocalPointConfig focalPointConfig(Settings& s) {
   const auto number = [&](const char* name, double& value, double maximum, const char* meaning) {
     value = s.number(name, value, 0.0, maximum, meaning);
   };
-  count("max_points", config.max_points, 256, "most focal points at a time");
+  count("max_points", config.max_points, 256, "maximum number of focal points at a time");
   config.modulation = ultrasound::modulation(
       s.text("modulation", "am", "how points are made felt", ultrasound::modulationNames()));
   number("full_scale_pressure", config.full_scale_pressure, any,
          "Pa of the clay that ask for all that the array can give: less is a larger gain");
   number("compression_knee", config.compression_knee, 1.0,
          "share of that up to which pressures are in proportion");
-  number("side_lobe_floor", config.side_lobe_floor, 1.0, "least amplitude of a point, over the strongest");
+  number("side_lobe_floor", config.side_lobe_floor, 1.0, "minimum amplitude of a point, over the strongest");
   number("minimum_pressure", config.minimum_pressure, any, "Pa; samples below it are not rendered");
   number("minimum_force", config.minimum_force, any, "N; contacts that press less get no point");
   number("min_separation", config.min_separation, any, "m between two points, at least");
@@ -58,7 +58,7 @@ void readPerson(Settings& s, ultrasound::FocalPointConfig& config) {
   config.felt_gain = s.number("felt_gain", config.felt_gain, 0.1, 10.0, "of a person, over that of others");
   config.felt_threshold =
       milli * s.number("felt_threshold", config.felt_threshold / milli, 0.0, 50.0,
-                       "mN, least force of a focal point that a person feels; 0: not known");
+                       "mN, minimum force of a focal point that a person feels; 0: not known");
 }
 
 double modulationFrequency(Settings& settings) {

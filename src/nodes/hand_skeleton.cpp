@@ -19,7 +19,7 @@ namespace tactile_clay::nodes {
 namespace {
 
 constexpr std::size_t samples_to_measure = 30;
-constexpr double sure = 0.5;         // least confidence of a sample that a person is measured from
+constexpr double sure = 0.5;         // minimum confidence of a sample that a person is measured from
 constexpr double other_size = 0.01;  // m of mean error, above which this is another person's hand
 
 std::string name(hand::Side side) {

@@ -243,7 +243,7 @@ void HandTracking::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status)
   status.add("age, most, s", report.age_max);
   status.add("hands", hands_.load());
   for (const int side : {0, 1})
-    status.add(side == 0 ? "confidence, left, least" : "confidence, right, least",
+    status.add(side == 0 ? "confidence, left, minimum" : "confidence, right, minimum",
                report.confidence[side] ? std::to_string(*report.confidence[side]) : "not seen");
   status.add("dropouts", counts_.dropouts);
   status.add("hands lost", counts_.losses);

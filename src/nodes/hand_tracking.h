@@ -75,7 +75,7 @@ class HandTracking {
   struct Report {  // of the last second
     unsigned frames = 0;
     double age_sum = 0.0, age_max = 0.0;              // s
-    std::array<std::optional<double>, 2> confidence;  // least, by side
+    std::array<std::optional<double>, 2> confidence;  // minimum, by side
     std::string fault;
   };
   std::mutex report_mutex_;

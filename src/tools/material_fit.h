@@ -40,7 +40,7 @@ MaterialFit fitMaterial(const ForceModel& forces, const std::vector<double>& mea
                         const clay::Material& start, double yield_stress,
                         const std::vector<std::string>& names, int maximum);
 
-/// Pa, a guess from the greatest force: a punch presses with 6 tau_y, a bar with sqrt(3) tau_y.
+/// Pa, a guess from the maximum force: a punch presses with 6 tau_y, a bar with sqrt(3) tau_y.
 double guessedYieldStress(const PressSetup& setup, const PressCurve& curve);
 
 /// A material file. \param comments lines that stand above it, without their `#`

@@ -37,7 +37,7 @@ struct Outcome {
   double height = 0.0;                     // m, at the end (heightOf)
   std::vector<Load> force;                 // means of 0.1 s (meansOf)
   double mean_force = 0.0;                 // N, of the norm of both hands' load
-  double density = 0.0, densest = 0.0;     // rho / rho_0 - 1 where positive: mean and greatest
+  double density = 0.0, densest = 0.0;     // rho / rho_0 - 1 where positive: mean and maximum
   double volume_change = 0.0;              // end over start - 1 (volumeOf)
   std::vector<RenderedPressure> rendered;  // by each of the renderings
 };

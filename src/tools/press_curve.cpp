@@ -18,7 +18,7 @@ constexpr double longest = 120.0;      // s, of a curve: 7200 frames an evaluati
 constexpr std::size_t fewest = 5;      // moments of a curve
 constexpr double largest = 1e9;        // of any number in a file
 constexpr double deepest_share = 0.8;  // of the height of the sample
-constexpr double latest_share = 0.05;  // of the greatest depth, at which a curve begins at the latest
+constexpr double latest_share = 0.05;  // of the maximum depth, at which a curve begins at the latest
 constexpr std::size_t few = 3000;      // particles, for which threads are not worth their cost
 constexpr double max_particles = 2e5;  // of a sample
 

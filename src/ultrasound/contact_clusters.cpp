@@ -33,7 +33,7 @@ Eigen::Matrix3d seedMetric(const Spacing& minimum, const Eigen::Vector3d& centre
   return over_length.asDiagonal() * beam.eigenvectors().transpose();
 }
 
-/// How far two centres are apart, over the least that they may be.
+/// How far two centres are apart, over the minimum that they may be.
 double clearance(const Eigen::Vector3d& way, const FocusBeam& a, const FocusBeam& b, const Spacing& minimum) {
   double clear = std::numeric_limits<double>::infinity();
   if (minimum.distance > 0.0) clear = way.norm() / minimum.distance;

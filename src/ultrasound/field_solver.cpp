@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t memory = 6;    // pairs of L-BFGS; more gain nothing in 40 evaluations
 constexpr int trial = 2;             // evaluations that tell which of two starts is better
 constexpr double first_step = 0.03;  // turns, root mean square over the transducers
-constexpr double armijo = 1e-4;      // least decrease of a step, over that of the slope (Nocedal & Wright)
+constexpr double armijo = 1e-4;      // minimum decrease of a step, over that of the slope (Nocedal & Wright)
 constexpr auto two_pi = static_cast<float>(2.0 * M_PI);
 constexpr auto over_turn = static_cast<float>(0.5 / M_PI);
 

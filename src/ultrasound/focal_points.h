@@ -21,7 +21,7 @@ enum class IntensityFit {
 struct FocalPointConfig {
   std::size_t max_points = 8;     // at least 1
   double min_separation = 0.012;  // m; closer points are felt as one and waste power
-  double min_resolution = 2.2;    // least separation for the array (focus_beam.h), so that each is a peak
+  double min_resolution = 2.2;    // minimum separation for the array (focus_beam.h), so that each is a peak
   double sigma = 0.0086;          // m, of the Gaussian focus: the wavelength (Eq. 9), 8.6 mm at 40 kHz
   IntensityFit fit = IntensityFit::least_squares;
   bool perceptual_weights = true;  // alpha of Eq. 8; off: 1 everywhere
@@ -29,7 +29,7 @@ struct FocalPointConfig {
       450000.0;  // Pa of the clay that ask for all that the array can give (see render): what
                  // 95 % of the points of recorded hands stay below (doc/logbook/rendering.md)
   double compression_knee = 0.5;  // share of that up to which pressures stay in proportion, 0 to 1
-  double side_lobe_floor = 0.25;  // least amplitude of a point, over the strongest: above their side lobes
+  double side_lobe_floor = 0.25;  // minimum amplitude of a point, over the strongest: above their side lobes
   double felt_gain = 1.0;         // of a person, over that of others; above 0
   double felt_threshold = 0.0;    // N of radiation force, below which a person feels no point; 0: not known
   double minimum_pressure = 1.0;  // Pa; samples below it are not rendered
@@ -39,7 +39,7 @@ struct FocalPointConfig {
   bool field_weights = false;                     // alpha counts in the error of a field (FocalPoint::weight)
   std::size_t field_samples = 1600;  // of skin, at most, that stand for all of it in a field; at least 1
   std::size_t path_points = 32;      // most points of that path, at least 1
-  double path_spacing = 0.006;       // m, least distance of two of them
+  double path_spacing = 0.006;       // m, minimum distance of two of them
   double follow_distance = 0.02;     // m; how far a point may move in a frame and keep its id
 
   /// \throws std::invalid_argument naming the parameter, its value and its range

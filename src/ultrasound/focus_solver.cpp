@@ -230,7 +230,7 @@ Eigen::ArrayXf FocusSolver::strongest() {
 }
 
 /// A weak focus above a strong one, on its axis, gets far too much from all drives that give much power,
-/// and no small change helps. Starts from others: those of least norm that give each focus its amplitude at
+/// and no small change helps. Starts from others: those of minimum norm that give each focus its amplitude at
 /// some phase, q = G^H (G G^H)^-1 p, each brought to amplitude 1. Keeps the best.
 void FocusSolver::startAnew() {
   Eigen::MatrixXcd r = gram(g_).cast<std::complex<double>>();

@@ -60,8 +60,8 @@ double focusPressure(const ArrayLayout& layout, const Acoustics& acoustics, cons
 ///   weak focus does between the lobes of strong ones, its width gets one. Foci that no drive could make
 ///   peaks of their own, less than 1.5 apart (separation()), such as two above each other, are left as they
 ///   are. Where an amplitude stays more than 1 % off, as that of a weak focus above a strong one does, it
-///   starts anew from drives of least norm, G^H (G G^H)^-1 p. Peaks take 1 % of the pressure. Along z, where
-///   a focus is long, its peak is nearer to the array by some mm, as it is for a single one.
+///   starts anew from drives of minimum norm, G^H (G G^H)^-1 p. Peaks take 1 % of the pressure. Along z,
+///   where a focus is long, its peak is nearer to the array by some mm, as it is for a single one.
 ///
 /// Not phase_only: transducers that the foci hardly need are driven less, in proportion up to the mean.
 ///

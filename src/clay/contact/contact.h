@@ -13,7 +13,7 @@ struct ContactGeometry {
 
   std::uint32_t particle = 0;
   std::uint32_t solid = skin;                        // index of the solid, or `skin`
-  float gap = 0.0f;                                  // m, least displacement along the normal
+  float gap = 0.0f;                                  // m, minimum displacement along the normal
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit, out of the collider
   Eigen::Vector3f drift = Eigen::Vector3f::Zero();   // m, displacement of the collider there in this step
   std::uint32_t first_sample = 0, sample_count = 0;  // of a skin contact, in the shares listed beside it

@@ -21,7 +21,7 @@ constexpr std::size_t particles_a_chunk = 64;
 using Vector = Eigen::Vector3f;
 
 /// The tangent plane of a solid where a point first comes near on its way, so that nothing is passed by
-/// however thin it is. All is in the solid's frame. \param stride m, the least to go before looking anew
+/// however thin it is. All is in the solid's frame. \param stride m, the minimum to go before looking anew
 /// \return the plane's normal, and the distance from it of the point at the start
 std::optional<SurfacePoint> firstMet(const Solid& solid, const Eigen::Vector3d& point,
                                      const Eigen::Vector3d& motion, double near, double stride) {

@@ -12,7 +12,7 @@ namespace tactile_clay::clay {
 /// Sample that may be part of the skin at a place.
 struct NearSample {
   std::uint32_t sample;
-  float nearest;  // m^2, the least squared distance to it in the step
+  float nearest;  // m^2, the minimum squared distance to it in the step
 };
 
 /// The tangent plane of one side of the skin near a place.

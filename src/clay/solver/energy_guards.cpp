@@ -45,8 +45,9 @@ bool Minimiser::gainsByPull(double pulled, const Eigen::Vector3f& gravity, const
 /// Where a step goes far, the set of compressed particles at its end is not that of the last round's start,
 /// and `expel` knows no energy at all: clay that neither viscosity, bonds nor friction hold may then have
 /// gained what nothing gave it. If it lies on what rests, all shorter ways along u are free too, and the
-/// energies, which are convex, are least along u where no force is left along it but that of colliders that
-/// push out what is inside of them; so far it goes. The step then gains no energy but their work.
+/// energies, which are convex, are at their minimum along u where no force is left along it but that of
+/// colliders that push out what is inside of them; so far it goes. The step then gains no energy but their
+/// work.
 void Minimiser::shorten(VectorField& u) {
   if (step_->pairs.sprung) return;
   const std::vector<bool> rests = lumps_.slideOnWhatRests(*contacts_);

@@ -256,7 +256,7 @@ std::vector<Lumps::Unblocked> Lumps::unblockedMotions(const VectorField& u, cons
     mass.topLeftCorner<3, 3>().diagonal().setConstant(body.mass);
     mass.bottomRightCorner<3, 3>() = body.inertia / (length * length);
     mass.diagonal().array() += thin * body.mass;
-    // what of the least inertia that is not
+    // what of the minimum inertia that is not
     mass.diagonal().tail<3>().array() += std::max(body.rounding / (length * length) - thin * body.mass, 0.0);
     motions[l].inertia.compute(bases[l].transpose() * mass * bases[l]);
     motions[l].basis = std::move(bases[l]);
