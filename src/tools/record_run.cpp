@@ -51,8 +51,10 @@ constexpr const char* topics_of_rig =
     "array/(focal_points|rendering|acoustics|state|drive|measured|field|geometry)";
 
 constexpr double look_period = 0.2;  // s, between questions to the master for new topics
-// s, after it was asked to end. What other nodes sent before they ended is there by then.
-constexpr double last_messages = 0.2;
+// s. After it was asked to end it goes on until nothing has come for that long: what was sent before is still
+// on its way, and comes slowly where the computer is at work. A rig that goes on is never silent, so there is
+// a limit.
+constexpr double silence = 0.3, max_ending = 2.0;
 
 volatile std::sig_atomic_t asked_to_end = 0;
 
@@ -123,8 +125,12 @@ class Recorder {
       }
       queue_.callAvailable(ros::WallDuration(0.05));
     }
-    const ros::SteadyTime end = ros::SteadyTime::now() + ros::WallDuration(last_messages);
-    while (ros::ok() && ros::SteadyTime::now() < end) queue_.callAvailable(ros::WallDuration(0.02));
+    const ros::SteadyTime asked = ros::SteadyTime::now();
+    came_ = asked;
+    for (ros::SteadyTime now = asked;
+         ros::ok() && (now - asked).toSec() < max_ending && (now - came_).toSec() < silence;
+         now = ros::SteadyTime::now())
+      queue_.callAvailable(ros::WallDuration(0.02));
     queue_.callAvailable();  // all that has come by now
     bag_.close();
     std::filesystem::rename(path_ + ".active", path_);
@@ -159,6 +165,7 @@ class Recorder {
     const Message& message = *event.getMessage();
     bag_.write(topic, std::max(event.getReceiptTime(), ros::TIME_MIN), message,
                event.getConnectionHeaderPtr());
+    came_ = ros::SteadyTime::now();
     if (topic != answers_ || message.getMD5Sum() != ros::message_traits::md5sum<ArrayState>()) return;
     recorded_.publish(message.instantiate<ArrayState>()->header);
   }
@@ -169,6 +176,7 @@ class Recorder {
   std::string answers_;  // topic whose messages are the last of a sample
   std::string path_;     // of the bag once it is whole
   rosbag::Bag bag_;
+  ros::SteadyTime came_;      // when the last message had been written
   ros::CallbackQueue queue_;  // that of ROS is emptied when ROS ends
   std::map<std::string, ros::Subscriber> subscribers_;
   ros::Publisher recorded_;
