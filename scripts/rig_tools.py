@@ -32,7 +32,8 @@ def one_line(text):
 # Files that somebody names
 
 def open_input(path, most=16 << 20, **how):
-    """Opens a regular file of at most so many bytes: a pipe would hold its reader for ever. Raises Fault and OSError."""
+    """Opens a regular file of at most so many bytes: a pipe would hold its reader for ever. Raises Fault and
+    OSError."""
     opened = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     status = os.fstat(opened)
     if stat.S_ISREG(status.st_mode) and status.st_size <= most:

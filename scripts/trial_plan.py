@@ -59,7 +59,8 @@ def load(text):
     try:
         node = loader.get_single_node()
         if values_of(node, {}) > MOST_VALUES:
-            raise yaml.MarkedYAMLError(None, None, 'more than %d values, aliases among them' % MOST_VALUES, node.start_mark)
+            raise yaml.MarkedYAMLError(None, None, 'more than %d values, aliases among them' % MOST_VALUES,
+                                       node.start_mark)
         return loader.construct_document(node) if node else None
     finally:
         loader.dispose()
@@ -391,7 +392,8 @@ class Plan:
                         continue
                     asked.add(words)
                     done = subprocess.run([found[0], *words], cwd=self.folder, env=environment,
-                                          stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+                                          stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                                          text=True,
                                           timeout=60, errors='replace', check=False)
                     if done.returncode != 0:
                         lines = [line for line in done.stderr.splitlines() if line.startswith('tactile_clay: ')]

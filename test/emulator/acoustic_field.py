@@ -1,7 +1,7 @@
 """The sound field of an array by a direct sum, written from the formula of a piston in a baffle.
 
-Every transducer n sends cos(omega t - phi_n). It arrives at distance r after r / c, weakened by 1 / r, by the directivity
-2 J1(x) / x with x = k R sin(theta), and by the air. Positions in m, pressures in Pa.
+Every transducer n sends cos(omega t - phi_n). It arrives at distance r after r / c, weakened by 1 / r, by the
+directivity 2 J1(x) / x with x = k R sin(theta), and by the air. Positions in m, pressures in Pa.
 """
 import math
 
@@ -16,7 +16,8 @@ ATTENUATION = 0.15                                      # Np/m
 
 
 def bessel_j1(x):
-    """J1 by its integral, (1/pi) integral of cos(t - x sin t) from 0 to pi; the trapezoid rule is exact here to rounding."""
+    """J1 by its integral, (1/pi) integral of cos(t - x sin t) from 0 to pi; the trapezoid rule is exact here to
+    rounding."""
     steps = 24
     ends = 0.5 * (math.cos(0.0) + math.cos(math.pi))
     inner = sum(math.cos(t - x * math.sin(t)) for t in (math.pi * i / steps for i in range(1, steps)))
@@ -30,8 +31,8 @@ _TABLE = numpy.array([1.0] + [2.0 * bessel_j1(x) / x for x in
 
 
 def pressures(sources, points):
-    """Peak pressure at each of N points, N x 3. `sources`: M x 3, (x, y, phase) of each transducer that plays, at height 0
-    and looking up."""
+    """Peak pressure at each of N points, N x 3. `sources`: M x 3, (x, y, phase) of each transducer that plays, at
+    height 0 and looking up."""
     x, y, phase = numpy.asarray(sources, dtype=float).reshape(-1, 3).T
     points = numpy.asarray(points, dtype=float)
     aside = numpy.hypot(points[:, :1] - x, points[:, 1:2] - y)

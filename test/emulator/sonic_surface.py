@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """An emulator of the SonicSurface boards behind a pseudo-terminal, written from the table of their protocol.
 
-It shares no code with the driver. As a program, `sonic_surface.py LINK [boards [firmware]]` makes LINK a serial port to give to
-the driver, and tells what the boards do until it is stopped.
+It shares no code with the driver. As a program, `sonic_surface.py LINK [boards [firmware]]` makes LINK a serial port to
+give to the driver, and tells what the boards do until it is stopped.
 """
 import math
 import os
@@ -19,7 +19,8 @@ OFF = 32
 STOCK, TACTILE = 'stock', 'tactile'
 PITCH = 0.0105  # m
 
-# Channel at each place of a board, row by row from the highest y, column by column from the lowest x, as the boards are wired.
+# Channel at each place of a board, row by row from the highest y, column by column from the lowest x, as the boards are
+# wired.
 WIRING = [
       0,   7,   1,   2,  64,  71,  65,  66, 128, 135, 129, 130, 192, 199, 193, 194,
       4,   3,   6,   5,  68,  67,  70,  69, 132, 131, 134, 133, 196, 195, 198, 197]
@@ -74,7 +75,8 @@ class Board:
         return False
 
     def power_on(self):
-        """Every channel of the stock firmware plays phase 0 then, in both buffers; of the tactile one in the back buffer."""
+        """Every channel of the stock firmware plays phase 0 then, in both buffers; of the tactile one in the back
+        buffer."""
         self.selected, self.clocks, self.counter = True, True, 0
         self.front = [0 if self.firmware == STOCK else OFF] * CHANNELS
         self.back = [0] * CHANNELS
@@ -94,7 +96,8 @@ class Board:
         """(phase in rad, or None where the channel is off) of each channel that plays."""
         levels, step = (16, 2) if self.firmware == TACTILE else (32, 1)
         return [None if v == OFF or not self.clocks else
-                2 * math.pi * (v // step) / levels + (math.pi if n in self.flipped else 0.0) for n, v in enumerate(self.front)]
+                2 * math.pi * (v // step) / levels + (math.pi if n in self.flipped else 0.0)
+                for n, v in enumerate(self.front)]
 
     def modulation(self):
         """Hz, of the tactile firmware."""
@@ -112,7 +115,8 @@ class Swap:
 
 
 class Emulator:
-    """Boards behind a pseudo-terminal that has the name `link`. A context manager; times are those of time.monotonic()."""
+    """Boards behind a pseudo-terminal that has the name `link`. A context manager; times are those of
+    time.monotonic()."""
 
     def __init__(self, link, boards=1, firmware=STOCK):
         self.link, self.firmware, self.count = link, firmware, boards
@@ -204,7 +208,8 @@ def main():
                 start = time.monotonic()
                 time.sleep(1)
                 on = sum(v != OFF for board in emulator.boards for v in board.front + board.back)
-                print('%d swaps, %d channels in use, %d bad bytes' % (len(emulator.since(start)), on, emulator.faults()),
+                print('%d swaps, %d channels in use, %d bad bytes' %
+                      (len(emulator.since(start)), on, emulator.faults()),
                       flush=True)
         except KeyboardInterrupt:
             pass

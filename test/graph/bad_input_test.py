@@ -118,7 +118,8 @@ class BadInput(unittest.TestCase):
         self.expect_one_line(['hands:=bag', 'file:=' + path], path, 'std_msgs/String', 'tactile_clay/TrackedHands')
 
     def test_garbage_as_a_recording(self):
-        for name, content in (('plain.ndjson', b'no frames here\n'), ('zipped.ndjson.gz', gzip.compress(b'\xff\xfe{]\n')),
+        for name, content in (('plain.ndjson', b'no frames here\n'),
+                              ('zipped.ndjson.gz', gzip.compress(b'\xff\xfe{]\n')),
                               ('cut.ndjson.gz', gzip.compress(os.urandom(5000))[:1000]), ('empty.ndjson', b'')):
             with self.subTest(name):
                 path = self.file(name, content)
@@ -138,12 +139,14 @@ class BadInput(unittest.TestCase):
         self.expect_one_line(['secne:=press'], 'secne', 'scene')
 
     def test_wrong_numbers(self):
-        for argument in ('rate:=fast', 'duration:=-1', 'max_points:=0', 'threads:=many', 'prediction:=0.1', 'tracker_pose:=1 2 3'):
+        for argument in ('rate:=fast', 'duration:=-1', 'max_points:=0', 'threads:=many', 'prediction:=0.1',
+                         'tracker_pose:=1 2 3'):
             with self.subTest(argument):
                 self.expect_one_line([argument], argument.split(':')[0])
 
     def test_wrong_switches_and_names(self):
-        for argument, words in (('lockstep:=1', 'expected true or false'), ('nodelets:=maybe', 'expected true or false'),
+        for argument, words in (('lockstep:=1', 'expected true or false'),
+                                ('nodelets:=maybe', 'expected true or false'),
                                 ('loop:=yes', 'expected true or false'), ('clean:=often', 'expected true or false'),
                                 ('modulation:=fm', 'am, lateral, stm'), ('layout:=round', 'uhev1'),
                                 ('phase_method:=guess', 'newton'), ('phase_levels:=-1', 'phase_levels'),
@@ -159,7 +162,8 @@ class BadInput(unittest.TestCase):
                              ('full_scale_pressure: 3e5', ":2: 'full_scale_pressure': expected a number"),
                              ('sigma: 0', '/my_rig.yaml: ', 'sigma'),
                              ('workspace_low: [0.3, 0, 0.1]', 'my_rig.yaml: safety gate: workspace in x'),
-                             ('max_points: 4', ":2: 'max_points' is an argument of the rig, expected it as max_points:="),
+                             ('max_points: 4',
+                              ":2: 'max_points' is an argument of the rig, expected it as max_points:="),
                              ('gate_without: [hand_lost]', ":2: unknown key 'gate_without'")):
             with self.subTest(text):
                 path = self.file('my_rig.yaml', ('temperature: 21.5\n%s\n' % text).encode())

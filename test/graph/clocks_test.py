@@ -91,7 +91,8 @@ class Clocks(unittest.TestCase):
                     hands = TrackedHands(hands=[TrackedHand()])
                     hands.header.stamp = rospy.Time.now() - rospy.Duration(20.0 - number / 60.0)
                     bag.write('/hands/tracked', hands, hands.header.stamp)
-            player = subprocess.Popen(['rosbag', 'play', '--quiet', path], stdin=subprocess.DEVNULL, start_new_session=True)
+            player = subprocess.Popen(['rosbag', 'play', '--quiet', path], stdin=subprocess.DEVNULL,
+                                      start_new_session=True)
             self.addCleanup(player.wait)
             self.states.wait(lambda state: state.emitting)
             player.wait()

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The package for Debian that cpack makes: control file, list of files, a tool that runs from it: deb_test.py BUILD_FOLDER"""
+"""The package for Debian that cpack makes: control file, list of files, a tool that runs from it: deb_test.py
+BUILD_FOLDER"""
 import glob
 import os
 import re
@@ -14,7 +15,8 @@ BUILD = os.path.abspath(sys.argv.pop())
 
 
 def output(*command, **options):
-    return subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+    return subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          text=True,
                           check=True, timeout=200, **options).stdout
 
 
@@ -24,12 +26,14 @@ class Deb(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.mkdtemp(prefix='deb_')
         cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
-        # What is built is packed: a generator that does not ask make for all targets first. Quickly: not small, and without
-        # dpkg-shlibdeps, which takes a minute of all programs; test_libraries has it of one.
-        done = subprocess.run(['cpack', '-G', 'DEB', '-B', cls.folder, '--config', os.path.join(BUILD, 'CPackConfig.cmake'),
+        # What is built is packed: a generator that does not ask make for all targets first. Quickly: not small, and
+        # without dpkg-shlibdeps, which takes a minute of all programs; test_libraries has it of one.
+        done = subprocess.run(['cpack', '-G', 'DEB', '-B', cls.folder, '--config',
+                               os.path.join(BUILD, 'CPackConfig.cmake'),
                                '-D', 'CPACK_CMAKE_GENERATOR=Ninja', '-D', 'CPACK_DEBIAN_COMPRESSION_TYPE=none',
                                '-D', 'CPACK_DEBIAN_PACKAGE_SHLIBDEPS=OFF'],
-                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=200,
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                              timeout=200,
                               check=False)
         packages = glob.glob(os.path.join(cls.folder, '*.deb'))
         if done.returncode != 0 or len(packages) != 1:
@@ -56,7 +60,8 @@ class Deb(unittest.TestCase):
     def expect_installed(self, depends):
         """One of the alternatives of each dependency is here, where it was built."""
         known = set(output('dpkg-query', '-W', '-f', '${Package} ${Provides}\n').replace(',', ' ').split())
-        for names in ({re.match(r'[\w.+-]+', one.strip()).group(0) for one in part.split('|')} for part in depends.split(',')):
+        for names in ({re.match(r'[\w.+-]+', one.strip()).group(0) for one in part.split('|')}
+                      for part in depends.split(',')):
             self.assertTrue(names & known, names)
             self.assertFalse([name for name in names if 'tactile' in name or name.endswith('-dev')])
 
@@ -87,7 +92,8 @@ class Deb(unittest.TestCase):
             self.assertIn(os.path.join(self.prefix, name), names)
         self.assertTrue(any(re.search(r'/share/doc/[a-z-]+/copyright$', name) for name in names))
         for name in names:
-            self.assertTrue(name == '/' or (self.prefix + '/').startswith(name) or name.startswith(self.prefix + '/'), name)
+            self.assertTrue(name == '/' or (self.prefix + '/').startswith(name) or name.startswith(self.prefix + '/'),
+                            name)
             self.assertNotIn('__pycache__', name)
             # Those are of ROS.
             self.assertNotRegex(name, r'/(\.catkin|_setup_util\.py|env\.sh|(local_)?setup\.\w+)$')
@@ -101,10 +107,12 @@ class Deb(unittest.TestCase):
         programs = os.path.join(self.root + self.prefix, 'lib', 'tactile_clay')
         environment = {key: value for key, value in os.environ.items() if 'CATKIN' not in key and key not in (
             'CMAKE_PREFIX_PATH', 'LD_LIBRARY_PATH', 'ROS_PACKAGE_PATH', 'PYTHONPATH')}
-        table = output(os.path.join(programs, 'speed_accuracy'), '--scene', 'incline', '--duration', '0.02', '--substeps', '1',
+        table = output(os.path.join(programs, 'speed_accuracy'), '--scene', 'incline', '--duration', '0.02',
+                       '--substeps', '1',
                        '--iterations', '1', '--solver', 'minimise', '--reference', 'minimise:1x1', env=environment)
         self.assertIn('reference, minimise', table)
-        self.assertIn('usage', output(sys.executable, os.path.join(programs, 'replay'), '--help', env=environment).lower())
+        self.assertIn('usage', output(sys.executable, os.path.join(programs, 'replay'), '--help',
+                                      env=environment).lower())
         environment.update(ROS_PACKAGE_PATH=os.path.join(self.root + self.prefix, 'share'),
                            CMAKE_PREFIX_PATH=self.root + self.prefix)
         self.assertIn('<robot', output(os.path.join(programs, 'preflight'), 'scene:=press', env=environment))

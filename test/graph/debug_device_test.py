@@ -10,7 +10,8 @@ class DebugDevice(unittest.TestCase):
     def test_same_focal_points_and_they_are_emitted(self):
         simulated, debug = lockstep('press_finger'), lockstep('press_finger', device='debug')
         self.assertEqual((debug.code, debug.left), (0, []), debug.words)
-        self.assertEqual(*([data[4:] for data in run.messages.bytes['/array/focal_points']] for run in (simulated, debug)))
+        self.assertEqual(*([data[4:] for data in run.messages.bytes['/array/focal_points']]
+                           for run in (simulated, debug)))
         # A real array may go silent between two frames, when they come too slowly: the first answer counts.
         first = {}
         for state in debug.messages['/array/state']:

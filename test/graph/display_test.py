@@ -49,7 +49,8 @@ class Camera:
         d = [a - b for a, b in zip(point, self.focus)]
         along = lambda axis: sum(a * b for a, b in zip(d, axis))
         depth = self.distance - along(self.back)
-        return (0.5 * WIDTH + self.scale * along(self.right) / depth, 0.5 * HEIGHT - self.scale * along(self.up) / depth,
+        return (0.5 * WIDTH + self.scale * along(self.right) / depth,
+                0.5 * HEIGHT - self.scale * along(self.up) / depth,
                 self.scale / depth)
 
 
@@ -62,7 +63,8 @@ class Picture:
         return tuple(self.rgb[offset:offset + 3])
 
     def save(self, path):
-        subprocess.run(['convert', '-size', '%dx%d' % (WIDTH, HEIGHT), '-depth', '8', 'rgb:-', path], input=self.rgb, check=True)
+        subprocess.run(['convert', '-size', '%dx%d' % (WIDTH, HEIGHT), '-depth', '8', 'rgb:-', path], input=self.rgb,
+                       check=True)
 
     def pixels(self, condition):
         """Set of the pixels of whose colour that is true."""
@@ -106,18 +108,21 @@ class Window:
         self.config = config
         self.graph = graph
         reading, writing = os.pipe()
-        graph.start(['Xvfb', '-displayfd', str(writing), '-screen', '0', '%dx%dx24' % (WIDTH, HEIGHT), '+extension', 'GLX'],
+        graph.start(['Xvfb', '-displayfd', str(writing), '-screen', '0', '%dx%dx24' % (WIDTH, HEIGHT), '+extension',
+                     'GLX'],
                     pass_fds=[writing])
         os.close(writing)
         with os.fdopen(reading) as opened:
             self.environment = {'DISPLAY': ':' + opened.readline().strip(), 'LIBGL_ALWAYS_SOFTWARE': '1',
                                 'QT_X11_NO_MITSHM': '1', 'HOME': graph.folder, 'XDG_RUNTIME_DIR': graph.folder}
         self.log = open(os.path.join(graph.folder, 'rviz.log'), 'wb')
-        self.rviz = graph.start([roslib.packages.find_node('tactile_clay', 'rig_view')[0]] + ['--fullscreen'] * fullscreen + ['-d', config],
+        self.rviz = graph.start([roslib.packages.find_node('tactile_clay', 'rig_view')[0]] +
+                                ['--fullscreen'] * fullscreen + ['-d', config],
                                 environment=self.environment, stdout=self.log, stderr=subprocess.STDOUT)
 
     def picture(self):
-        done = subprocess.run(['import', '-window', 'root', '-depth', '8', 'rgb:-'], capture_output=True, timeout=PATIENCE,
+        done = subprocess.run(['import', '-window', 'root', '-depth', '8', 'rgb:-'], capture_output=True,
+                              timeout=PATIENCE,
                               env=dict(os.environ, **self.environment))
         return Picture(done.stdout) if len(done.stdout) == 3 * WIDTH * HEIGHT else None
 
@@ -203,7 +208,8 @@ class Display(unittest.TestCase):
                     lambda picture: drawn(picture) > 5000 and
                     (before is None or any(differs(picture[x, y], before[x, y]) for y in range(OVERLAY[1])
                                            for x in range(WIDTH)))))
-                pictures[-1].save(os.path.join(os.environ.get('ROS_HOME', graph.folder), 'step%d.png' % k))  # for who looks
+                pictures[-1].save(os.path.join(os.environ.get('ROS_HOME', graph.folder),
+                                               'step%d.png' % k))  # for who looks
                 graph.stop(publisher)
             with open(os.path.join(graph.folder, 'rviz.log')) as log:
                 cls.log = log.read()
@@ -296,14 +302,16 @@ class Display(unittest.TestCase):
 
     @staticmethod
     def share_of(color):
-        """Share of the full scale from a colour of the scale, above the part that the skin shines through; else None."""
+        """Share of the full scale from a colour of the scale, above the part that the skin shines through; else
+        None."""
         stops = [(1.0, 0.93, 0.45), (1.0, 0.62, 0.10), (0.86, 0.14, 0.16), (0.38, 0.0, 0.22)]
         best = (1.0, None)
         for k in range(16, 200):
             at = 3.0 * k / 200
             below = min(2, int(at))
             t = at - below
-            distance = max(abs(a + t * (b - a) - c) for a, b, c in zip(stops[below], stops[below + 1], (color.r, color.g, color.b)))
+            distance = max(abs(a + t * (b - a) - c)
+                           for a, b, c in zip(stops[below], stops[below + 1], (color.r, color.g, color.b)))
             best = min(best, (distance, k / 200))
         return best[1] if best[0] < 0.01 else None
 

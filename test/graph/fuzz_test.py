@@ -39,7 +39,8 @@ class Fuzz(unittest.TestCase):
         cls.samples = rig_run.Messages(rig_run.bag('press_finger'))['/hands/tracked']
         cls.answers, cls.points = {}, {}
         rospy.Subscriber('array/state', ArrayState, lambda m: cls.answers.update({m.header.stamp.to_nsec(): m}))
-        rospy.Subscriber('array/focal_points', FocalPointArray, lambda m: cls.points.update({m.header.stamp.to_nsec(): m}))
+        rospy.Subscriber('array/focal_points', FocalPointArray,
+                         lambda m: cls.points.update({m.header.stamp.to_nsec(): m}))
         cls.hands = rospy.Publisher('hands/tracked', TrackedHands, queue_size=10)
 
     def feel(self):
@@ -70,7 +71,8 @@ class Fuzz(unittest.TestCase):
         graph.environment = dict(os.environ, ROS_LOG_DIR=os.path.join(graph.folder, 'log'))
         words = open(os.path.join(graph.folder, 'words'), 'w+', errors='replace')
         try:
-            nodes = [graph.start([os.path.join(PROGRAMS, name), '_lockstep:=true', '_quality:=fast'], stdout=words, stderr=words)
+            nodes = [graph.start([os.path.join(PROGRAMS, name), '_lockstep:=true', '_quality:=fast'], stdout=words,
+                                 stderr=words)
                      for name in CHAIN]
             nodes.append(graph.start([os.path.join(PROGRAMS, 'hand_skeleton')], stdout=words, stderr=words))
             wait_until(lambda: self.hands.get_num_connections() >= 3, PATIENCE, 'the nodes')
@@ -95,7 +97,8 @@ class Fuzz(unittest.TestCase):
     def test_nodelets(self):
         with rig_run.Graph() as graph:
             rig = graph.rig(dict(hands='none', nodelets='true', skeleton='true', quality='fast'))
-            wait_until(lambda: graph.subscribed('/array/focal_points') and graph.registered('/robot_state_publisher'), PATIENCE, 'the rig')
+            wait_until(lambda: graph.subscribed('/array/focal_points') and graph.registered('/robot_state_publisher'),
+                       PATIENCE, 'the rig')
             time.sleep(3.0)
             started = len(graph.words())
             code, said, seconds = fuzz(graph, '--messages', str(MESSAGES), '--rate', '50')

@@ -62,7 +62,8 @@ class Choreography(Folder):
 class RecordHands(Folder):
     def test_a_source_becomes_a_bag_with_its_story(self):
         out = self.path('hands.bag')
-        code, words, errors = tool('record_hands', 'hands:=choreography', 'file:=kneading', 'out:=' + out, 'duration:=4',
+        code, words, errors = tool('record_hands', 'hands:=choreography', 'file:=kneading', 'out:=' + out,
+                                   'duration:=4',
                                    'tracker_pose:=0.1 0.2 -0.3 0 0 1.5')
         self.assertEqual((code, errors), (0, ''), words)
         recorded = rig_run.Messages(out)
@@ -197,7 +198,8 @@ class CalibrateTracker(Folder):
         self.assertIn('only 2 of 3 points were touched', errors)
 
     def test_bad_points_are_told_in_one_line(self):
-        for points, words in (('', '3 at least'), ('0 0 0, 1 0 0', '3 at least'), ('0 0 0, 1 0 0, 2 0 0', 'on one line'),
+        for points, words in (('', '3 at least'), ('0 0 0, 1 0 0', '3 at least'),
+                              ('0 0 0, 1 0 0, 2 0 0', 'on one line'),
                               ('0 0 0, 1 0, 0 1 0', 'expected "x y z'), ('0 0 0, 1 0 0, nan 1 0', 'expected "x y z')):
             with self.subTest(points):
                 code, _, errors = tool('calibrate_tracker', 'points:=' + points, 'hands:=none')

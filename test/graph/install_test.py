@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""What an install writes, what catkin_lint says, and what the scripts say of themselves: install_test.py BUILD_FOLDER"""
+"""What an install writes, what catkin_lint says, and what the scripts say of themselves: install_test.py
+BUILD_FOLDER"""
 import glob
 import os
 import shutil
@@ -29,7 +30,8 @@ class Install(unittest.TestCase):
     def test_catkin_lint(self):
         if shutil.which('catkin_lint') is None:
             self.skipTest('no catkin_lint')
-        done = subprocess.run(['catkin_lint', '-q', SOURCE], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        done = subprocess.run(['catkin_lint', '-q', SOURCE], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              text=True,
                               timeout=100, check=False)
         self.assertEqual([line for line in done.stdout.splitlines() if ' error: ' in line], [])
         self.assertEqual(done.returncode, 0, done.stdout)
@@ -41,7 +43,8 @@ class Install(unittest.TestCase):
         for script in listed:
             with self.subTest(script):
                 program = os.path.join(PROGRAMS, os.path.basename(script))  # as rosrun starts it
-                done = subprocess.run([program, '--help'], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=30,
+                done = subprocess.run([program, '--help'], stdin=subprocess.DEVNULL, capture_output=True, text=True,
+                                      timeout=30,
                                       check=False)
                 self.assertEqual((done.returncode, done.stderr), (0, ''))
                 self.assertGreater(len(done.stdout), 40)
@@ -57,7 +60,8 @@ class Install(unittest.TestCase):
         self.assertGreater(len(tools), 10)
         for tool in tools:
             with self.subTest(tool):
-                done = subprocess.run([os.path.join(PROGRAMS, tool), '--help'], stdin=subprocess.DEVNULL, capture_output=True,
+                done = subprocess.run([os.path.join(PROGRAMS, tool), '--help'], stdin=subprocess.DEVNULL,
+                                      capture_output=True,
                                       text=True, timeout=30, check=False)
                 self.assertEqual((done.returncode, done.stderr), (0, ''))
                 self.assertIn(tool, done.stdout)

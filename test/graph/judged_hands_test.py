@@ -34,14 +34,16 @@ class Judged(unittest.TestCase):
         cls.hand = rig_run.Messages(rig_run.bag('press_finger'))['/hands/tracked'][0].hands[0]
         cls.words = open(os.path.join(os.environ['ROS_HOME'], 'hand_simulator.words'), 'w+')
         cls.addClassCleanup(cls.words.close)
-        cls.node = subprocess.Popen([os.path.join(PROGRAMS, 'hand_simulator'), '_live_input:=true'], stdin=subprocess.DEVNULL,
+        cls.node = subprocess.Popen([os.path.join(PROGRAMS, 'hand_simulator'), '_live_input:=true'],
+                                    stdin=subprocess.DEVNULL,
                                     stdout=cls.words, stderr=subprocess.STDOUT)
         cls.addClassCleanup(cls.node.wait)
         cls.addClassCleanup(cls.node.terminate)
         cls.skins = {}
         cls.subscriber = rospy.Subscriber('hands/skin', PointCloud2, lambda m: cls.skins.setdefault(m.header.stamp, m))
         cls.publisher = rospy.Publisher('hands/tracked', TrackedHands, queue_size=100, tcp_nodelay=True)
-        wait_until(lambda: cls.publisher.get_num_connections() > 0 and cls.subscriber.get_num_connections() > 0, 20, 'a skin')
+        wait_until(lambda: cls.publisher.get_num_connections() > 0 and cls.subscriber.get_num_connections() > 0, 20,
+                   'a skin')
 
     def told(self):
         self.words.seek(0)
@@ -141,13 +143,16 @@ class Waits(unittest.TestCase):
                 graph.master().setParam('/test', '/hand_tracking/' + name, value)
             graph.master().setParam('/test', '/hand_simulator/lockstep', True)
             graph.start([os.path.join(PROGRAMS, 'hand_simulator')])
-            for words in (['clay', 'hands/skin', 'clay/contacts', '5'], ['array', 'clay/contacts', 'array/state', '100']):
+            for words in (['clay', 'hands/skin', 'clay/contacts', '5'],
+                          ['array', 'clay/contacts', 'array/state', '100']):
                 graph.start([os.path.abspath(__file__), '--relay'] + words)
-            rig_run.wait_until(lambda: all(graph.subscribed(topic) for topic in ('/hands/tracked', '/hands/skin', '/clay/contacts')),
+            rig_run.wait_until(lambda: all(graph.subscribed(topic)
+                                           for topic in ('/hands/tracked', '/hands/skin', '/clay/contacts')),
                                30.0, 'the nodes')
             path = os.path.join(graph.folder, 'words')
             with open(path, 'w') as words:
-                tracking = graph.start([os.path.join(PROGRAMS, 'hand_tracking')], stdout=words, stderr=subprocess.STDOUT)
+                tracking = graph.start([os.path.join(PROGRAMS, 'hand_tracking')], stdout=words,
+                                       stderr=subprocess.STDOUT)
             self.assertEqual(tracking.wait(40), 1)
             with open(path) as words:
                 self.assertRegex(words.read(), 'lockstep: no answer on /array/state to frame 6 within 2 s: '
@@ -175,7 +180,8 @@ class Played(unittest.TestCase):
     def test_samples_that_are_released_late_stay_as_far_apart_as_they_were(self):
         """Stamps of now would be microseconds apart, and the hands too fast: they tore the clay."""
         stamps = []
-        subscriber = rospy.Subscriber('/played/hands/tracked', TrackedHands, lambda m: stamps.append(m.header.stamp.to_nsec()))
+        subscriber = rospy.Subscriber('/played/hands/tracked', TrackedHands,
+                                      lambda m: stamps.append(m.header.stamp.to_nsec()))
         self.addCleanup(subscriber.unregister)
         node = subprocess.Popen([os.path.join(PROGRAMS, 'hand_tracking'), '__ns:=played', '_source:=bag',
                                  '_file:=' + rig_run.bag('knead')], stdin=subprocess.DEVNULL)

@@ -14,13 +14,15 @@ from rig_run import wait_until
 sys.path.insert(0, os.path.join(rig_run.PACKAGE, 'test', 'emulator'))
 import sonic_surface  # noqa: E402  pylint: disable=wrong-import-position
 
-CHAIN = ['hand_tracking', 'hand_simulator', 'clay_simulator', 'contact_pressure', 'focal_point_renderer', 'array_driver']
+CHAIN = ['hand_tracking', 'hand_simulator', 'clay_simulator', 'contact_pressure', 'focal_point_renderer',
+         'array_driver']
 OTHERS = ['clay_surface', 'robot_state_publisher']
 GAP = 0.15  # s, longer than any pause of a sound
 
 
 def knead(graph, emulator, **arguments):
-    rig = graph.rig(dict(dict(hands='bag', file=rig_run.bag('knead'), loop='true', device='sonic_surface', quality='fast',
+    rig = graph.rig(dict(dict(hands='bag', file=rig_run.bag('knead'), loop='true', device='sonic_surface',
+                              quality='fast',
                               port=emulator.link, max_points='1', head_spl_cap='200'), **arguments))
     wait_until(emulator.sounds, 60, 'a sound; the rig says\n' + graph.words())
     return rig
@@ -55,7 +57,8 @@ class Story(unittest.TestCase):
         return None
 
     def lose(self, node, how=signal.SIGKILL, silent_within=1.0):
-        """A node is killed or frozen: the array is silent, the node comes back, the others have gone on, it sounds again."""
+        """A node is killed or frozen: the array is silent, the node comes back, the others have gone on, it sounds
+        again."""
         before = {name: self.pid(name) for name in CHAIN + OTHERS}
         wait_until(self.emulator.sounds, 30, 'a sound')
         since = time.monotonic()
@@ -68,7 +71,8 @@ class Story(unittest.TestCase):
         print('%s of %s: back after %.1f s' % (how.name, node, back - since))
         if node in CHAIN:
             silent, sounds = self.silence(since)
-            print('%s of %s: silent after %.0f ms, for %.0f ms' % (how.name, node, 1e3 * (silent - since), 1e3 * (sounds - silent)))
+            print('%s of %s: silent after %.0f ms, for %.0f ms' %
+                  (how.name, node, 1e3 * (silent - since), 1e3 * (sounds - silent)))
             self.assertLess(silent - since, silent_within)
         after = {name: self.pid(name) for name in CHAIN + OTHERS}
         self.assertEqual({name for name in before if before[name] != after[name]}, {node})
@@ -84,7 +88,8 @@ class Story(unittest.TestCase):
             self.lose('clay_simulator', signal.SIGSTOP)
         self.assertEqual(len(re.findall(r'the clay goes on from its checkpoint at [1-9]', self.graph.words())), 2)
 
-        lowered = re.findall(r"clay_simulator: frames took longer than .*: quality '(\w+)' instead of '(\w+)'; errors to expect",
+        lowered = re.findall(r"clay_simulator: frames took longer than .*: "
+                             r"quality '(\w+)' instead of '(\w+)'; errors to expect",
                              self.graph.words())
         self.assertEqual(lowered, [('draft', 'fast')])
         self.assertEqual(self.graph.master().getParam('/test', '/clay_simulator/quality')[2], 'draft')
@@ -130,7 +135,8 @@ class Nodelets(Story):
 
 class Script(unittest.TestCase):
     def test_the_script(self):
-        """scripts/rig, which passes Ctrl-C on: suspended, it silences the array until it goes on; killed, it takes all with it."""
+        """scripts/rig, which passes Ctrl-C on: suspended, it silences the array until it goes on; killed, it takes all
+        with it."""
         with rig_run.Graph() as graph, sonic_surface.Emulator(os.path.join(graph.folder, 'port')) as emulator:
             rig = knead(graph, emulator)
             for name in (signal.SIGTSTP, signal.SIGKILL):

@@ -41,12 +41,14 @@ def distance_of_peak(sources, point):
 
 class KneadingField(unittest.TestCase):
     def knead(self, max_patterns, hands='bag', file=rig_run.bag('knead'), min_patterns=20, **arguments):
-        """Distance (m) from each focal point to the peak of the field, in its plane, of so many of the patterns that played."""
+        """Distance (m) from each focal point to the peak of the field, in its plane, of so many of the patterns that
+        played."""
         with rig_run.Graph() as graph, sonic_surface.Emulator(os.path.join(graph.folder, 'port')) as emulator:
             recording = graph.record(['/array/focal_points'])
             clock = time.time() - time.monotonic()
             # Where the boards may be no louder at the head than 110 dB, a dozen of their channels is all that plays.
-            rig = graph.rig(dict(rig_run.LOCKSTEP, modulation='am', hands=hands, file=file, device='sonic_surface', quality='fast',
+            rig = graph.rig(dict(rig_run.LOCKSTEP, modulation='am', hands=hands, file=file, device='sonic_surface',
+                                 quality='fast',
                                  port=emulator.link, head_spl_cap='200', **arguments))
             self.assertEqual(rig.wait(200), 0, graph.words())
             graph.recorded(recording)
@@ -58,10 +60,11 @@ class KneadingField(unittest.TestCase):
         played = patterns(emulator)
         self.assertGreater(len(played), min_patterns, 'patterns')
         step = -(-len(played) // max_patterns)
-        distances, oldest = [], 0  # frame that the pattern before was of: they are played in the order in which they come
+        # oldest: frame that the pattern before was of; they are played in the order in which they come.
+        distances, oldest = [], 0
         for when, sources in played[::step]:
-            # The first frame of the last seconds, for the machine may be busy, whose foci are peaks, and those after it while they
-            # fit better; or else that of the fewest lost.
+            # The first frame of the last seconds, for the machine may be busy, whose foci are peaks, and those after it
+            # while they fit better; or else that of the fewest lost.
             best = None
             for k, (came, points) in enumerate(frames[oldest:], oldest):
                 if not points or not when - 2.0 <= came <= when + 0.1:  # the recorder may hear of it later
@@ -77,8 +80,10 @@ class KneadingField(unittest.TestCase):
             self.assertIsNotNone(best, 'a pattern that nobody asked for')
             distances += best[2]
         within = sum(distance < TOLERANCE for distance in distances) / len(distances)
-        print('%d patterns, %d focal points, distance of the peak: median %.2f mm, longest %.2f mm, %.1f %% within 2 mm' %
-              (len(played[::step]), len(distances), 1e3 * statistics.median(distances), 1e3 * max(distances), 100 * within))
+        print('%d patterns, %d focal points, distance of the peak: median %.2f mm, longest %.2f mm, '
+              '%.1f %% within 2 mm' %
+              (len(played[::step]), len(distances), 1e3 * statistics.median(distances), 1e3 * max(distances),
+               100 * within))
         return distances
 
     def recording(self, name, **arguments):
@@ -96,10 +101,12 @@ class KneadingField(unittest.TestCase):
 
     def test_peaks_of_a_potter(self):
         """Contacts above each other, which no array beside them can tell apart."""
-        self.assertGreaterEqual(self.within(self.knead(60, file=rig_run.bag('potter'), scene='potters_wheel', duration='4')), 0.98)
+        self.assertGreaterEqual(self.within(self.knead(60, file=rig_run.bag('potter'), scene='potters_wheel',
+                                                       duration='4')), 0.98)
 
     def test_peaks_of_recorded_hands(self):
-        """The light touches of these leave most channels off; of some patterns of channels the driver takes one that drowns none."""
+        """The light touches of these leave most channels off; of some patterns of channels the driver takes one that
+        drowns none."""
         all_distances = []
         for name in rig_run.RECORDINGS:
             with self.subTest(name):

@@ -14,13 +14,15 @@ import roslaunch.rlutil
 
 import rig_run
 
-VARIANTS = ((), ('lockstep:=true',), ('device:=debug', 'skeleton:=true', 'record:=true'), ('wire:=/tmp/boards', 'device:=sonic_surface', 'nodelets:=true'))
+VARIANTS = ((), ('lockstep:=true',), ('device:=debug', 'skeleton:=true', 'record:=true'),
+            ('wire:=/tmp/boards', 'device:=sonic_surface', 'nodelets:=true'))
 FOLDER = os.path.join(rig_run.PACKAGE, 'launch')
 
 
 def load(*arguments):
     """The launch of the rig with these arguments, not started."""
-    return roslaunch.config.load_config_default([(os.path.join(FOLDER, 'rig.launch'), ['rviz:=false', *arguments])], 11311,
+    return roslaunch.config.load_config_default([(os.path.join(FOLDER, 'rig.launch'), ['rviz:=false', *arguments])],
+                                                11311,
                                                 verbose=False)
 
 
@@ -54,7 +56,8 @@ class LaunchFiles(unittest.TestCase):
     def test_files_are_named_from_the_folder_of_the_user(self):
         with tempfile.TemporaryDirectory() as folder:
             shutil.copy(rig_run.bag('no_hands'), os.path.join(folder, 'mine.bag'))
-            shutil.copy(os.path.join(rig_run.PACKAGE, 'config', 'scenes', 'press.yaml'), os.path.join(folder, 'mine.yaml'))
+            shutil.copy(os.path.join(rig_run.PACKAGE, 'config', 'scenes', 'press.yaml'),
+                        os.path.join(folder, 'mine.yaml'))
             score = os.path.join(rig_run.PACKAGE, 'config', 'hands', 'tour.yaml')
             shutil.copy(score, os.path.join(folder, 'score.yaml'))
             for hands, file, scene, expected_file, expected_scene in (
@@ -86,7 +89,8 @@ class LaunchFiles(unittest.TestCase):
                 self.assertEqual(params['/' + name].value, expected, name)
 
     def test_auto_is_a_field_where_the_array_takes_phases(self):
-        for device, array, expected in (('simulated', 'simulated_array', 'field'), ('sonic_surface', 'array_driver', 'field'),
+        for device, array, expected in (('simulated', 'simulated_array', 'field'),
+                                        ('sonic_surface', 'array_driver', 'field'),
                                         ('debug', 'array_driver', 'am')):
             params = load('modulation:=auto', 'device:=' + device).params
             self.assertEqual(params['/focal_point_renderer/modulation'].value, expected, device)
@@ -103,16 +107,19 @@ class LaunchFiles(unittest.TestCase):
             self.assertNotIn('/simulated_array/felt_gain', params)
 
     def test_a_target_has_the_quality_chosen(self):
-        for arguments, expected in (([], 'balanced'), (['target_ms:=5'], 'auto'), (['target_ms:=5', 'quality:=fast'], 'fast')):
+        for arguments, expected in (([], 'balanced'), (['target_ms:=5'], 'auto'),
+                                    (['target_ms:=5', 'quality:=fast'], 'fast')):
             self.assertEqual(load(*arguments).params['/clay_simulator/quality'].value, expected, arguments)
 
     def test_files_may_have_any_name(self):
-        for name in ("Anna's hands", 'cost $(5)', '$(arg scene)', '$HOME', 'a; b & c', '"quoted" ~', 'G\u00e4nge', '-d', "it''s \\\\'"):
+        for name in ("Anna's hands", 'cost $(5)', '$(arg scene)', '$HOME', 'a; b & c', '"quoted" ~', 'G\u00e4nge', '-d',
+                     "it''s \\\\'"):
             with self.subTest(name), tempfile.TemporaryDirectory() as parent:
                 folder = os.path.join(parent, name)
                 os.mkdir(folder)
                 shutil.copy(rig_run.bag('no_hands'), os.path.join(folder, name + '.bag'))
-                shutil.copy(os.path.join(rig_run.PACKAGE, 'config', 'scenes', 'press.yaml'), os.path.join(folder, name + '.yaml'))
+                shutil.copy(os.path.join(rig_run.PACKAGE, 'config', 'scenes', 'press.yaml'),
+                            os.path.join(folder, name + '.yaml'))
                 for given, expected in (('./', folder + '/./'), ('~/', folder + '/')):
                     with mock.patch.dict(os.environ, PWD=folder, HOME=folder), working_directory(folder):
                         config = load('file:=%s.bag' % (given + name), 'scene:=%s.yaml' % (given + name),
@@ -125,7 +132,8 @@ class LaunchFiles(unittest.TestCase):
     def prefix(variant, node):
         """What stands before a program. A recording is not started again, nor is anything in lockstep."""
         kept = 'lockstep:=true' not in variant and node.name not in ('record', 'describe_rig')
-        return ['unless_running'] + (['keep_running'] if kept else []) + (['--again'] if node.package == 'nodelet' else [])
+        return ['unless_running'] + (['keep_running'] if kept else []) + (['--again'] if node.package == 'nodelet'
+                                                                          else [])
 
     def test_no_node_reads_what_an_earlier_run_left_or_takes_the_name_of_another(self):
         for variant in VARIANTS:

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Parameters that change while the rig runs, by dynparam: see live_parameters.test.
 
-The run is a lockstep one. One of its nodes is stopped (SIGSTOP) while the command line is at work: what is asked for then
-holds from one frame on.
+The run is a lockstep one. One of its nodes is stopped (SIGSTOP) while the command line is at work: what is asked for
+then holds from one frame on.
 """
 import contextlib
 import os
@@ -30,7 +30,8 @@ class Rig:
 
     def __init__(self, graph, bag, **arguments):
         self.graph, self.pid = graph, None
-        self.process = graph.rig(dict(rig_run.LOCKSTEP, modulation='am', hands='bag', file=rig_run.bag('knead'), record=bag,
+        self.process = graph.rig(dict(rig_run.LOCKSTEP, modulation='am', hands='bag', file=rig_run.bag('knead'),
+                                      record=bag,
                                       quality='accurate', clean='true', duration='5', **arguments))
 
     def command(self, *words, code=0):
@@ -175,8 +176,8 @@ class LiveParameters(unittest.TestCase):
                       'parameter /focal_point_renderer/modulation: points cannot become a field',
                       "quality 'best' not found, expected one of: ",
                       "flow_index of material '%s' is 0.000000, expected > 0, at most 1" % MATERIAL,
-                      'parameter /simulated_array/pressure_cap: expected a number from 1 to 2000, got 2500: the gate is '
-                      'never made less strict than at its start',
+                      'parameter /simulated_array/pressure_cap: expected a number from 1 to 2000, got 2500: the gate '
+                      'is never made less strict than at its start',
                       'parameter /hand_tracking/prediction: expected a number from 0 to 0.02, got 0.03'):
             lines = [line for line in self.words.splitlines() if words in line]
             self.assertEqual(len(lines), 1, words)

@@ -25,7 +25,8 @@ class LiveTracker(unittest.TestCase):
 
     def test_a_recording_over_a_websocket_drives_the_rig(self):
         # Breaking off each two seconds, and saying what is no message, does not stop it.
-        _, url = self.serve(rig_run.recording('grab'), '--loop', '--rate', '110', '--disconnect', '220', '--garbage', '50')
+        _, url = self.serve(rig_run.recording('grab'), '--loop', '--rate', '110', '--disconnect', '220', '--garbage',
+                            '50')
         run = rig_run.Run({'hands': 'leap_websocket', 'url': url, 'quality': 'fast', 'duration': '8'},
                           rig_run.CHAIN + ['/diagnostics'])
         self.assertEqual((run.code, run.left), (0, []), run.words)
@@ -70,7 +71,8 @@ class LiveTracker(unittest.TestCase):
                     sum(bool(message.points) for message in run.messages['/array/focal_points']),
                     len(run.messages['/array/state'])))
                 self.assertGreater(sum(bool(message.hands) for message in hands), 100)
-                # Live, the newest sample wins at each node; how many a second is the benchmarks' and not asked for here.
+                # Live, the newest sample wins at each node; how many a second is the benchmarks' and not asked for
+                # here.
                 for topic in rig_run.CHAIN[1:]:
                     self.assertGreater(len(run.messages[topic]), 10, topic)
                     stamps = run.messages.stamps(topic)
@@ -78,7 +80,8 @@ class LiveTracker(unittest.TestCase):
                 for message in run.messages['/array/focal_points']:
                     for point in message.points:
                         p = point.position
-                        self.assertTrue(all(map(math.isfinite, (p.x, p.y, p.z, point.pressure, point.intensity))), point)
+                        self.assertTrue(all(map(math.isfinite, (p.x, p.y, p.z, point.pressure, point.intensity))),
+                                        point)
 
     def test_no_tracker_is_told_and_ends_on_request(self):
         server, url = self.serve(os.devnull)

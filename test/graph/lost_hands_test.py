@@ -13,7 +13,8 @@ SERVER = os.path.join(rig_run.PACKAGE, 'test', 'support', 'leap_server.py')
 TOUCHING = 0.038  # m, of the lowest skin over the table: surely in the clay
 SILENT = 0.15     # s after a hand was last seen
 RATE = 60.0
-SINKING = 0.05     # mm a frame: a finger that goes on pressing is felt, also where clay got out of its way in a late frame
+# mm a frame: a finger that goes on pressing is felt, also where clay got out of its way in a late frame
+SINKING = 0.05
 
 
 def leap_frame(number, hand, hand_id, sunk=0.0):
@@ -28,7 +29,8 @@ def leap_frame(number, hand, hand_id, sunk=0.0):
         return frame
     at = [leap(joint.position) for joint in hand.joints]
     palm = hand.joints[0].orientation
-    frame['hands'].append({'id': hand_id, 'type': 'right', 'palmPosition': at[0], 'palmNormal': turned(palm, (0, -1, 0)),
+    frame['hands'].append({'id': hand_id, 'type': 'right', 'palmPosition': at[0],
+                           'palmNormal': turned(palm, (0, -1, 0)),
                            'direction': turned(palm, (0, 0, -1)), 'wrist': at[1], 'confidence': 1})
     for finger in range(5):
         first = 2 if finger == 0 else 1 + 5 * finger
@@ -115,7 +117,8 @@ class Live(unittest.TestCase):
             path = os.path.join(graph.folder, 'story.ndjson')
             at = self.story(path)
             server = graph.start([sys.executable, SERVER, path, '--rate', str(RATE), '--tell'] +
-                                 [str(number) for number in at.values()], stdout=subprocess.PIPE, universal_newlines=True)
+                                 [str(number) for number in at.values()], stdout=subprocess.PIPE,
+                                 universal_newlines=True)
             self.addCleanup(server.stdout.close)
             port = json.loads(server.stdout.readline())['port']
             recording = graph.record(['/hands/tracked', '/array/state'])
@@ -138,9 +141,11 @@ class Live(unittest.TestCase):
                  if 0.0 < time < when['lost'] or when['back'] < time < when['still'] or
                  when['back again'] < time < when['silent']]
         # On a machine that is too busy the gate rejects what is late, which has nothing to do with hands, and a gap of
-        # two frames may last longer than hands are held. Where an id silenced the array, it would be for 0.15 s each time.
+        # two frames may last longer than hands are held. Where an id silenced the array, it would be for 0.15 s each
+        # time.
         quiet = [(time, reason) for time, emitting, reason in there if not emitting and not reason.startswith('stale')]
-        self.assertLess(len(quiet) / RATE, 0.1, 'silent although the hand is there: %s; the rig said:\n%s' % (quiet, words))
+        self.assertLess(len(quiet) / RATE, 0.1, 'silent although the hand is there: %s; the rig said:\n%s' %
+                        (quiet, words))
         self.assertGreater(sum(emitting for _, emitting, _ in there), 5)
         for loss, until in (('lost', when['again']), ('still', when['again still']), ('silent', float('inf'))):
             after = [time - when[loss] for time, emitting, _ in states if emitting and when[loss] < time < until]

@@ -90,7 +90,8 @@ class SimulatedArray(unittest.TestCase):
         """`sources`: of each instant of the period, with the share of power that it has."""
         strongest = 0.0
         for x, y, z, tactile in columns(cloud, 'x', 'y', 'z', 'tactile'):
-            expected = sum(power * radiation(acoustic_field.pressure(playing, (x, y, z)) ** 2) for playing, power in sources)
+            expected = sum(power * radiation(acoustic_field.pressure(playing, (x, y, z)) ** 2)
+                           for playing, power in sources)
             strongest = max(strongest, tactile)
             self.assertAlmostEqual(tactile, expected, delta=0.01 * expected + 0.02)
         self.assertGreater(strongest, 1.0)
@@ -117,7 +118,8 @@ class SimulatedArray(unittest.TestCase):
         cloud, measured, drives = self.play([focus(0.01, 0.0, 0.17, 1.0)], CIRCLE, 5.0)
         # 20 steps round a circle of 3 mm.
         angles = [2 * math.pi * step / 20 for step in range(20)]
-        self.expect_tactile(cloud, [(sources_of_focus(0.01 + 0.003 * math.cos(angle), 0.003 * math.sin(angle), 0.17), 1 / 20)
+        self.expect_tactile(cloud, [(sources_of_focus(0.01 + 0.003 * math.cos(angle), 0.003 * math.sin(angle), 0.17),
+                                     1 / 20)
                                     for angle in angles])
         self.assertEqual(measured.modulation, CIRCLE)
         self.assertGreater(len({drive.phase for drive in drives}), 4, 'the drive moves with the stamps')
@@ -185,7 +187,8 @@ class SimulatedArray(unittest.TestCase):
         subscriber.unregister()
 
     def test_the_gate_looks_at_every_instant(self):
-        """A point 1 mm inside the workspace: in with AM, out with lateral modulation; a path with one place that is too loud."""
+        """A point 1 mm inside the workspace: in with AM, out with lateral modulation; a path with one place that is too
+        loud."""
         edge = [focus(0.199, 0.0, 0.2, 0.5)]
         with Driver('simulated_array', **FREE):
             self.stream.points = edge
@@ -217,8 +220,8 @@ class Devices(unittest.TestCase):
                     driver.reader.join(5)
                     lines = [line for line in driver.lines if 'modulation' in line]
                     self.assertEqual(len(lines), 1, driver.words())
-                    self.assertIn("modulation is '%s', array 'sonic_surface' can do am, field only, for it takes 89 updates a second" %
-                                  modulation, lines[0])
+                    self.assertIn("modulation is '%s', array 'sonic_surface' can do am, field only, for it takes 89 "
+                                  "updates a second" % modulation, lines[0])
             self.assertFalse(emulator.sounds())
 
     def test_boards_play_the_field_that_was_judged(self):
@@ -235,7 +238,8 @@ class Devices(unittest.TestCase):
                 playing = [swap for swap in emulator.since(0) if swap.sounds][-1]
                 report = reports[-1]
             sources = [(x, y, 2.0 * math.pi * value / 32)
-                       for (x, y), value in zip(sonic_surface.places(), playing.fronts[0]) if value != sonic_surface.OFF]
+                       for (x, y), value in zip(sonic_surface.places(), playing.fronts[0])
+                       if value != sonic_surface.OFF]
             self.assertGreater(len(sources), 100)
             for point, granted in list(zip(stream.points, report.granted))[::5]:
                 given = radiation(acoustic_field.pressure(sources, position(point)) ** 2)

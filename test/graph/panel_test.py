@@ -35,7 +35,8 @@ class Panel(unittest.TestCase):
             rospy.Service('array/reset', Trigger, answer('array', TriggerResponse(True, 'sounds again')))
             rospy.Service('clay_simulator/reset', Trigger, answer('clay', TriggerResponse(True, '')))
             rospy.Service('clay_simulator/save', SculptureFile, answer('save', SculptureFileResponse(True, 'saved')))
-            rospy.Service('clay_simulator/load', SculptureFile, answer('load', SculptureFileResponse(False, 'torn file')))
+            rospy.Service('clay_simulator/load', SculptureFile,
+                          answer('load', SculptureFileResponse(False, 'torn file')))
             quality = lambda name: Config(strs=[StrParameter('quality', name)])
             held = rospy.Publisher('clay_simulator/parameter_updates', Config, queue_size=1, latch=True)
             held.publish(quality('balanced'))
@@ -95,7 +96,8 @@ class Panel(unittest.TestCase):
             # A recording, on and off.
             written = lambda end: glob.glob(os.path.join(graph.folder, 'run_*.bag' + end))
             act('key', 'F6')
-            rig_run.wait_until(lambda: written('.active') and os.path.getsize(written('.active')[0]) > 10000, PATIENCE, 'a recording')
+            rig_run.wait_until(lambda: written('.active') and os.path.getsize(written('.active')[0]) > 10000, PATIENCE,
+                               'a recording')
             window.picture().save(os.path.join(pictures, 'panel_recording.png'))
             act('key', 'F6')
             rig_run.wait_until(lambda: written(''), PATIENCE, 'a closed bag')

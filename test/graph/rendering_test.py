@@ -14,7 +14,8 @@ SOUND = 331.3 * math.sqrt(293.15 / 273.15)     # m/s
 class Rendering(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.run_ = rig_run.Run(dict(rig_run.LOCKSTEP, modulation='am', hands='bag', file=rig_run.bag('press_deeper'), phase_levels='32'),
+        cls.run_ = rig_run.Run(dict(rig_run.LOCKSTEP, modulation='am', hands='bag', file=rig_run.bag('press_deeper'),
+                                    phase_levels='32'),
                                TOPICS)
         cls.points = rig_run.focal_points(cls.run_)
         cls.touched = [stamp for stamp, points in cls.points.items() if points]

@@ -195,7 +195,8 @@ class Replay(unittest.TestCase):
         code, lines, errors = replay(self.changed('earlier', older))
         self.assertEqual(code, 0, '\n'.join(lines + errors))
         self.assertRegex(lines[-1], r'^identical: \d+ messages on \d+ topics$')
-        untold = [line for line in lines if line.startswith('replay: not compared, since the recorded /lab/clay/status ')]
+        untold = [line for line in lines
+                  if line.startswith('replay: not compared, since the recorded /lab/clay/status ')]
         self.assertEqual(len(untold), 1, lines)
         self.assertIn('lowered', untold[0])
 

@@ -222,7 +222,8 @@ _runs = {}
 
 
 def lockstep(name, **arguments):
-    """The run of a shipped bag in lockstep, with focal points. Tests of one program share the run of the same arguments."""
+    """The run of a shipped bag in lockstep, with focal points. Tests of one program share the run of the same
+    arguments."""
     key = (name, tuple(sorted(arguments.items())))
     if key not in _runs:
         _runs[key] = Run(dict(dict(LOCKSTEP, modulation='am', hands='bag', file=bag(name)), **arguments))

@@ -16,7 +16,8 @@ import rosbag
 import rig_run
 
 PROGRAMS = os.path.join(rig_run.build_space(), 'devel', 'lib', 'tactile_clay')
-NODES = ('hand_tracking', 'hand_simulator', 'clay_simulator', 'contact_pressure', 'focal_point_renderer', 'array_driver',
+NODES = ('hand_tracking', 'hand_simulator', 'clay_simulator', 'contact_pressure', 'focal_point_renderer',
+         'array_driver',
          'robot_state_publisher', 'record')
 # Of no type that a node reads: whoever reads it ends with a line.
 POISON = {'poison': {'poison': 1}}
@@ -51,15 +52,18 @@ class OneAfterTheOther(unittest.TestCase):
             folder = os.path.join(graph.folder, 'Anna\'s "$(5)" & \u00fc; ~')
             os.mkdir(folder)
             shutil.copy(rig_run.bag('no_hands'), os.path.join(folder, 'hands.bag'))
-            rig = graph.rig(dict(lockstep='true', hands='bag', file='hands.bag', device='debug', duration='0.5', quality='fast',
+            rig = graph.rig(dict(lockstep='true', hands='bag', file='hands.bag', device='debug', duration='0.5',
+                                 quality='fast',
                                  record='new folder/run'), cwd=folder)
             self.assertEqual(rig.wait(100), 0, graph.words())
             left = [name for name in graph.master().getParamNames('/test')[2] if 'poison' in name or '/other' in name]
             self.assertEqual(left, [])
-            self.assertRegex(graph.words(), r'/array_driver: the safety gate allows at most 2000 Pa .*, 110 dB at the head')
+            self.assertRegex(graph.words(),
+                             r'/array_driver: the safety gate allows at most 2000 Pa .*, 110 dB at the head')
             with rosbag.Bag(os.path.join(folder, 'new folder', 'run.bag')) as bag:
                 self.assertGreater(bag.get_message_count('/array/state'), 20)
-                frames = {one.child_frame_id for _, message, _ in bag.read_messages('/tf_static') for one in message.transforms}
+                frames = {one.child_frame_id
+                          for _, message, _ in bag.read_messages('/tf_static') for one in message.transforms}
             self.assertTrue({'tracker', 'array'} <= frames)
             self.assertFalse([name for name in frames if 'poison' in name], frames)
             again = graph.rig(dict(hands='none', record=os.path.join(folder, 'new folder', 'run')), cwd=folder)
@@ -100,7 +104,8 @@ class AtOnce(unittest.TestCase):
 
     def beside_in_a_namespace(self, graph):
         path = os.path.join(graph.folder, 'beside.bag')
-        rig = graph.rig(dict(hands='choreography', file='tour', lockstep='true', duration='0.3', quality='fast', record=path,
+        rig = graph.rig(dict(hands='choreography', file='tour', lockstep='true', duration='0.3', quality='fast',
+                             record=path,
                              tracker_pose='0 0 1 0 0 0'), environment={'ROS_NAMESPACE': 'beside'})
         self.assertEqual(rig.wait(100), 0, graph.words())
         with rosbag.Bag(path) as bag:
@@ -128,7 +133,8 @@ class Master(unittest.TestCase):
             with rosbag.Bag(rig_run.bag('press_finger')) as read, rosbag.Bag(path, 'w') as written:
                 for _, message, when in read.read_messages('/hands/tracked'):
                     written.write('/lab/hands/tracked', message, when)
-            done = subprocess.run([os.path.join(PROGRAMS, 'preflight'), 'hands:=bag', 'file:=' + path], env=graph.environment,
+            done = subprocess.run([os.path.join(PROGRAMS, 'preflight'), 'hands:=bag', 'file:=' + path],
+                                  env=graph.environment,
                                   capture_output=True, text=True, timeout=60, check=False)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertIn('plays its hands of topic /lab/hands/tracked', done.stderr)
@@ -146,15 +152,18 @@ class Master(unittest.TestCase):
             self.assertEqual(self.preflight(graph, 'hands:=none'), (0, ''))
 
     def test_every_node_of_the_launch_is_looked_for(self):
-        variants = ({}, dict(device='sonic_surface', wire='/tmp/boards', skeleton='true', record='true', nodelets='true'))
+        variants = ({}, dict(device='sonic_surface', wire='/tmp/boards', skeleton='true', record='true',
+                             nodelets='true'))
         with rig_run.Graph() as graph, SimpleXMLRPCServer(('localhost', 0), logRequests=False) as node:
             node.register_function(lambda *_: [1, '', 7], 'getPid')
             threading.Thread(target=node.serve_forever, daemon=True).start()
             uri = 'http://localhost:%d/' % node.server_address[1]
             for variant in variants:
                 arguments = ['rviz:=false'] + ['%s:=%s' % item for item in variant.items()]
-                launched = subprocess.run(['roslaunch', '--nodes', 'tactile_clay', 'rig.launch', *arguments], check=True,
-                                          env=graph.environment, cwd=graph.folder, stdout=subprocess.PIPE, text=True).stdout.split()
+                launched = subprocess.run(['roslaunch', '--nodes', 'tactile_clay', 'rig.launch', *arguments],
+                                          check=True,
+                                          env=graph.environment, cwd=graph.folder, stdout=subprocess.PIPE,
+                                          text=True).stdout.split()
                 self.assertGreater(len(launched), 6)
                 for name in launched + ['/not_ours']:
                     graph.master().registerPublisher(name, '/some/topic', '*', uri)

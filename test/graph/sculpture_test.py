@@ -144,7 +144,8 @@ class Sculpture(unittest.TestCase):
                                   ('load', 'relative.clay', 'expected an absolute path'),
                                   ('save', self.folder + '/no/folder.clay', 'cannot be written'),
                                   ('save', 'relative.clay', 'expected an absolute path'),
-                                  ('save', damaged, 'is there already, expected a new name, or a call of the service overwrite'),
+                                  ('save', damaged, 'is there already, expected a new name, '
+                                                   'or a call of the service overwrite'),
                                   ('overwrite', fifo, 'is no regular file'),
                                   ('overwrite', self.folder, 'is no regular file'),
                                   ('overwrite', '/dev/null', 'is no regular file')):
@@ -179,7 +180,8 @@ class Sculpture(unittest.TestCase):
         answer = self.exported('export', mesh)
         self.assertTrue(answer.success, answer.message)
         self.assertAlmostEqual(stl_volume(mesh) / CLAY, 1.0, delta=0.02)
-        for name, file, words in (('export', mesh, 'is there already'), ('export', 'mesh.ply', 'expected an absolute path'),
+        for name, file, words in (('export', mesh, 'is there already'),
+                                  ('export', 'mesh.ply', 'expected an absolute path'),
                                   ('overwrite', self.folder + '/mesh.obj', 'ends in .ply or .stl')):
             answer = self.exported(name, file)
             self.assertFalse(answer.success)
@@ -207,8 +209,10 @@ class Sculpture(unittest.TestCase):
                                  (('in:=' + sculpture,), 'got no out'),
                                  (('in:=' + sculpture, 'out:=' + mesh + '.obj'), 'ends in .ply or .stl'),
                                  (('in:=' + mesh, 'out:=' + mesh + '.ply'), 'is not a sculpture'),
-                                 (('in:=' + bag, 'out:=' + mesh + '.ply', 'topic:=hands/skin'), 'no clouds on hands/skin'),
-                                 (('in:=' + sculpture, 'out:=' + mesh + '.ply', 'scene:=potters_wheel'), 'expected scene:=')):
+                                 (('in:=' + bag, 'out:=' + mesh + '.ply', 'topic:=hands/skin'),
+                                  'no clouds on hands/skin'),
+                                 (('in:=' + sculpture, 'out:=' + mesh + '.ply', 'scene:=potters_wheel'),
+                                  'expected scene:=')):
             done = export_mesh(*arguments)
             self.assertEqual(done.returncode, 1)
             self.assertIn(words, done.stderr)

@@ -27,7 +27,8 @@ class Skeleton(unittest.TestCase):
         with rig_run.Graph() as graph:
             recording = graph.record(['/hands/tracked', STATES, '/hands/joint_states_left', '/tf', '/tf_static',
                                       '/array/state'])
-            # Live, so that robot_state_publisher, which sends by the wall clock, sees all of it, and slowly, since it starts when the hand is known.
+            # Live, so that robot_state_publisher, which sends by the wall clock, sees all of it, and slowly, since it
+            # starts when the hand is known.
             rig = graph.rig({'hands': 'bag', 'file': rig_run.bag('lost_hand'), 'skeleton': 'true', 'quality': 'fast',
                              'rate': '0.3', 'nodelets': cls.nodelets})
             # Not there yet, not known yet, known: the node forgets it when it ends.
@@ -83,7 +84,8 @@ class Skeleton(unittest.TestCase):
                 p = tracked[stamp].hands[0].joints[TIP].position
                 errors.append(1e3 * rig_run.distance(compose(chain), (p.x, p.y, p.z)))
         self.assertGreater(len(errors), 20, 'robot_state_publisher sent next to nothing')
-        print('index tip: %d samples, median %.2f mm, most %.2f mm' % (len(errors), statistics.median(errors), max(errors)))
+        print('index tip: %d samples, median %.2f mm, most %.2f mm' %
+              (len(errors), statistics.median(errors), max(errors)))
         self.assertLess(statistics.median(errors), 3.0)
 
     def test_a_lost_hand_is_cut_off_from_the_world(self):

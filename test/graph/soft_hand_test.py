@@ -17,7 +17,8 @@ TIP_POINT, JOINTS = INDEX_TIP - 1, 25  # hands/bones has no palm joint
 
 
 def press(**arguments):
-    return rig_run.Run(dict(rig_run.LOCKSTEP, modulation='am', hands='bag', file=rig_run.bag('press_deeper'), quality='fast',
+    return rig_run.Run(dict(rig_run.LOCKSTEP, modulation='am', hands='bag', file=rig_run.bag('press_deeper'),
+                            quality='fast',
                             **arguments), topics=rig_run.CHAIN + ['/hands/bones', '/diagnostics', '/tf_static'])
 
 

@@ -27,14 +27,16 @@ from sonic_surface import OFF, STOCK, TACTILE, Emulator
 
 FRAME = 258 * 10 / 230400.0  # s, of a frame on the wire
 # Clocks off, two silent frames for the board, two for one that was deselected, clocks on, the board selected.
-SILENCE = (b'\x96' + b''.join(2 * (board + b'\xfe' + bytes([32] * 256) + b'\xfd') for board in (b'\xc0', b'\xc1')) + b'\x97\xc0')
+SILENCE = (b'\x96' + b''.join(2 * (board + b'\xfe' + bytes([32] * 256) + b'\xfd') for board in (b'\xc0', b'\xc1')) +
+           b'\x97\xc0')
 LOUD = dict(pressure_cap=1e6, head_spl_cap=200.0)  # caps that nothing reaches: every channel plays
 CALIBRATE = os.path.join(rig_run.build_space(), 'devel', 'lib', 'tactile_clay', 'calibrate_board')
 SLACK = 0.25  # s, that a busy machine may take longer
 
 
 def phases(x, y, z, levels=32):
-    """Phase level of each channel that focuses there, not rounded: sound must set off earlier where it has farther to go."""
+    """Phase level of each channel that focuses there, not rounded: sound must set off earlier where it has farther to
+    go."""
     wavelength = 331.3 * math.sqrt(1 + 20.0 / 273.15) / 40000.0
     return [-math.dist((x, y, z), (cx, cy, 0.0)) / wavelength * levels % levels for cx, cy in sonic_surface.places()]
 
@@ -90,7 +92,8 @@ class SonicSurface(unittest.TestCase):
     # What is played.
 
     def test_stock_bytes(self):
-        """A frame is C0, FE, 256 phases of the wiring, FD; before it all is silenced, and nothing else is sent but swaps."""
+        """A frame is C0, FE, 256 phases of the wiring, FD; before it all is silenced, and nothing else is sent but
+        swaps."""
         self.stream.points = [focus(0.02, -0.01, 0.16, intensity=1.0)]
         emulator, _ = self.rig()
         wait_until(lambda: len(emulator.since(0)) > 200, 20, '200 swaps')
@@ -202,7 +205,8 @@ class SonicSurface(unittest.TestCase):
         """Phases of hundreds of points would take seconds, in which no emergency stop was heard."""
         emulator, _ = self.rig()
         for count, passes in ((100, False), (16, True), (17, False)):
-            self.stream.points = [focus(0.02 * (n % 4) - 0.03, 0.02 * (n // 4 % 4) - 0.03, 0.2, number=n) for n in range(count)]
+            self.stream.points = [focus(0.02 * (n % 4) - 0.03, 0.02 * (n // 4 % 4) - 0.03, 0.2, number=n)
+                                  for n in range(count)]
             self.states.wait(lambda state: state.emitting if passes else 'at most 16' in state.silent_reason)
         wait_until(emulator.silent_for_good, 10, 'silence of both buffers')
 
@@ -242,7 +246,8 @@ class SonicSurface(unittest.TestCase):
                     self.states.wait(lambda state: state.silent_reason == 'no focal points')
                     wait_until(emulator.silent_for_good, 10, 'silence after opening\n' + driver.words())
                     self.stream.points = [focus(0.02, 0.0, 0.17, 1.0)]
-                    wait_until(lambda: all(board.sounds() for board in emulator.boards[:boards]), 10, 'a sound of each board')
+                    wait_until(lambda: all(board.sounds() for board in emulator.boards[:boards]), 10,
+                               'a sound of each board')
                     self.assertFalse(any(board.sounds() for board in emulator.boards[boards:]))
                     driver.__exit__()
                     wait_until(emulator.silent_for_good, 10, 'silence in the end')
@@ -256,7 +261,8 @@ class SonicSurface(unittest.TestCase):
         with emulator.lock:
             before, board.front = board.front, next(list(s.fronts[0]) for s in reversed(emulator.swaps) if s.sounds)
             phases, board.front = board.drive(), before
-        return acoustic_field.pressure([(x, y, p) for (x, y), p in zip(sonic_surface.places(), phases) if p is not None], point)
+        return acoustic_field.pressure([(x, y, p) for (x, y),
+                                        p in zip(sonic_surface.places(), phases) if p is not None], point)
 
     def test_transducers_the_other_way_round(self):
         """A third of them flipped: a calibration by a microphone finds them, and its file gives the whole field."""
@@ -268,20 +274,25 @@ class SonicSurface(unittest.TestCase):
             file.write('channel,reference,level,amplitude\n')
             for channel in set(range(256)) - {reference}:
                 for level in (0, 8, 16, 24):
-                    pair = [places + (phase + math.pi * (n in flipped),) for n, phase in ((reference, 0.0), (channel, level * math.pi / 16))
+                    pair = [places + (phase + math.pi * (n in flipped),)
+                            for n, phase in ((reference, 0.0), (channel, level * math.pi / 16))
                             for places in [sonic_surface.places()[n]]]
                     file.write('%d,%d,%d,%.5f\n' % (channel, reference, level,
-                                                   acoustic_field.pressure(pair, microphone) * dice.uniform(0.97, 1.03)))
-        words = subprocess.run([CALIBRATE, 'compute', readings, corrections, '--microphone', *map(str, microphone)], check=True,
+                                                   acoustic_field.pressure(pair, microphone) * dice.uniform(0.97,
+                                                                                                            1.03)))
+        words = subprocess.run([CALIBRATE, 'compute', readings, corrections, '--microphone', *map(str, microphone)],
+                               check=True,
                                stdout=subprocess.PIPE, universal_newlines=True).stdout
         self.assertIn('%d are the other way round' % (85 if reference not in flipped else 256 - 85), words)
         self.stream.points = [focus(*point, intensity=1.0)]
         found = {}
-        for name, of, options in (('right', set(), ''), ('flipped', flipped, ''), ('corrected', flipped, 'corrections=' + corrections)):
+        for name, of, options in (('right', set(), ''), ('flipped', flipped, ''),
+                                  ('corrected', flipped, 'corrections=' + corrections)):
             emulator = self.enterContext(Emulator(os.path.join(self.folder, name)))
             emulator.boards[0].flipped = of
             driver = self.drive(emulator, options)
-            wait_until(lambda: sum(OFF not in swap.fronts[0] for swap in emulator.since(0)) > 20, 20, 'the whole board\n' + driver.words())
+            wait_until(lambda: sum(OFF not in swap.fronts[0] for swap in emulator.since(0)) > 20, 20,
+                       'the whole board\n' + driver.words())
             found[name] = self.field(emulator, point)
             driver.__exit__()
             emulator.__exit__()
@@ -293,7 +304,8 @@ class SonicSurface(unittest.TestCase):
         """Two channels at a time, in four phases, and silence in the end."""
         with Emulator(os.path.join(self.folder, 'calibrated')) as emulator:
             table = os.path.join(self.folder, 'played.csv')
-            tool = subprocess.Popen([CALIBRATE, 'play', table, '--port', emulator.link, '--channels', '7', '200'], stdin=subprocess.PIPE,
+            tool = subprocess.Popen([CALIBRATE, 'play', table, '--port', emulator.link, '--channels', '7', '200'],
+                                    stdin=subprocess.PIPE,
                                     stdout=subprocess.PIPE, universal_newlines=True)
             heard = []
             for _ in range(8):
@@ -316,15 +328,18 @@ class SonicSurface(unittest.TestCase):
     def bench(self, emulator, *words):
         """What `array_test` says, without a master, line by line; and the patterns that the boards played."""
         since = time.monotonic()
-        done = subprocess.run([os.path.join(PROGRAMS, 'array_test'), 'device:=sonic_surface', 'port:=' + emulator.link, *words],
-                              env=dict(os.environ, ROS_MASTER_URI='http://localhost:1'), timeout=60, stdout=subprocess.PIPE,
+        done = subprocess.run([os.path.join(PROGRAMS, 'array_test'), 'device:=sonic_surface', 'port:=' + emulator.link,
+                               *words],
+                              env=dict(os.environ, ROS_MASTER_URI='http://localhost:1'), timeout=60,
+                              stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, check=False, universal_newlines=True)
         self.assertEqual(done.returncode, 0, done.stdout)
         wait_until(emulator.silent_for_good, 10, 'silence in the end')
         return done.stdout.splitlines(), [swap.fronts[0] for swap in emulator.since(since) if swap.sounds]
 
     def expect_reading(self, front, line, microphone):
-        playing = [(x, y, 2 * math.pi * value / 32) for (x, y), value in zip(sonic_surface.places(), front) if value != OFF]
+        playing = [(x, y, 2 * math.pi * value / 32) for (x, y),
+                   value in zip(sonic_surface.places(), front) if value != OFF]
         told = float(re.search(r'should read ([0-9.]+) Pa', line).group(1))
         self.assertAlmostEqual(told / acoustic_field.pressure(playing, microphone), 1, delta=0.02)
 
@@ -334,7 +349,8 @@ class SonicSurface(unittest.TestCase):
         quiet = ('modulation_frequency:=0', 'head_spl_cap:=200', 'pressure_cap:=1000000')
         for channel in (7, 200):
             lines, fronts = self.bench(emulator, 'test:=channels', 'channel:=%d' % channel, 'dwell:=0.3', *quiet)
-            self.assertEqual({tuple(n for n, value in enumerate(front) if value != OFF) for front in fronts}, {(channel,)})
+            self.assertEqual({tuple(n for n, value in enumerate(front) if value != OFF) for front in fronts},
+                             {(channel,)})
             self.assertIn('channel %d ' % channel, lines[-1])
             self.expect_reading(fronts[-1], lines[-1], (0.0, 0.0, 0.2))
         lines, fronts = self.bench(emulator, 'test:=focus', 'microphone:=0.01 0.02 0.18', 'dwell:=0.05', *quiet)
@@ -419,13 +435,15 @@ class SonicSurface(unittest.TestCase):
 
     def guard(self, driver):
         """Number of the guard process of a driver."""
-        found = subprocess.run(['ps', '-o', 'pid=,comm=', '--ppid', str(driver.process.pid)], stdout=subprocess.PIPE, check=True,
+        found = subprocess.run(['ps', '-o', 'pid=,comm=', '--ppid', str(driver.process.pid)], stdout=subprocess.PIPE,
+                               check=True,
                                universal_newlines=True).stdout.split()
         self.assertEqual(found[1::2], ['silence_guard'])
         return int(found[0])
 
     def test_guard_that_is_killed(self):
-        """The driver silences the boards itself, says so, and stays silent: nobody would silence them if it died too."""
+        """The driver silences the boards itself, says so, and stays silent: nobody would silence them if it died
+        too."""
         self.stream.modulation_frequency = 0.0  # sounds without a pause
         emulator, driver = self.rig()
         since = time.monotonic()
@@ -493,15 +511,19 @@ class SonicSurface(unittest.TestCase):
         self.refused(['hold', "'-1'"], port='/nowhere', device_options='hold=-1')
         self.refused(['board', 'secondary', 'one board'], port='/nowhere', device_options='boards=2 board=secondary')
         self.refused(['corrections', '/nowhere.csv'], port='/nowhere', device_options='corrections=/nowhere.csv')
-        self.refused(['second_corrections', 'boards=2'], port='/nowhere', device_options='second_corrections=/nowhere.csv')
+        self.refused(['second_corrections', 'boards=2'], port='/nowhere',
+                     device_options='second_corrections=/nowhere.csv')
         # One temperature, for the device and its gate.
-        self.refused(['device_options', 'temperature', '/array_driver/temperature'], port='/nowhere', device_options='temperature=45')
+        self.refused(['device_options', 'temperature', '/array_driver/temperature'], port='/nowhere',
+                     device_options='temperature=45')
         # The gate of a real array has no exceptions, and it is refused before its port is opened.
-        self.refused(['gate_without', "'pressure'", "'sonic_surface' is real"], port='/nowhere', gate_without=['pressure'])
+        self.refused(['gate_without', "'pressure'", "'sonic_surface' is real"], port='/nowhere',
+                     gate_without=['pressure'])
 
     def test_port_in_use(self):
         emulator, _ = self.rig()
-        done = subprocess.run([PROGRAM, '__name:=second', '_device:=sonic_surface', '_port:=' + emulator.link], timeout=20,
+        done = subprocess.run([PROGRAM, '__name:=second', '_device:=sonic_surface', '_port:=' + emulator.link],
+                              timeout=20,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False, errors='replace')
         self.assertEqual(done.returncode, 1)
         self.assertIn('in use', done.stdout)

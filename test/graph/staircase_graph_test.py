@@ -71,8 +71,8 @@ class Staircase(unittest.TestCase):
 
     def test_says_what_is_missing(self):
         with self.run_tool('person.yaml') as tool:
-            self.assertEqual(tool.communicate()[0], 'staircase: no focal_point_renderer and array, expected both of them '
-                             'started\n')
+            self.assertEqual(tool.communicate()[0], 'staircase: no focal_point_renderer and array, expected both of '
+                             'them started\n')
         self.assertEqual(tool.returncode, 1)
 
 

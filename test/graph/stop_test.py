@@ -51,7 +51,8 @@ class Stop(unittest.TestCase):
         """`act` stops the array, and it stays stopped."""
         since = time.monotonic()
         act()
-        came, state = self.states.wait(lambda state: not state.emitting and state.silent_reason.startswith(STOPPED), since)
+        came, state = self.states.wait(lambda state: not state.emitting and state.silent_reason.startswith(STOPPED),
+                                       since)
         time.sleep(0.3)
         with self.states.came:
             self.assertFalse([state for when, state in self.states.states if when > came and state.emitting])
@@ -66,7 +67,8 @@ class Stop(unittest.TestCase):
         for program, parameters in (('array_driver', dict(device='debug')), ('simulated_array', {})):
             with self.subTest(program):
                 driver = self.array(program, **parameters)
-                for stop in (lambda: self.call('array/stop'), lambda: self.publish('stop'), lambda: self.call(program + '/stop')):
+                for stop in (lambda: self.call('array/stop'), lambda: self.publish('stop'),
+                             lambda: self.call(program + '/stop')):
                     self.expect_stop(stop)
                     self.expect_sound(lambda: self.call('array/reset'))
                 self.expect_stop(lambda: self.publish('stop'))
@@ -90,7 +92,8 @@ class Stop(unittest.TestCase):
         drives, fields = [], []
         self.array('simulated_array', slice_size=1.0, slice_step=0.0005, skin_field=False)
         watch = rospy.Subscriber('array/drive', ArrayDrive, lambda drive: drives.append(max(drive.amplitude)))
-        field = rospy.Subscriber('array/field', PointCloud2, lambda cloud: fields.append(time.monotonic()), buff_size=1 << 26)
+        field = rospy.Subscriber('array/field', PointCloud2, lambda cloud: fields.append(time.monotonic()),
+                                 buff_size=1 << 26)
         self.addCleanup(watch.unregister)
         self.addCleanup(field.unregister)
         stop = rospy.ServiceProxy('array/stop', Trigger, persistent=True)
@@ -104,7 +107,8 @@ class Stop(unittest.TestCase):
         silent = time.monotonic()
         wait_until(lambda: len(fields) > first, 60, 'the field, which took longer')
         busy = fields[first] - start
-        print('answered after %.0f ms, silent after %.0f ms, busy for %.1f s' % (1e3 * (answered - start), 1e3 * (silent - start), busy))
+        print('answered after %.0f ms, silent after %.0f ms, busy for %.1f s' %
+              (1e3 * (answered - start), 1e3 * (silent - start), busy))
         self.assertGreater(busy, 2 * (silent - start))
 
     def array_stop(self, *arguments, **streams):
@@ -173,14 +177,16 @@ class Stop(unittest.TestCase):
             self.assertEqual(program.wait(10), 0)
             self.states.wait(lambda state: state.silent_reason.startswith(STOPPED))
             self.call('array/reset')
-        missing = subprocess.run([os.path.join(PROGRAMS, 'array_stop'), 'switch:=/nowhere'], stdout=subprocess.PIPE, timeout=20,
+        missing = subprocess.run([os.path.join(PROGRAMS, 'array_stop'), 'switch:=/nowhere'], stdout=subprocess.PIPE,
+                                 timeout=20,
                                  stderr=subprocess.STDOUT, check=False)
         self.assertEqual(missing.returncode, 1)
         self.assertIn(b"'/nowhere' cannot be opened", missing.stdout)
 
     def test_boards_are_silent_beside_two_busy_loops(self):
         """How soon is printed: it depends on the machine."""
-        done = subprocess.run([os.path.join(PROGRAMS, 'measure_stop'), 'rounds:=40'], stdout=subprocess.PIPE, timeout=60,
+        done = subprocess.run([os.path.join(PROGRAMS, 'measure_stop'), 'rounds:=40'], stdout=subprocess.PIPE,
+                              timeout=60,
                               stderr=subprocess.STDOUT, check=False, errors='replace')
         print(done.stdout)
         self.assertEqual(done.returncode, 0, done.stdout)

@@ -120,7 +120,8 @@ class Supervisors(unittest.TestCase):
         self.assertIn('the array goes on, as ~supervisors says', self.said())
         # Another master at the same address knows nobody.
         self.start(['rosmaster', '--core', '-p', str(self.graph.port)])
-        wait_until(lambda: 'does not know this node' in self.states['/by_hand'][-1][1].silent_reason, 10, 'a word of the new master')
+        wait_until(lambda: 'does not know this node' in self.states['/by_hand'][-1][1].silent_reason, 10,
+                   'a word of the new master')
         self.assertTrue(self.emitting(ALONE))
         self.assertIsNone(by_hand.poll())
 
@@ -129,7 +130,8 @@ class WrongUse(unittest.TestCase):
     def test_an_unknown_supervisor(self):
         with rig_run.Graph() as graph:
             done = subprocess.run([PROGRAM, '_device:=debug', '_supervisors:=everybody'], stdout=subprocess.PIPE,
-                                  stderr=subprocess.STDOUT, timeout=20, check=False, errors='replace', env=graph.environment)
+                                  stderr=subprocess.STDOUT, timeout=20, check=False, errors='replace',
+                                  env=graph.environment)
         self.assertEqual(done.returncode, 1)
         self.assertIn("unknown 'everybody', expected roslaunch, master", done.stdout)
 

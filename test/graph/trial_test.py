@@ -116,7 +116,8 @@ class Plans(unittest.TestCase):
             file.truncate((16 << 20) + 1)
         refused(large, 'expected at most 16777216')
         lists = ''.join('k%d: &k%d [%s]\n' % (k, k, ', '.join(['*k%d' % (k - 1)] * 10)) for k in range(1, 9))
-        for text, words in (('[' * 100000, 'hundreds deep'), (PLAN + 'k0: &k0 [x]\n' + lists, 'more than 200000 values'),
+        for text, words in (('[' * 100000, 'hundreds deep'),
+                            (PLAN + 'k0: &k0 [x]\n' + lists, 'more than 200000 values'),
                             ('blocks: &a [*a]\n', 'more than 200000 values')):
             with self.subTest(words), self.assertRaises(Fault) as caught:
                 self.plan(text)

@@ -28,7 +28,8 @@ import unittest
 import rig_run
 from rig_run import PACKAGE, wait_until
 
-PAGES = sorted(glob.glob(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'doc', 'tutorials', '*.md')))
+PAGES = sorted(glob.glob(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'doc', 'tutorials',
+                                      '*.md')))
 PATIENCE = 120  # s, for the commands of a block, and for what one that goes on has to print
 SECONDS = 0.5   # s of input, after which a rig ends that would play all of its recording at its own speed
 MARK = re.compile(r'<!-- (file|test): (.+) -->$')
@@ -209,7 +210,8 @@ class Tutorials(unittest.TestCase):
         self.assertIsNotNone(last, place)
         if last is going:
             with contextlib.suppress(AssertionError):  # what it says by then is told below
-                wait_until(lambda: not_told(last.words(), block.text) is None or last.process.poll() is not None, PATIENCE, place)
+                wait_until(lambda: not_told(last.words(), block.text) is None or last.process.poll() is not None,
+                           PATIENCE, place)
         self.assertIsNone(not_told(last.words(), block.text), '%s: the commands say\n%s' % (place, last.words()))
 
     def test_the_marks_of_a_page(self):
@@ -222,7 +224,8 @@ class Tutorials(unittest.TestCase):
         folder = os.path.normpath(os.path.join(os.path.dirname(PAGES[0]), '..'))
         with open(os.path.join(folder, 'README.md')) as text:
             named = set(re.findall(r'\]\(([^)#\s]+)', text.read()))
-        pages = {os.path.relpath(page, folder) for page in glob.glob(os.path.join(folder, '**', '*.md'), recursive=True)}
+        pages = {os.path.relpath(page, folder) for page in glob.glob(os.path.join(folder, '**', '*.md'),
+                                                                     recursive=True)}
         self.assertEqual(pages - named, {'README.md'})
 
     def test_first_run(self):

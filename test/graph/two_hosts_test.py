@@ -51,7 +51,8 @@ class TwoHosts(unittest.TestCase):
         cls.addClassCleanup(cls.there.stop)
         os.environ.update(ROS_MASTER_URI=MASTER, ROS_IP=HERE)
         os.environ.pop('ROS_HOSTNAME', None)
-        master = subprocess.Popen(['rosmaster', '--core', '-p', '11311'], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+        master = subprocess.Popen(['rosmaster', '--core', '-p', '11311'], stdin=subprocess.DEVNULL,
+                                  stdout=subprocess.DEVNULL)
         cls.addClassCleanup(master.wait)
         cls.addClassCleanup(master.terminate)
         import rosgraph

@@ -24,7 +24,8 @@ from modulation_test import FREE, columns, radiation  # noqa: E402  pylint: disa
 
 def sources(drive):
     """What a drive plays, at the places of the boards' channels as the emulator knows them."""
-    return [(x, y, phase) for (x, y), phase, amplitude in zip(sonic_surface.places(), drive.phase, drive.amplitude) if amplitude]
+    return [(x, y, phase) for (x, y), phase, amplitude in zip(sonic_surface.places(), drive.phase, drive.amplitude)
+            if amplitude]
 
 
 class Wire(unittest.TestCase):
@@ -40,19 +41,23 @@ class Wire(unittest.TestCase):
         self.addCleanup(self.folder.cleanup)
         self.link = os.path.join(self.folder.name, 'port')
         self.heard = {}
-        for topic, kind in (('drive', ArrayDrive), ('field', PointCloud2), ('measured', FocalPointArray), ('wire_state', ArrayState)):
+        for topic, kind in (('drive', ArrayDrive), ('field', PointCloud2), ('measured', FocalPointArray),
+                            ('wire_state', ArrayState)):
             self.heard[topic] = []
             subscriber = rospy.Subscriber('array/' + topic, kind, self.heard[topic].append)
             self.addCleanup(subscriber.unregister)
 
     def boards(self, **parameters):
-        return Driver('simulated_array', wire=self.link, skin_field=False, slice_size=0.06, slice_step=0.01, **parameters)
+        return Driver('simulated_array', wire=self.link, skin_field=False, slice_size=0.06, slice_step=0.01,
+                      **parameters)
 
     def driver(self, options=''):
-        return Driver(device='sonic_surface', port=self.link, device_options='wait=10 ' + options, publish_drive=False, **FREE)
+        return Driver(device='sonic_surface', port=self.link, device_options='wait=10 ' + options, publish_drive=False,
+                      **FREE)
 
     def test_the_field_behind_the_wire(self):
-        """One focal point, modulated by swapping: its phases, its peak, half of its radiation pressure, and silence in the end."""
+        """One focal point, modulated by swapping: its phases, its peak, half of its radiation pressure, and silence in
+        the end."""
         self.stream.points = [focus(0.02, -0.01, 0.17, 1.0)]
         with self.boards(), self.driver() as driver:
             steady = lambda: self.heard['field'] and len(self.heard['measured']) > 60
@@ -66,7 +71,8 @@ class Wire(unittest.TestCase):
             self.assertEqual(len(playing), 256)
             peak, pressure = acoustic_field.peak(playing, (0.02, -0.01, 0.17))
             self.assertLess(math.dist(peak, (0.02, -0.01, 0.17)), 0.001)
-            self.assertAlmostEqual(measured.points[0].pressure / acoustic_field.pressure(playing, (0.02, -0.01, 0.17)), 1, delta=0.01)
+            self.assertAlmostEqual(measured.points[0].pressure / acoustic_field.pressure(playing, (0.02, -0.01, 0.17)),
+                                   1, delta=0.01)
             shares = [tactile / radiation(amplitude ** 2) for cloud in self.heard['field'][-30:]
                       for amplitude, tactile in columns(cloud, 'pressure', 'tactile') if amplitude > 50]
             self.assertGreater(len(shares), 100)
@@ -85,7 +91,8 @@ class Wire(unittest.TestCase):
             drive = self.heard['drive'][-1]
             peak, _ = acoustic_field.peak(sources(drive), (-0.02, 0.01, 0.2))
             self.assertLess(math.dist(peak, (-0.02, 0.01, 0.2)), 0.002)
-            self.assertLess(max(abs(phase * 16 / (2 * math.pi) - round(phase * 16 / (2 * math.pi))) for phase in drive.phase), 1e-3)
+            self.assertLess(max(abs(phase * 16 / (2 * math.pi) - round(phase * 16 / (2 * math.pi)))
+                                for phase in drive.phase), 1e-3)
 
     def test_two_boards(self):
         self.stream.points = [focus(0.08, 0.0, 0.2, 1.0)]
@@ -94,14 +101,16 @@ class Wire(unittest.TestCase):
             drive = self.heard['drive'][-1]
             self.assertEqual(len(drive.phase), 512)
             places = sonic_surface.places() + [(x + 0.168, y) for x, y in sonic_surface.places()]
-            playing = [(x, y, phase) for (x, y), phase, amplitude in zip(places, drive.phase, drive.amplitude) if amplitude]
+            playing = [(x, y, phase) for (x, y), phase, amplitude in zip(places, drive.phase, drive.amplitude)
+                       if amplitude]
             peak, _ = acoustic_field.peak(playing, (0.08, 0.0, 0.2))
             self.assertLess(math.dist(peak, (0.08, 0.0, 0.2)), 0.001)
 
     def test_a_driver_that_is_killed_leaves_silence(self):
         self.stream.points = [focus(0.0, 0.0, 0.17, 1.0)]
         with self.boards(), self.driver() as driver:
-            wait_until(lambda: self.heard['wire_state'] and self.heard['wire_state'][-1].emitting, 20, 'a sound\n' + driver.words())
+            wait_until(lambda: self.heard['wire_state'] and self.heard['wire_state'][-1].emitting, 20,
+                       'a sound\n' + driver.words())
             driver.process.kill()
             wait_until(lambda: not self.heard['wire_state'][-1].emitting, 10, 'silence by the guard')
 
@@ -116,11 +125,14 @@ class Wire(unittest.TestCase):
 
 class Rig(unittest.TestCase):
     def test_the_whole_rig_through_the_wire(self):
-        """`scripts/rig device:=sonic_surface wire:=PORT` makes the port, the boards behind it and the driver before it."""
+        """`scripts/rig device:=sonic_surface wire:=PORT` makes the port, the boards behind it and the driver before
+        it."""
         with tempfile.TemporaryDirectory(prefix='wire_') as folder:
-            run = rig_run.Run(dict(hands='bag', file=rig_run.bag('press_deeper'), quality='fast', device='sonic_surface', max_points='1', modulation='am',
+            run = rig_run.Run(dict(hands='bag', file=rig_run.bag('press_deeper'), quality='fast',
+                                   device='sonic_surface', max_points='1', modulation='am',
                                    wire=os.path.join(folder, 'port'), head_spl_cap='200', duration='3.5'),
-                              ['/array/focal_points', '/array/state', '/array/wire_state', '/array/drive', '/array/measured'])
+                              ['/array/focal_points', '/array/state', '/array/wire_state', '/array/drive',
+                               '/array/measured'])
         self.assertEqual(run.code, 0, run.words)
         self.assertTrue(any(state.emitting for state in run.messages['/array/state']))
         states = run.messages['/array/wire_state']

@@ -12,12 +12,14 @@ import sys
 
 LIMITS = {'lines of a file': 300, 'lines of a function': 60, 'parameters of a function': 7}
 HERE = os.path.dirname(os.path.abspath(__file__))
-WORDS_OF_NO_FUNCTION = ('if', 'for', 'while', 'switch', 'catch', 'return', 'namespace', 'struct', 'class', 'enum', 'union')
+WORDS_OF_NO_FUNCTION = ('if', 'for', 'while', 'switch', 'catch', 'return', 'namespace', 'struct', 'class', 'enum',
+                        'union')
 
 
 def blanked(text):
     """The text with comments, strings and directives replaced by spaces; line breaks stay."""
-    token = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'|^[ ]*#(?:\\\n|[^\n])*',
+    token = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\''
+                       r'|^[ ]*#(?:\\\n|[^\n])*',
                        re.DOTALL | re.MULTILINE)
 
     def blank(found):

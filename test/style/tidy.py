@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Runs clang-tidy with the checks of .clang-tidy: tidy.py [--all] [--jobs N] BUILD_FOLDER [FILE...].
 
-Without files those that are cheap, and those that keep people safe: files of src that include none of Eigen, ROS, Boost,
-Ogre and Qt, and the safety gate with all that it stands on. They take some 90 s on two cores. --all: every file of src,
-some 20 minutes.
+Without files those that are cheap, and those that keep people safe: files of src that include none of Eigen, ROS,
+Boost, Ogre and Qt, and the safety gate with all that it stands on. They take some 90 s on two cores. --all: every file
+of src, some 20 minutes.
 The build folder has been built (its compile commands, and what each file includes, are read). Exits with 1 if anything
 was found. What is right as it is says so: `// NOLINT(check): the reason`.
 """

@@ -3,9 +3,10 @@
 
     leap_server.py FILE [--rate HZ] [--loop] [...]
 
-Written from RFC 6455 and the protocol's description, with nothing of the package, so that it can test it. Prints JSON, one
-object a line: {"port": N} once it listens, {"request": PATH} for each client, {"text": MESSAGE} for what a client says,
-{"close": CODE} for a client's goodbye (null where it left without), {"sent": N} after the last frame, {"frame": N, "time": T} after those of --tell, T in s since 1970.
+Written from RFC 6455 and the protocol's description, with nothing of the package, so that it can test it. Prints JSON,
+one object a line: {"port": N} once it listens, {"request": PATH} for each client, {"text": MESSAGE} for what a client
+says, {"close": CODE} for a client's goodbye (null where it left without), {"sent": N} after the last frame, {"frame":
+N, "time": T} after those of --tell, T in s since 1970.
 """
 import argparse
 import base64
@@ -110,7 +111,8 @@ def split(payload, parts):
     return [(TEXT if i == 0 else CONTINUATION, piece, i + 1 == len(pieces)) for i, piece in enumerate(pieces)]
 
 
-GARBAGE = [(TEXT, b'{"hands": [', True), (TEXT, b'', True), (TEXT, b'[1, 2, 3]', True), (BINARY, bytes(range(256)), True),
+GARBAGE = [(TEXT, b'{"hands": [', True), (TEXT, b'', True), (TEXT, b'[1, 2, 3]', True),
+           (BINARY, bytes(range(256)), True),
            (TEXT, b'{"timestamp": "soon", "hands": []}', True), (TEXT, b'{"timestamp": 7, "hands": 5}', True),
            (TEXT, b'{"event": {"type": "deviceEvent", "state": 3}}', True), (TEXT, b'null', True)]
 

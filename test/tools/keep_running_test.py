@@ -42,7 +42,8 @@ class KeepRunning(unittest.TestCase):
         self.addCleanup(self.folder.cleanup)
 
     def start(self, acts, *options):
-        return subprocess.Popen([PROGRAM, *options, '--patience', '0.4', sys.executable, '-c', SCRIPT, acts, '__name:=node',
+        return subprocess.Popen([PROGRAM, *options, '--patience', '0.4', sys.executable, '-c', SCRIPT, acts,
+                                 '__name:=node',
                                  '__log:=' + os.path.join(self.folder.name, 'node.log')], stdin=subprocess.DEVNULL,
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 

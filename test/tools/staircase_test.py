@@ -29,8 +29,8 @@ class Staircase(unittest.TestCase):
         self.assertAlmostEqual(right_answers(5, 0), 0.995, 6)
 
     def test_finds_the_threshold_of_simulated_observers(self):
-        """Within one deviation of what is thought at first, 0.13 to 1.3 mN, hundred observers each: no bias beyond 0.6 dB
-        (0.03 in log10), a deviation of at most 2.4 dB (0.12), and as large as it tells itself."""
+        """Within one deviation of what is thought at first, 0.13 to 1.3 mN, hundred observers each: no bias beyond 0.6
+        dB (0.03 in log10), a deviation of at most 2.4 dB (0.12), and as large as it tells itself."""
         for threshold in (math.log10(0.13), math.log10(0.4), math.log10(1.3)):
             generator = random.Random(5)
             found = [observed(threshold, 40, generator) for _ in range(100)]
@@ -48,7 +48,8 @@ class Staircase(unittest.TestCase):
         self.assertLess(sum(many), 0.65 * sum(few))
 
     def run_tool(self, *words):
-        return subprocess.run([sys.executable, os.path.join(SCRIPTS, 'staircase'), *words], capture_output=True, text=True,
+        return subprocess.run([sys.executable, os.path.join(SCRIPTS, 'staircase'), *words], capture_output=True,
+                              text=True,
                               stdin=subprocess.DEVNULL, timeout=60, check=False)
 
     def test_the_tool_writes_what_the_renderer_reads(self):

@@ -70,7 +70,8 @@ class Sweep(unittest.TestCase):
         for options, words in ((('--hand', 'dead'), "--hand 'dead': expected kinematic or soft"),
                                (('--render', 'lines:3'), "--render 'lines:3': expected points:N or field:N"),
                                (('--render', 'field:3'), 'expected 1, 2, 4 or 8 patterns'),
-                               (('--shard', '3/2', '--outcomes', self.outcomes), "--shard '3': expected a number from 1 to 2"),
+                               (('--shard', '3/2', '--outcomes', self.outcomes),
+                                "--shard '3': expected a number from 1 to 2"),
                                (('--shard', '1'), "--shard '1': expected I/N"),
                                (('--shard', '1/2'), 'need a folder: --outcomes')):
             run = sweep(*options)
@@ -86,8 +87,10 @@ class Axes(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         path = os.path.join(folder.name, 'rows.csv')
-        axes = ['--material', 'putty', '--hand', 'kinematic,soft', '--skin', '0.01,0.014', '--render', 'points:2,field:1']
-        run = subprocess.run([PROGRAM, '--scene', 'kindergarten', '--hands', 'knead', '--share', SHARE, '--duration', '2.6',
+        axes = ['--material', 'putty', '--hand', 'kinematic,soft', '--skin', '0.01,0.014', '--render',
+                'points:2,field:1']
+        run = subprocess.run([PROGRAM, '--scene', 'kindergarten', '--hands', 'knead', '--share', SHARE, '--duration',
+                              '2.6',
                               '--spacing', '0.01', '--substeps', '1', '--iterations', '4', '--solver', 'minimise',
                               '--reference', 'minimise:1x4', *axes, '--threads', '1', '--csv', path],
                              capture_output=True, text=True, timeout=200, check=False)
