@@ -4,8 +4,9 @@ if(EXISTS /opt/ros/noetic)
   set(CPACK_DEBIAN_PACKAGE_NAME ros-noetic-tactile-clay)
   set(CPACK_PACKAGING_INSTALL_PREFIX /opt/ros/noetic)
   set(run_dependencies ros-noetic-roslaunch ros-noetic-rosbag ros-noetic-rospy ros-noetic-rosbash ros-noetic-rostopic
-    ros-noetic-rosservice ros-noetic-nodelet ros-noetic-message-runtime ros-noetic-tf2-msgs ros-noetic-visualization-msgs
-    ros-noetic-diagnostic-msgs ros-noetic-dynamic-reconfigure ros-noetic-robot-state-publisher ros-noetic-rviz)
+    ros-noetic-rosservice ros-noetic-nodelet ros-noetic-message-runtime ros-noetic-tf2-msgs
+    ros-noetic-visualization-msgs ros-noetic-diagnostic-msgs ros-noetic-dynamic-reconfigure
+    ros-noetic-robot-state-publisher ros-noetic-rviz)
 else()
   set(CPACK_DEBIAN_PACKAGE_NAME tactile-clay)
   set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
@@ -24,8 +25,8 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_PACKAGE_CONTACT "tactile_clay authors <tactile_clay@users.noreply.github.com>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "virtual clay for bare hands, felt through an ultrasound array")
-set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "Hand tracking, a particle-based clay, contact pressure on the skin, rendering by focal
-points and the drivers of ultrasound arrays, as nodes of ROS 1 with their tools.")
+set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "Hand tracking, a particle-based clay, contact pressure on the skin, rendering by
+focal points and the drivers of ultrasound arrays, as nodes of ROS 1 with their tools.")
 set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)

@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""No file over 300 lines, no function over 60, no function with more than 7 parameters: sizes.py [--all] [FOLDER].
+"""No file over 300 lines, no function over 60, no function with more than 7 parameters, no line over 120 characters:
+sizes.py [--all] [FOLDER].
 
-Looks at all C++ below FOLDER/src. FOLDER: of the checkout, without it that of this file. What is larger and meant to be
-is listed with its reason in exceptions.txt beside this file. An exception that nothing needs any more is an error, too.
+Looks at all C++ below FOLDER/src; at the lines of C++, Python, shell and CMake below src, test, scripts and cmake.
+FOLDER: of the checkout, without it that of this file. What is larger and meant to be is listed with its reason in
+exceptions.txt beside this file. An exception that nothing needs any more is an error, too.
 --all prints the ten largest of each kind as well.
 """
 import argparse
@@ -10,7 +12,8 @@ import os
 import re
 import sys
 
-LIMITS = {'lines of a file': 300, 'lines of a function': 60, 'parameters of a function': 7}
+LIMITS = {'lines of a file': 300, 'lines of a function': 60, 'parameters of a function': 7,
+          'characters of a line': 120}
 HERE = os.path.dirname(os.path.abspath(__file__))
 WORDS_OF_NO_FUNCTION = ('if', 'for', 'while', 'switch', 'catch', 'return', 'namespace', 'struct', 'class', 'enum',
                         'union')
@@ -112,6 +115,24 @@ def measured(root):
                 yield 'parameters of a function', key, count, where
 
 
+def code(root):
+    """Names of all files of code, from root."""
+    for room in ('src', 'test', 'scripts', 'cmake'):
+        for folder, _, names in sorted(os.walk(os.path.join(root, room))):
+            for name in sorted(names):
+                if name.endswith(('.cpp', '.h', '.py', '.cmake', '.sh')) or name == 'CMakeLists.txt' or \
+                        (room == 'scripts' and '.' not in name):
+                    yield os.path.relpath(os.path.join(folder, name), root)
+
+
+def long_lines(root):
+    """As `measured`, of the longest line of each file."""
+    for path in code(root):
+        with open(os.path.join(root, path), encoding='utf-8') as file:
+            length, line = max(((len(text.rstrip('\n')), k) for k, text in enumerate(file, 1)), default=(0, 0))
+        yield 'characters of a line', path, length, '%s:%d' % (path, line)
+
+
 def exceptions():
     """Reason by key: `PATH`, `PATH FUNCTION` or `FOLDER/`."""
     reasons = {}
@@ -129,7 +150,7 @@ def main():
     parser.add_argument('folder', nargs='?', default=os.path.join(HERE, '..', '..'))
     options = parser.parse_args()
     reasons = exceptions()
-    sizes = list(measured(options.folder))
+    sizes = list(measured(options.folder)) + list(long_lines(options.folder))
     if options.all:
         for kind in LIMITS:
             print('largest ' + kind)
