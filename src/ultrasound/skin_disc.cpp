@@ -22,7 +22,8 @@ double SkinDisc::distance(const Eigen::Vector3d& point) const {
 SkinDisc skinDisc(const contact::PressureSample& sample) {
   const Eigen::Vector3d centre = sample.position.cast<double>();
   const Eigen::Vector3d normal = sample.normal.cast<double>().stableNormalized();
-  if (!(normal.squaredNorm() > 0.5)) return {centre, Eigen::Vector3d::Zero(), 0.0};
+  // One of no length, or of none that is finite, is not normalised.
+  if (!(std::abs(normal.squaredNorm() - 1.0) < 0.5)) return {centre, Eigen::Vector3d::Zero(), 0.0};
   return {centre, normal, std::min(flat, std::sqrt(sample.area / M_PI))};
 }
 
