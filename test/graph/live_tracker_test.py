@@ -54,7 +54,7 @@ class LiveTracker(unittest.TestCase):
         self.assertTrue(0.0 < ages[0] and ages[len(ages) // 2] < 0.1, ages)
         self.assertGreater(int(reports[-1]['dropouts']), 0)  # each time that the tracker breaks off
         self.assertGreater(int(reports[-1]['faults of the source']), 0)
-        sure = [report['confidence, ' + side + ', least'] for report in reports for side in ('left', 'right')]
+        sure = [report['confidence, ' + side + ', minimum'] for report in reports for side in ('left', 'right')]
         self.assertTrue(any(value != 'not seen' and 0.0 < float(value) <= 1.0 for value in sure), sure)
 
     def test_each_recording_over_a_websocket_drives_the_rig(self):
