@@ -99,7 +99,7 @@ double YamlMap::getOrInfinite(const std::string& key, double fallback, const std
 }
 
 std::vector<double> YamlMap::numbers(const std::string& key, std::size_t count, const std::string& expected) {
-  const auto list = get<std::vector<double>>(key, expected);
+  auto list = get<std::vector<double>>(key, expected);
   if (list.size() != count)
     failAt(key, "'" + key + "' has " + std::to_string(list.size()) + " numbers, expected " + expected);
   return list;
@@ -166,8 +166,9 @@ void YamlMap::failAt(const std::string& key, const std::string& what) const {
 
 /// That a value, or a part of it, is not of the kind that was expected. What has no value has no line either.
 void YamlMap::failIn(const std::string& key, const YAML::Node& value, const std::string& expected) const {
-  fail(value.IsNull() ? find(key)->key : value,
-       nameOfTag(value) + "'" + key + "' cannot be read, expected " + expected);
+  const std::string what = nameOfTag(value) + "'" + key + "' cannot be read, expected " + expected;
+  if (value.IsNull()) failAt(key, what);
+  fail(value, what);
 }
 
 std::string YamlMap::known() const {

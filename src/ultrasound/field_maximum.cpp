@@ -138,7 +138,7 @@ std::vector<FieldMaximum::Lobe> FieldMaximum::lobes(const DrivenGroups& sources,
   for (const FieldCell& cell : cells_)
     if (strongest * cell.reach >= search.minimum()) open.push_back({cell.centre, cell.half, &cell});
   for (std::size_t depth = groups_.ends.size() - 1;; --depth) {
-    const std::vector<Lobe> found = follow(sources, depth, open, search);
+    std::vector<Lobe> found = follow(sources, depth, open, search);
     if (depth == 0 || found.empty()) return found;
     // The field itself at the most promising parts: what is below it need not be followed.
     std::vector<Part> promising;
