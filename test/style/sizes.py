@@ -99,22 +99,6 @@ def functions(text):
         at = last
 
 
-def measured(root):
-    """(kind, name of what it is of, size, where) of everything in src."""
-    for folder, _, names in sorted(os.walk(os.path.join(root, 'src'))):
-        for name in sorted(names):
-            if not name.endswith(('.cpp', '.h')):
-                continue
-            path = os.path.relpath(os.path.join(folder, name), root)
-            with open(os.path.join(root, path), encoding='utf-8') as file:
-                text = file.read()
-            yield 'lines of a file', path, text.count('\n'), path
-            for function, line, lines, count in functions(text):
-                key, where = '%s %s' % (path, function), '%s:%d: %s' % (path, line, function)
-                yield 'lines of a function', key, lines, where
-                yield 'parameters of a function', key, count, where
-
-
 def code(root):
     """Names of all files of code, from root."""
     for room in ('src', 'test', 'scripts', 'cmake'):
@@ -125,12 +109,20 @@ def code(root):
                     yield os.path.relpath(os.path.join(folder, name), root)
 
 
-def long_lines(root):
-    """As `measured`, of the longest line of each file."""
+def measured(root):
+    """(kind, name of what it is of, size, where): the longest line of each file, and all else of C++ in src."""
     for path in code(root):
         with open(os.path.join(root, path), encoding='utf-8') as file:
-            length, line = max(((len(text.rstrip('\n')), k) for k, text in enumerate(file, 1)), default=(0, 0))
+            text = file.read()
+        length, line = max((len(characters), k) for k, characters in enumerate(text.split('\n'), 1))
         yield 'characters of a line', path, length, '%s:%d' % (path, line)
+        if not path.startswith('src' + os.sep) or not path.endswith(('.cpp', '.h')):
+            continue
+        yield 'lines of a file', path, text.count('\n'), path
+        for function, line, lines, count in functions(text):
+            key, where = '%s %s' % (path, function), '%s:%d: %s' % (path, line, function)
+            yield 'lines of a function', key, lines, where
+            yield 'parameters of a function', key, count, where
 
 
 def exceptions():
@@ -150,7 +142,7 @@ def main():
     parser.add_argument('folder', nargs='?', default=os.path.join(HERE, '..', '..'))
     options = parser.parse_args()
     reasons = exceptions()
-    sizes = list(measured(options.folder)) + list(long_lines(options.folder))
+    sizes = list(measured(options.folder))
     if options.all:
         for kind in LIMITS:
             print('largest ' + kind)
