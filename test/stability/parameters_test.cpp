@@ -69,14 +69,8 @@ TEST_P(CoarseStep, KeepsTheEnergy) {
 INSTANTIATE_TEST_SUITE_P(Seconds, CoarseStep, ::testing::Values(1.0 / 80, 1.0 / 60, 0.025, 0.033, 0.1),
                          nameOf);
 
-/// Fails below 0.1 ms: displacements of a step, and the stretch of the friction springs (mu g dt^2 / 20), are
-/// smaller than the resolution of positions in single precision. Measured on a slope of 0.3 rad, mu = 0.2: in
-/// steps of 0.1 ms the normal force is 1.8 % off, in steps of 10 us 15 % off and the cube does not slide at
-/// all. Carrying the remainders of positions cures that, to 10 us; but with it a cube that stands still
-/// starts to move in steps of 25 ms, where rounding holds it now.
-class FineStep : public ::testing::TestWithParam<double> {};
-TEST_P(FineStep, DISABLED_SlidesAsItShould) {
-  Trial t = cubesAt(GetParam())[2];
+void slideInStepsOf(double step) {
+  Trial t = cubesAt(step)[2];
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY()).toRotationMatrix();
   t.particles = block(3, 3, 3, t.config.spacing, turn * Eigen::Vector3d(0.15, 0.1, 0.0), turn);
   Clay clay(t.config, t.materials, t.particles);
@@ -85,7 +79,20 @@ TEST_P(FineStep, DISABLED_SlidesAsItShould) {
   const double expected = 9.81 * (std::sin(0.3) - 0.2 * std::cos(0.3)) * clay.time();
   EXPECT_NEAR(down.dot(momentum(clay.particles())) / totalMass(clay.particles()), expected, 0.05 * expected);
 }
-INSTANTIATE_TEST_SUITE_P(Seconds, FineStep, ::testing::Values(1e-6, 1e-5, 1e-4), nameOf);
+TEST(ShortStep, SlidesAsItShould) {
+  slideInStepsOf(1e-4);
+}
+
+/// Fails: displacements of a step, and the stretch of the friction springs (mu g dt^2 / 20), are smaller than
+/// the resolution of positions in single precision. Measured on a slope of 0.3 rad, mu = 0.2: in steps of
+/// 0.1 ms the normal force is 1.8 % off; in steps of 10 us the cube has half of its speed. Carrying the
+/// remainders of positions cures that, to 10 us; but with it a cube that stands still starts to move in steps
+/// of 25 ms, where rounding holds it now.
+class FineStep : public ::testing::TestWithParam<double> {};
+TEST_P(FineStep, DISABLED_SlidesAsItShould) {
+  slideInStepsOf(GetParam());
+}
+INSTANTIATE_TEST_SUITE_P(Seconds, FineStep, ::testing::Values(1e-6, 1e-5), nameOf);
 
 class Spacing : public ::testing::TestWithParam<double> {};
 TEST_P(Spacing, OfParticles) {
