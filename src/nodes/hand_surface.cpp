@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <vector>
@@ -31,16 +32,41 @@ constexpr double cell = 0.0040;  // m, of the hands' meshes
 // Of samples that are 4 to 5 mm apart a corner has some ten within this reach, with weights of 3 together.
 constexpr float paint_reach = 0.007f, full_weight = 2.0f;  // m
 constexpr float bend_reach = 0.010f;                       // m, of the displacement of a soft hand
-constexpr float window_radius = 0.045f;  // m, about skin that touches: thicker than the ball of a thumb
+constexpr float window_radius = 0.06f;  // m, about skin that touches: thicker than the heel of a hand
 constexpr float window_alpha = 0.30f, tracked_alpha = 0.22f;
 
 const Vector3f tracked_color(0.35f, 0.50f, 0.95f);
 
+// The heel, for the eye: the hand that the clay meets has notches between these joints, up to 6 mm deep.
+constexpr std::array<std::array<hand::Joint, 2>, 3> heel = {
+    {{hand::wrist, hand::little_metacarpal},
+     {hand::wrist, hand::thumb_metacarpal},
+     {hand::index_metacarpal, hand::thumb_metacarpal}}};
+
 std::vector<hand::Capsule> capsulesOf(const hand::TrackedHand& hand) {
   std::vector<hand::Capsule> capsules;
-  for (const hand::Bone& bone : hand::bones)
-    if (!hand.missing[bone.from] && !hand.missing[bone.to]) capsules.push_back(hand::boneCapsule(bone, hand));
+  const auto add = [&](hand::Joint from, hand::Joint to) {
+    if (!hand.missing[from] && !hand.missing[to])
+      capsules.push_back(hand::boneCapsule({from, to, hand::palm, hand::palm}, hand));
+  };
+  for (const hand::Bone& bone : hand::bones) add(bone.from, bone.to);
+  for (const auto& [from, to] : heel) add(from, to);
   return capsules;
+}
+
+/// Places of the skin, led along their normals to the surface of what is drawn, where they lie within it.
+std::vector<Vector3f> onDrawnSkin(std::vector<Vector3f> places, const std::vector<Vector3f>& normals,
+                                  const std::vector<hand::Capsule>& capsules) {
+  constexpr int steps = 4;  // each goes as far as the surface is away, which never is too far
+  for (std::size_t i = 0; i < places.size(); ++i)
+    for (int step = 0; step < steps; ++step) {
+      double distance = std::numeric_limits<double>::infinity();
+      for (const hand::Capsule& capsule : capsules)
+        distance = std::min(distance, capsule.distance(places[i].cast<double>()));
+      if (distance >= 0.0) break;
+      places[i] -= static_cast<float>(distance) * normals[i];
+    }
+  return places;
 }
 
 /// Samples of the skin of one side, where the tracked hand has them.
@@ -170,10 +196,13 @@ void HandSurface::show() {
     const auto found = std::find_if(frame.hands.begin(), frame.hands.end(),
                                     [side](const hand::TrackedHand& hand) { return hand.side == side; });
     surface::TriangleMesh& mesh = hands[s].mesh;
-    if (found != frame.hands.end()) mesh = surfaces_[s].update(capsulesOf(*found));
-    hands[s].pressure =
-        surface::sparseMeanAt(surface::sampleWeights(mesh, touch_now.position, touch_now.normal, paint_reach),
-                              touch_now.pressure, full_weight);
+    const std::vector<hand::Capsule> capsules =
+        found != frame.hands.end() ? capsulesOf(*found) : std::vector<hand::Capsule>();
+    if (!capsules.empty()) mesh = surfaces_[s].update(capsules);
+    hands[s].pressure = surface::sparseMeanAt(
+        surface::sampleWeights(mesh, onDrawnSkin(touch_now.position, touch_now.normal, capsules),
+                               touch_now.normal, paint_reach),
+        touch_now.pressure, full_weight);
     hands[s].pressure.resize(mesh.position.size(), 0.0f);
     if (publisher_.getNumSubscribers() == 0) continue;
     std::vector<float> share = hands[s].pressure;

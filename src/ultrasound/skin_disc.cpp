@@ -37,10 +37,12 @@ Eigen::Vector3d ontoSkin(const Eigen::Vector3d& point, const std::vector<SkinDis
       disc = &candidate;
     }
   }
-  if (closest <= skin_tolerance) return point;
+  const Eigen::Vector3d way = point - disc->centre;
+  const double length = way.norm();
+  if (closest <= skin_tolerance && length <= farthest_from_sample) return point;
   // The way to the centre of a convex disc: what is left of the distance is less than the share of the way.
-  const double left = std::max(0.0, 2.0 - closest / skin_tolerance);
-  return disc->centre + left * (point - disc->centre);
+  const double left = std::clamp(2.0 - closest / skin_tolerance, 0.0, 1.0);
+  return disc->centre + std::min(left, farthest_from_sample / length) * way;
 }
 
 }  // namespace tactile_clay::ultrasound

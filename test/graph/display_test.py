@@ -7,6 +7,7 @@ import shutil
 import struct
 import subprocess
 import sys
+import types
 import unittest
 
 import rosbag
@@ -134,8 +135,25 @@ class Window:
         def still():
             before, seen[0] = seen[0], self.picture()
             return None not in (before, seen[0]) and part(before) == part(seen[0]) and condition(seen[0])
-        rig_run.wait_until(still, PATIENCE, 'a picture that shows what it should')
+        try:
+            rig_run.wait_until(still, PATIENCE, 'a picture that shows what it should')
+        except AssertionError as error:
+            raise AssertionError('%s; %s' % (error, self.state(seen[0]))) from None
         return seen[0]
+
+    def state(self, picture):
+        """What there is instead of the picture that was waited for, in words. Keeps the picture for who looks."""
+        words = ['no picture' if picture is None else '%d pixels drawn' % drawn(picture)]
+        words += ['%s ended with %d' % (os.path.basename(process.args[0]), process.returncode)
+                  for process in self.graph.processes if process.poll() is not None]
+        if picture is not None:
+            picture.save(os.path.join(os.environ.get('ROS_HOME', self.graph.folder), 'unexpected.png'))
+        for name in ('rviz.log', 'show_moment.log'):
+            path = os.path.join(self.graph.folder, name)
+            if os.path.exists(path):
+                with open(path, errors='replace') as log:
+                    words.append('%s ends with:\n%s' % (name, ''.join(log.readlines()[-20:])))
+        return ', '.join(words)
 
 
 def kneading():
@@ -159,7 +177,9 @@ def publish(graph, last, topics):
     with rosbag.Bag(bag, 'w') as opened:
         for topic in topics:
             opened.write(topic, last[topic])
-    return graph.start([roslib.packages.find_node('tactile_clay', 'show_moment')[0], '_bag:=' + bag])
+    with open(os.path.join(graph.folder, 'show_moment.log'), 'ab') as log:
+        return graph.start([roslib.packages.find_node('tactile_clay', 'show_moment')[0], '_bag:=' + bag], stdout=log,
+                           stderr=subprocess.STDOUT)
 
 
 def silhouette(particles, camera):
@@ -338,18 +358,42 @@ class Display(unittest.TestCase):
             x, y, _ = self.camera.project((0.10, 0.205, 0.01 + 0.13 * share))
             self.assertTrue(any(not differs(seen, color, 30) for seen in self.hands.around((x, y), 2)), (share, color))
 
-    def test_pressure_is_seen(self):
-        to_world = rig_run.array_to_world(self.run_of_bag)
+    def pressed(self):
+        """(pressure in Pa, place in the array's frame) of each sample."""
         cloud = self.last['/hands/pressure']
         field = {f.name: f.offset for f in cloud.fields}
-        samples = [(struct.unpack_from('<f', cloud.data, k * cloud.point_step + field['pressure'])[0],
-                    struct.unpack_from('<3f', cloud.data, k * cloud.point_step)) for k in range(cloud.width)]
-        pressure, place = max(samples)
+        return [(struct.unpack_from('<f', cloud.data, k * cloud.point_step + field['pressure'])[0],
+                 types.SimpleNamespace(**dict(zip('xyz', place)))) for k, place in enumerate(places(cloud))]
+
+    def test_pressure_is_seen(self):
+        to_world = rig_run.array_to_world(self.run_of_bag)
+        pressure, place = max(self.pressed(), key=lambda sample: sample[0])
         self.assertGreater(pressure, 3000.0)
-        point = type('Point', (), dict(zip('xyz', place)))
-        x, y, _ = self.camera.project(to_world(point))
+        x, y, _ = self.camera.project(to_world(place))
         seen = max(color[0] - color[2] for color in self.hands.around((x, y), 20))
         self.assertGreater(seen, 110, 'no skin in the colours of pressure')
+
+    def test_every_pressed_place_is_painted(self):
+        """Also where the drawn heel covers it: skin in the colours of pressure beside each sample of a fifth of the full
+        scale."""
+        with rig_run.Graph() as graph:
+            graph.start([roslib.packages.find_node('tactile_clay', 'hand_surface')[0]])
+            recording = graph.record(['/hands/surface'])
+            self.moment(graph, list(HANDS) + ['/array/geometry'])
+            written = recording[1] + '.active'
+            rig_run.wait_until(lambda: os.path.exists(written) and os.path.getsize(written) > 5e6, PATIENCE,
+                               'hands/surface')
+            markers = graph.recorded(recording)['/hands/surface'][-1].markers
+        painted = [(p.x, p.y, p.z) for m in markers if m.ns in ('skin', 'skin over a contact')
+                   for p, color in zip(m.points, m.colors) if color.r - color.b > 0.45]
+        to_world, checked = rig_run.array_to_world(self.run_of_bag), 0
+        for pressure, place in self.pressed():
+            if pressure < 8000.0:
+                continue
+            nearest = min(math.dist(to_world(place), corner) for corner in painted)
+            self.assertLess(nearest, 0.008, '%.0f Pa at %s' % (pressure, place))
+            checked += 1
+        self.assertGreater(checked, 10)
 
     def test_focal_points(self):
         to_world = rig_run.array_to_world(self.run_of_bag)

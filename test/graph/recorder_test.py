@@ -49,18 +49,20 @@ class Recorder(unittest.TestCase):
         self.assertEqual(len(run.messages['/hands/skin']), 60)
 
     def test_what_was_sent_before_it_is_asked_to_end_is_in_the_bag(self):
-        """Of so many messages rosbag's queue of 100 would drop some."""
+        """Of so many messages rosbag's queue of 100 would drop some. The sender stays: where a publisher leaves, ROS
+        drops its connection with what was not read yet."""
         bag = os.path.join(self.folder, 'sent.bag')
         count = 300
         sender = ('import base64, os, rospy\nfrom std_msgs.msg import String\nrospy.init_node("sender")\n'
                   'p = rospy.Publisher("words", String, queue_size=None)\n'  # publish() returns once it is sent
                   'while p.get_num_connections() == 0: rospy.sleep(0.01)\n'
                   'text = base64.b64encode(os.urandom(100000)).decode()\n'
-                  'for k in range(%d): p.publish("%%06d" %% k + text)\n' % count)
+                  'for k in range(%d): p.publish("%%06d" %% k + text)\n'
+                  'open("sent", "w").close()\nrospy.spin()\n' % count)
         with rig_run.Graph() as graph:
             recorder = graph.start([RECORDER, '_bag:=' + bag, '_topics:=words', '_compression:=bz2'])
-            sent = graph.start(['python3', '-c', sender])
-            self.assertEqual(sent.wait(100), 0)
+            graph.start(['python3', '-c', sender])
+            rig_run.wait_until(lambda: os.path.exists(os.path.join(graph.folder, 'sent')), 100, 'all to be sent')
             recorder.send_signal(signal.SIGTERM)
             self.assertEqual(recorder.wait(100), 0)
         self.assertEqual([int(message.data[:6]) for message in rig_run.Messages(bag)['/words']], list(range(count)))

@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <random>
 #include <vector>
@@ -31,9 +33,10 @@ PressureSample sample(const Vector3d& position, const Vector3d& normal, double a
 struct Finger {
   double x, radius, length = 0.03, z = height;  // m
 
+  /// Signed.
   double distance(const Vector3d& point) const {
     const double y = std::clamp(point.y(), -0.5 * length, 0.5 * length);
-    return std::abs((point - Vector3d(x, y, z)).norm() - radius);
+    return (point - Vector3d(x, y, z)).norm() - radius;
   }
   /// What is pressed of it, up to `reach` rad to either side of what faces the array straight.
   void press(double reach, double pitch, Samples& samples) const {
@@ -51,7 +54,19 @@ struct Finger {
 double fromSkin(const std::vector<Finger>& fingers, const Vector3d& point) {
   double closest = std::numeric_limits<double>::infinity();
   for (const Finger& finger : fingers) closest = std::min(closest, finger.distance(point));
-  return closest;
+  return std::abs(closest);
+}
+
+/// Where fingers reach into each other, what lies within one is no skin.
+void leaveOutCovered(const std::vector<Finger>& fingers, Samples& samples) {
+  samples.erase(std::remove_if(samples.begin(), samples.end(),
+                               [&](const PressureSample& s) {
+                                 return std::any_of(
+                                     fingers.begin(), fingers.end(), [&](const Finger& finger) {
+                                       return finger.distance(s.position.cast<double>()) < -1e-6;
+                                     });
+                               }),
+                samples.end());
 }
 
 Vector3d mean(const Samples& samples) {
@@ -84,7 +99,8 @@ TEST(SkinDisc, APointOnTheSkinStaysAndOneBesideItIsLedThereWithoutALeap) {
     for (double d = 0.0; d < 0.02; d += 1e-4) {
       const Vector3d point = skin[0].centre + d * way, place = ontoSkin(point, skin);
       EXPECT_LE(skin[0].distance(place), skin_tolerance + 1e-12);
-      if (skin[0].distance(point) <= skin_tolerance) {
+      EXPECT_LE((place - skin[0].centre).norm(), farthest_from_sample + 1e-12);
+      if (skin[0].distance(point) <= skin_tolerance && d <= farthest_from_sample) {
         EXPECT_EQ(place, point);
       } else if (skin[0].distance(point) > 2.0 * skin_tolerance) {
         EXPECT_EQ(place, skin[0].centre);
@@ -92,6 +108,31 @@ TEST(SkinDisc, APointOnTheSkinStaysAndOneBesideItIsLedThereWithoutALeap) {
       EXPECT_LT((place - before).norm(), 4e-4);
       before = place;
     }
+  }
+}
+
+// Two fingers that pinch: the disc of one reaches into the other.
+TEST(SkinDisc, NoPlaceIsOffTheSkinWhereFingersReachIntoEachOther) {
+  std::mt19937 random(5);
+  const auto pick = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  for (int pair = 0; pair < 300; ++pair) {
+    const double a = pick(5e-3, 10e-3), b = pick(5e-3, 10e-3);
+    const std::vector<Finger> fingers{{0.0, a}, {pick(0.0, a + b), b, 0.03, height + pick(-a - b, a + b)}};
+    Samples samples;
+    for (const Finger& finger : fingers) finger.press(1.57, pick(3e-3, 6e-3), samples);
+    leaveOutCovered(fingers, samples);
+    std::vector<SkinDisc> skin;
+    std::transform(samples.begin(), samples.end(), std::back_inserter(skin), skinDisc);
+    if (skin.empty()) continue;
+    for (const SkinDisc& disc : skin)
+      for (double angle = 0.0; angle < 2.0 * M_PI; angle += 0.4) {
+        const Vector3d along =
+            Eigen::AngleAxisd(angle, disc.normal) * disc.normal.cross(Vector3d::UnitY()).normalized();
+        const Vector3d rim = disc.centre + (disc.radius + 0.99 * skin_tolerance) * along;
+        EXPECT_LE(fromSkin(fingers, ontoSkin(rim, skin)), off_skin) << pair << ", " << angle;
+      }
   }
 }
 
@@ -117,12 +158,13 @@ TEST(FocalPointsOnFingers, LieOnACurvedContact) {
 TEST(FocalPointsOnFingers, OfTwoFingersThatAreOnePointLieOnOne) {
   int between = 0;
   for (const double radius : {6e-3, 8e-3, 10e-3})
-    for (const double gap : {0.0, 1e-3, 4e-3, 10e-3})
+    for (const double gap : {-4e-3, -2e-3, 0.0, 1e-3, 4e-3, 10e-3})
       for (const double lift : {0.0, 5e-3, 15e-3}) {
         const std::vector<Finger> fingers{{-radius - 0.5 * gap, radius},
                                           {radius + 0.5 * gap, radius, 0.03, height + lift}};
         Samples samples;
-        for (const Finger& finger : fingers) finger.press(0.5, 2e-3, samples);
+        for (const Finger& finger : fingers) finger.press(gap < 0.0 ? 1.2 : 0.5, 2e-3, samples);
+        leaveOutCovered(fingers, samples);
         between += fromSkin(fingers, mean(samples)) > off_skin ? 1 : 0;
         FocalPointConfig config;
         config.max_points = 1;
@@ -131,7 +173,7 @@ TEST(FocalPointsOnFingers, OfTwoFingersThatAreOnePointLieOnOne) {
         EXPECT_LE(fromSkin(fingers, points[0].position), off_skin) << radius << ", " << gap << ", " << lift;
         EXPECT_GT(points[0].pressure, 0.0);
       }
-  EXPECT_GT(between, 12) << "of 36 whose mean is in the air";
+  EXPECT_GT(between, 12) << "of 54 whose mean is in the air";
 }
 
 // Hands of any fingers, pressed anyhow, frame after frame, with an array and without.
@@ -153,11 +195,12 @@ TEST(FocalPointsOnFingers, LieOnTheSkinOfAnyContact) {
     for (int k = 0, count = static_cast<int>(pick(1.0, 6.0)); k < count; ++k) {
       const double radius = pick(5e-3, 10e-3);
       fingers.push_back({x + radius, radius, pick(0.01, 0.06), height + pick(-0.02, 0.02)});
-      x += 2.0 * radius + pick(0.0, 6e-3);
+      x += 2.0 * radius + pick(-6e-3, 6e-3);
     }
     for (int frame = 0; frame < 5; ++frame) {
       Samples samples;
       for (const Finger& finger : fingers) finger.press(pick(0.2, 1.5), pick(2e-3, 5e-3), samples);
+      leaveOutCovered(fingers, samples);
       std::shuffle(samples.begin(), samples.end(), random);
       samples.resize(samples.size() / 2 + 1);  // pressed here and there
       for (PressureSample& s : samples) s.pressure = static_cast<float>(pick(500.0, 20000.0));
