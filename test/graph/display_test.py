@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """What the default view shows: see display.test."""
+import copy
 import math
 import os
 import re
@@ -199,6 +200,13 @@ def places(cloud):
     return [struct.unpack_from('<3f', cloud.data, k * cloud.point_step) for k in range(cloud.width)]
 
 
+def samples(cloud):
+    """(pressure in Pa, place in the array's frame) of each sample of hands/pressure."""
+    offset = next(field.offset for field in cloud.fields if field.name == 'pressure')
+    return [(struct.unpack_from('<f', cloud.data, k * cloud.point_step + offset)[0],
+             types.SimpleNamespace(**dict(zip('xyz', place)))) for k, place in enumerate(places(cloud))]
+
+
 def has_strong_colours(test, picture):
     """Asserts that red, blue and green bodies are seen: channels by strength."""
     for first, *others in [(0, 1, 2), (2, 1, 0), (1, 0, 2)]:
@@ -358,28 +366,23 @@ class Display(unittest.TestCase):
             x, y, _ = self.camera.project((0.10, 0.205, 0.01 + 0.13 * share))
             self.assertTrue(any(not differs(seen, color, 30) for seen in self.hands.around((x, y), 2)), (share, color))
 
-    def pressed(self):
-        """(pressure in Pa, place in the array's frame) of each sample."""
-        cloud = self.last['/hands/pressure']
-        field = {f.name: f.offset for f in cloud.fields}
-        return [(struct.unpack_from('<f', cloud.data, k * cloud.point_step + field['pressure'])[0],
-                 types.SimpleNamespace(**dict(zip('xyz', place)))) for k, place in enumerate(places(cloud))]
-
     def test_pressure_is_seen(self):
         to_world = rig_run.array_to_world(self.run_of_bag)
-        pressure, place = max(self.pressed(), key=lambda sample: sample[0])
+        pressure, place = max(samples(self.last['/hands/pressure']), key=lambda sample: sample[0])
         self.assertGreater(pressure, 3000.0)
         x, y, _ = self.camera.project(to_world(place))
         seen = max(color[0] - color[2] for color in self.hands.around((x, y), 20))
         self.assertGreater(seen, 110, 'no skin in the colours of pressure')
 
     def test_every_pressed_place_is_painted(self):
-        """Also where the drawn heel covers it: skin in the colours of pressure beside each sample of a fifth of the full
-        scale."""
+        """Skin in the colours of pressure beside each sample of a fifth of the full scale, and beside one in the notch
+        between the balls of wrist and thumb, which the drawn heel covers."""
+        last = dict(self.last)
+        last['/hands/pressure'] = self.with_pressed_heel()
         with rig_run.Graph() as graph:
             graph.start([roslib.packages.find_node('tactile_clay', 'hand_surface')[0]])
             recording = graph.record(['/hands/surface'])
-            self.moment(graph, list(HANDS) + ['/array/geometry'])
+            publish(graph, last, ['/tf_static'] + list(HANDS))
             written = recording[1] + '.active'
             rig_run.wait_until(lambda: os.path.exists(written) and os.path.getsize(written) > 5e6, PATIENCE,
                                'hands/surface')
@@ -387,13 +390,48 @@ class Display(unittest.TestCase):
         painted = [(p.x, p.y, p.z) for m in markers if m.ns in ('skin', 'skin over a contact')
                    for p, color in zip(m.points, m.colors) if color.r - color.b > 0.45]
         to_world, checked = rig_run.array_to_world(self.run_of_bag), 0
-        for pressure, place in self.pressed():
+        for pressure, place in samples(last['/hands/pressure']):
             if pressure < 8000.0:
                 continue
             nearest = min(math.dist(to_world(place), corner) for corner in painted)
             self.assertLess(nearest, 0.008, '%.0f Pa at %s' % (pressure, place))
             checked += 1
         self.assertGreater(checked, 10)
+        heel = to_world(place)  # the last sample; were it painted as far below the skin as it is, 0.76
+        strongest = max(c.r - c.b for m in markers if m.ns in ('skin', 'skin over a contact')
+                        for p, c in zip(m.points, m.colors) if math.dist(heel, (p.x, p.y, p.z)) < 0.008)
+        self.assertGreater(strongest, 0.85, 'as strong as on open skin')
+
+    def with_pressed_heel(self):
+        """hands/pressure with one more sample, at the bottom of the notch on the side of the palm."""
+        WRIST, THUMB = 1, 2
+        hand = self.last['/hands/tracked'].hands[0]
+        at = [(p.position.x, p.position.y, p.position.z) for p in hand.joints]
+        length = math.dist(at[WRIST], at[THUMB])
+        axis = [(b - a) / length for a, b in zip(at[WRIST], at[THUMB])]
+        # Where the two balls meet: a circle about the axis.
+        along = (length ** 2 + hand.radii[WRIST] ** 2 - hand.radii[THUMB] ** 2) / (2.0 * length)
+        radius = math.sqrt(hand.radii[WRIST] ** 2 - along ** 2)
+        palmar = rig_run.rotate(hand.joints[0].orientation, (0.0, -1.0, 0.0))
+        share = sum(a * b for a, b in zip(axis, palmar))
+        normal = [b - share * a for a, b in zip(axis, palmar)]
+        normal = [c / math.hypot(*normal) for c in normal]
+        place = [c + along * a + radius * n for c, a, n in zip(at[WRIST], axis, normal)]
+        array = next(t.transform for t in self.last['/tf_static'].transforms if t.child_frame_id == 'array')
+        q, shift = array.rotation, array.translation
+        back = types.SimpleNamespace(x=-q.x, y=-q.y, z=-q.z, w=q.w)
+        place = rig_run.rotate(back, [c - s for c, s in zip(place, (shift.x, shift.y, shift.z))])
+        values = dict(zip(('x', 'y', 'z'), place), pressure=20000.0)
+        values.update(zip(('normal_x', 'normal_y', 'normal_z'), rig_run.rotate(back, normal)))
+        cloud = copy.deepcopy(self.last['/hands/pressure'])
+        row = bytearray(cloud.data[:cloud.point_step])
+        for field in cloud.fields:
+            if field.name in values:
+                struct.pack_into('<f', row, field.offset, values[field.name])
+        cloud.data = bytes(cloud.data) + bytes(row)
+        cloud.width += 1
+        cloud.row_step = cloud.width * cloud.point_step
+        return cloud
 
     def test_focal_points(self):
         to_world = rig_run.array_to_world(self.run_of_bag)
