@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace tactile_clay::hand {
 namespace {
@@ -33,6 +34,12 @@ double Capsule::distance(const Eigen::Vector3d& point) const {
 bool Capsule::mayBeWithin(double distance, const Eigen::Vector3d& point) const {
   const Ball around = ball();
   return (point - around.middle).norm() <= around.radius + distance;
+}
+
+double distanceToUnion(const std::vector<Capsule>& capsules, const Eigen::Vector3d& point) {
+  double closest = std::numeric_limits<double>::infinity();
+  for (const Capsule& capsule : capsules) closest = std::min(closest, capsule.distance(point));
+  return closest;
 }
 
 }  // namespace tactile_clay::hand

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <vector>
 
 namespace tactile_clay::hand {
 
@@ -31,5 +32,9 @@ struct Capsule {
   /// than the one about the capsule. Cheaper than the distance.
   bool mayBeWithin(double distance, const Eigen::Vector3d& point) const;
 };
+
+/// Signed distance to the surface of all of them together, m, negative inside; exact outside. Infinite where
+/// there are none.
+double distanceToUnion(const std::vector<Capsule>& capsules, const Eigen::Vector3d& point);
 
 }  // namespace tactile_clay::hand

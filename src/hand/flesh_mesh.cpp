@@ -20,12 +20,6 @@ using Eigen::Vector3i;
 // A node moves onto the surface where an edge is cut nearer to it than this share of the edge.
 constexpr double snap = 0.3;
 
-double distanceToUnion(const std::vector<Capsule>& capsules, const Vector3d& x) {
-  double closest = std::numeric_limits<double>::infinity();
-  for (const Capsule& capsule : capsules) closest = std::min(closest, capsule.distance(x));
-  return closest;
-}
-
 // The lattice: nodes at whole and at half coordinates, in half cells all even or all odd.
 class Stuffing {
  public:

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <vector>
@@ -60,9 +59,7 @@ std::vector<Vector3f> onDrawnSkin(std::vector<Vector3f> places, const std::vecto
   constexpr int steps = 4;  // each goes as far as the surface is away, which never is too far
   for (std::size_t i = 0; i < places.size(); ++i)
     for (int step = 0; step < steps; ++step) {
-      double distance = std::numeric_limits<double>::infinity();
-      for (const hand::Capsule& capsule : capsules)
-        distance = std::min(distance, capsule.distance(places[i].cast<double>()));
+      const double distance = hand::distanceToUnion(capsules, places[i].cast<double>());
       if (distance >= 0.0) break;
       places[i] -= static_cast<float>(distance) * normals[i];
     }

@@ -197,14 +197,13 @@ def silhouette(particles, camera):
 
 def places(cloud):
     """(x, y, z) of each point of a cloud, m."""
-    return [struct.unpack_from('<3f', cloud.data, k * cloud.point_step) for k in range(cloud.width)]
+    return rig_run.columns(cloud, 'x', 'y', 'z')
 
 
 def samples(cloud):
     """(pressure in Pa, place in the array's frame) of each sample of hands/pressure."""
-    offset = next(field.offset for field in cloud.fields if field.name == 'pressure')
-    return [(struct.unpack_from('<f', cloud.data, k * cloud.point_step + offset)[0],
-             types.SimpleNamespace(**dict(zip('xyz', place)))) for k, place in enumerate(places(cloud))]
+    return [(pressure, types.SimpleNamespace(x=x, y=y, z=z))
+            for pressure, x, y, z in rig_run.columns(cloud, 'pressure', 'x', 'y', 'z')]
 
 
 def has_strong_colours(test, picture):

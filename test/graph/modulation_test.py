@@ -2,7 +2,6 @@
 """AM, lateral modulation, STM and fields on their way to the arrays: see modulation.test."""
 import math
 import os
-import struct
 import sys
 import tempfile
 import time
@@ -50,12 +49,6 @@ def position(point):
     return (point.position.x, point.position.y, point.position.z)
 
 
-def columns(cloud, *names):
-    offset = {field.name: field.offset for field in cloud.fields}
-    return [tuple(struct.unpack_from('<f', cloud.data, i * cloud.point_step + offset[name])[0] for name in names)
-            for i in range(cloud.width)]
-
-
 def setUpModule():
     rospy.init_node('modulation_test')
 
@@ -89,7 +82,7 @@ class SimulatedArray(unittest.TestCase):
     def expect_tactile(self, cloud, sources):
         """`sources`: of each instant of the period, with the share of power that it has."""
         strongest = 0.0
-        for x, y, z, tactile in columns(cloud, 'x', 'y', 'z', 'tactile'):
+        for x, y, z, tactile in rig_run.columns(cloud, 'x', 'y', 'z', 'tactile'):
             expected = sum(power * radiation(acoustic_field.pressure(playing, (x, y, z)) ** 2)
                            for playing, power in sources)
             strongest = max(strongest, tactile)
@@ -180,7 +173,7 @@ class SimulatedArray(unittest.TestCase):
                 self.assertGreater(report.gain, 0)
                 self.assertEqual(report.force, 0, 'the stream does not tell areas')
                 # The patch stands out, and half of its pressure is left by AM.
-                for x, y, tactile in columns(cloud, 'x', 'y', 'tactile'):
+                for x, y, tactile in rig_run.columns(cloud, 'x', 'y', 'tactile'):
                     given = 0.5 * sum(power * radiation(acoustic_field.pressure(playing, (x, y, 0.17)) ** 2)
                                       for playing, power in zip(sources, share))
                     self.assertAlmostEqual(tactile, given, delta=0.05 * given + 0.05)

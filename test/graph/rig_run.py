@@ -8,6 +8,7 @@ import os
 import shutil
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
@@ -232,6 +233,13 @@ def lockstep(name, **arguments):
 
 def input_stamps(name):
     return Messages(bag(name)).stamps('/hands/tracked')
+
+
+def columns(cloud, *names):
+    """Float fields of each point of a cloud: a tuple a point."""
+    offset = {field.name: field.offset for field in cloud.fields}
+    return [tuple(struct.unpack_from('<f', cloud.data, i * cloud.point_step + offset[name])[0] for name in names)
+            for i in range(cloud.width)]
 
 
 def rotate(q, v):

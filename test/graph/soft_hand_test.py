@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """The rig with soft hands: see soft_hand.test."""
 import collections
-import struct
 import unittest
 
 import rig_run
@@ -26,16 +25,9 @@ def xyz(point):
     return point.x, point.y, point.z
 
 
-def rows(cloud, *names):
-    """Float fields of each point."""
-    offsets = [next(field.offset for field in cloud.fields if field.name == name) for name in names]
-    return [tuple(struct.unpack_from('<f', cloud.data, i * cloud.point_step + offset)[0] for offset in offsets)
-            for i in range(cloud.width)]
-
-
 def lowest_sample(cloud):
     """Height of the lowest sample of the skin over the table, m."""
-    return min(z for z, in rows(cloud, 'z'))
+    return min(z for z, in rig_run.columns(cloud, 'z'))
 
 
 class SoftHand(unittest.TestCase):
@@ -91,8 +83,8 @@ class SoftHand(unittest.TestCase):
             if not cloud.width:
                 self.assertEqual(points[stamp], [])
                 continue
-            tracked = rows(skins[stamp], 'tracked_x', 'tracked_y', 'tracked_z')
-            places = [to_world(Point(*row)) for row in rows(cloud, 'x', 'y', 'z')]
+            tracked = rig_run.columns(skins[stamp], 'tracked_x', 'tracked_y', 'tracked_z')
+            places = [to_world(Point(*row)) for row in rig_run.columns(cloud, 'x', 'y', 'z')]
             for place in places:
                 self.assertLess(min(rig_run.distance(place, sample) for sample in tracked), 1e-5)
             for point in points[stamp]:
