@@ -84,22 +84,22 @@ void Clay::State::takeSamples(const Skin& skin) {
   target.position = skin.position;
   target.normal = skin.normal;
   target.velocity = skin.velocity;
-  for (std::size_t g = 0; g < target.size(); ++g) {
-    const bool unit = std::abs(target.normal[g].squaredNorm() - 1.0f) < 0.1f;
-    const bool there = unit && target.position[g].norm() < std::min(far, nowhere);
+  for (std::size_t k = 0; k < target.size(); ++k) {
+    const bool unit = std::abs(target.normal[k].squaredNorm() - 1.0f) < 0.1f;
+    const bool there = unit && target.position[k].norm() < std::min(far, nowhere);
     if (!there) {
-      target.position[g].setConstant(nowhere);
-      target.normal[g] = Eigen::Vector3f::UnitZ();
+      target.position[k].setConstant(nowhere);
+      target.normal[k] = Eigen::Vector3f::UnitZ();
     }
-    if (!there || !(target.velocity[g].norm() < fastest)) target.velocity[g].setZero();
+    if (!there || !(target.velocity[k].norm() < fastest)) target.velocity[k].setZero();
   }
   moved = target;
 }
 
 /// \param remaining s, of the frame after the step
 void Clay::State::moveSamples(float remaining) {
-  for (std::size_t g = 0; g < target.size(); ++g)
-    moved.position[g] = target.position[g] - remaining * target.velocity[g];
+  for (std::size_t k = 0; k < target.size(); ++k)
+    moved.position[k] = target.position[k] - remaining * target.velocity[k];
 }
 
 /// The walls of the world are solids like others, where any particle may come near.
@@ -164,10 +164,10 @@ void Clay::State::endFrame(int steps) {
   statistics.bonds = bond_constraint.size() + sleeping_bonds.size() / 2;
   statistics.contacts = contact_constraint.contacts().size() + sleeping_contacts.size();
   skin_forces.clear();
-  for (std::uint32_t g = 0; g < sample_sums.size(); ++g) {
-    const SampleSum& sum = sample_sums[g];
+  for (std::uint32_t k = 0; k < sample_sums.size(); ++k) {
+    const SampleSum& sum = sample_sums[k];
     const double slip = sum.pressed > 0.0 ? sum.slip / sum.pressed : 0.0;
-    if (sum.touched) skin_forces.push_back({g, sum.force.cast<float>(), static_cast<float>(slip)});
+    if (sum.touched) skin_forces.push_back({k, sum.force.cast<float>(), static_cast<float>(slip)});
   }
 }
 

@@ -114,8 +114,7 @@ double angleAt(const ClosedSurface& surface, const Mesh::Triangle& t, int k) {
 class Normals {
  public:
   Normals(const ClosedSurface& surface, double narrow)
-      : surface_(surface),
-        of_triangle_(normalsOf(surface, narrow)),
+      : of_triangle_(normalsOf(surface, narrow)),
         of_vertex_(surface.vertices.size(), Eigen::Vector3d::Zero()) {
     for (std::size_t t = 0; t < surface.triangles.size(); ++t)
       for (int k = 0; k < 3; ++k)
@@ -124,28 +123,27 @@ class Normals {
             (isLine(t) ? of_triangle_[surface.across[t][(k + 1) % 3]] : of_triangle_[t]);
   }
   bool isLine(std::size_t t) const { return of_triangle_[t].isZero(0.0); }
-  Mesh::Face face(std::size_t t) const {
+  Mesh::Face face(const ClosedSurface& surface, std::size_t t) const {
     Mesh::Face face;
     face.normal = of_triangle_[t];
     for (int k = 0; k < 3; ++k) {
-      const std::uint32_t v = surface_.triangles[t][k], next = surface_.across[t][k];
-      face.corner[k] = surface_.vertices[v];
+      const std::uint32_t v = surface.triangles[t][k], next = surface.across[t][k];
+      face.corner[k] = surface.vertices[v];
       face.vertex[k] = of_vertex_[v];
-      face.edge[k] =
-          of_triangle_[t] + (isLine(next) ? beyond(next, static_cast<std::uint32_t>(t)) : of_triangle_[next]);
+      face.edge[k] = of_triangle_[t] + (isLine(next) ? beyond(surface, next, static_cast<std::uint32_t>(t))
+                                                     : of_triangle_[next]);
     }
     return face;
   }
 
  private:
-  Eigen::Vector3d beyond(std::uint32_t line, std::uint32_t from) const {
+  Eigen::Vector3d beyond(const ClosedSurface& surface, std::uint32_t line, std::uint32_t from) const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (int k = 0; k < 3; ++k)
-      if (surface_.across[line][k] != from) sum += of_triangle_[surface_.across[line][k]];
+      if (surface.across[line][k] != from) sum += of_triangle_[surface.across[line][k]];
     return sum.stableNormalized();
   }
 
-  const ClosedSurface& surface_;
   std::vector<Eigen::Vector3d> of_triangle_, of_vertex_;
 };
 
@@ -205,7 +203,10 @@ Mesh::Mesh(const std::vector<Eigen::Vector3d>& vertices, const std::vector<Trian
   const Normals normals(surface, same_place * bounds_.diagonal().norm());
   std::vector<std::vector<Face>> faces(surface.bodies);
   for (std::size_t t = 0; t < surface.triangles.size(); ++t)
-    if (!normals.isLine(t)) faces[surface.body[t]].push_back(normals.face(t)), ++triangles_;
+    if (!normals.isLine(t)) {
+      faces[surface.body[t]].push_back(normals.face(surface, t));
+      ++triangles_;
+    }
   for (const std::vector<Face>& of_body : faces)
     if (!of_body.empty()) bodies_.push_back(bodyOf(of_body));
   fillGrid();

@@ -37,8 +37,8 @@ void put(std::string& out, const Eigen::Vector3f& v) {
 /// left can hold, so that a damaged one asks for no more memory than the file has.
 class Reader {
  public:
-  Reader(const std::string& bytes, std::size_t at, const std::string& file)
-      : bytes_(bytes), at_(at), file_(file) {}
+  Reader(std::string bytes, std::size_t at, std::string file)
+      : bytes_(std::move(bytes)), at_(at), file_(std::move(file)) {}
 
   template <typename T>
   T get() {
@@ -81,9 +81,9 @@ class Reader {
   std::size_t left() const { return bytes_.size() - at_; }
 
  private:
-  const std::string& bytes_;
+  std::string bytes_;
   std::size_t at_;
-  const std::string& file_;
+  std::string file_;
 };
 
 // What no clay that was simulated comes near: beyond, its numbers would ask for steps without end, or for
@@ -197,7 +197,7 @@ Sculpture loadSculpture(const std::string& file) {
   if (bytes.compare(0, head, magic) != 0)
     fail(file, "is not a sculpture of this version, expected a file that begins with \"" +
                    std::string(magic, head - 1) + "\"");
-  Reader reader(bytes, head, file);
+  Reader reader(std::move(bytes), head, file);
   Sculpture s;
   s.time = reader.in(0.0, longest_time, "a time of");
   s.carry = reader.in(-longest_carry, longest_carry, "a rest of");

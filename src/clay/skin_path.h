@@ -21,14 +21,14 @@ class SkinPath {
     const bool goes_on = skin.size() == skin_.size();
     const double since = std::clamp(stamp - stamp_, 0.0, longest);
     stamp_ = stamp;
-    for (std::size_t g = 0; g < skin.size(); ++g) {
-      Eigen::Vector3f& way = skin.velocity[g];
+    for (std::size_t k = 0; k < skin.size(); ++k) {
+      Eigen::Vector3f& way = skin.velocity[k];
       way *= static_cast<float>(since);
       if (!goes_on) continue;
       // Its velocity may be of a shorter time than `since`, where a message was lost on its way to us.
-      const float farthest = (skin.position[g] - skin_.position[g]).norm() + withdrawal;
+      const float farthest = (skin.position[k] - skin_.position[k]).norm() + withdrawal;
       way *= std::min(farthest / std::max(way.norm(), 1e-9f), 1.0f);
-      way += skin_.velocity[g];
+      way += skin_.velocity[k];
     }
     skin_ = std::move(skin);
   }

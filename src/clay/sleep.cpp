@@ -66,8 +66,8 @@ bool Sleep::disturbed(const Lump& lump, const VectorField& position, const Surro
   const Eigen::Vector3f room = Eigen::Vector3f::Constant(reach * spacing_);
   const Box box(lump.box.min() - room, lump.box.max() + room);
   const Skin& skin = around.skin;
-  for (std::size_t g = 0; g < skin.size(); ++g) {
-    const Eigen::Vector3f to = skin.position[g], from = to - around.dt * skin.velocity[g];
+  for (std::size_t k = 0; k < skin.size(); ++k) {
+    const Eigen::Vector3f to = skin.position[k], from = to - around.dt * skin.velocity[k];
     if (box.intersects(Box(from.cwiseMin(to), from.cwiseMax(to)))) return true;
   }
   for (std::size_t s = 0; s < around.solids.size(); ++s) {

@@ -34,8 +34,7 @@ void checkSkin(const Skin& skin) {
 
 /// Where a sample is felt.
 struct Place {
-  const Eigen::Vector3f& position;
-  const Eigen::Vector3f& normal;
+  Eigen::Vector3f position, normal;
   float area;
 };
 

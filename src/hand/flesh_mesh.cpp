@@ -206,7 +206,7 @@ class Stuffing {
       if (found.second == 1) mesh_.triangles.push_back(found.first);
   }
 
-  const std::vector<Capsule>& capsules_;
+  std::vector<Capsule> capsules_;
   double half_;
   Vector3i low_, high_;
   std::map<std::array<int, 3>, int> index_;

@@ -34,7 +34,7 @@ std::string range(double low, double high, const char* unit) {
 /// One hand under judgement: what is wrong with each joint.
 class Judgement {
  public:
-  explicit Judgement(TrackedHand& hand) : hand_(hand) {}
+  explicit Judgement(TrackedHand hand) : hand_(std::move(hand)) {}
 
   HandFaults verdict() {
     const std::string no_hand = faultOfAll();
@@ -77,6 +77,9 @@ class Judgement {
     }
     return fault.empty() ? fault : "hand " + std::to_string(hand_.id) + ": " + fault;
   }
+
+  /// As it was judged: with joints made missing, and radii replaced.
+  const TrackedHand& hand() const { return hand_; }
 
  private:
   bool sideKnown() const { return hand_.side == Side::left || hand_.side == Side::right; }
@@ -205,7 +208,7 @@ class Judgement {
         jointFault(first, "radius", told_radius_, range(thinnest * usual, thickest * usual, " m")));
   }
 
-  TrackedHand& hand_;
+  TrackedHand hand_;
   std::array<std::string, joint_count> faults_;
   double scale_ = 0.0, told_radius_ = 0.0;
 };
@@ -217,7 +220,10 @@ std::string nameOf(const TrackedHand& hand) {
 }
 
 HandFaults judge(TrackedHand& hand) {
-  return Judgement(hand).verdict();
+  Judgement judgement(hand);
+  HandFaults faults = judgement.verdict();
+  hand = judgement.hand();
+  return faults;
 }
 
 std::string faultOf(const TrackedHand& hand) {
@@ -227,8 +233,7 @@ std::string faultOf(const TrackedHand& hand) {
 }
 
 std::string faultOfNumbers(const TrackedHand& hand) {
-  TrackedHand copy = hand;
-  return Judgement(copy).faultOfNumbers();
+  return Judgement(hand).faultOfNumbers();
 }
 
 LeftOut leaveOutBadHands(std::vector<TrackedHand>& hands) {

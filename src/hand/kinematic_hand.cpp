@@ -64,21 +64,21 @@ void KinematicHands::append(Skin& skin, const TrackedHand& hand, std::chrono::na
   const float per_second = dt > 0.0 ? static_cast<float>(1.0 / dt) : 0.0F;
 
   const PosedSkin posed(skin_template, hand);
-  tracked->surface.resize(posed.size(), Eigen::Vector3f::Zero());
-  tracked->axis.resize(posed.size(), Eigen::Vector3f::Zero());
-  for (std::size_t i = 0; i < posed.size(); ++i) {
-    if (posed.absent(i)) continue;
-    const PosedSkin::Sample sample = posed[i];
-    const double depth = posed.depth(i, sample.surface);
+  tracked->surface.resize(skin_template.samples.size(), Eigen::Vector3f::Zero());
+  tracked->axis.resize(skin_template.samples.size(), Eigen::Vector3f::Zero());
+  for (std::size_t i = 0; i < skin_template.samples.size(); ++i) {
+    const BoundSample& bound = skin_template.samples[i];
+    if (posed.absent(bound)) continue;
+    const PosedSkin::Sample sample = posed(bound);
+    const double depth = posed.depth(bound, sample.surface);
     const float deep = i < skin_template.bare_at_rest ? 0.0F : withdrawal(depth, sample.radius);
     // As fast as the bone, not as it withdraws: clay is met by skin that was there before.
     const Eigen::Vector3f step =
         (1.0F - deep) * (sample.surface - tracked->surface[i]) + deep * (sample.axis - tracked->axis[i]);
-    hand::append(skin, posed, i, sample, hand.side);
+    hand::append(skin, posed, bound, sample, hand.side);
     skin.position.back() = (1.0F - deep) * sample.surface + deep * sample.axis;
     // What lies within the hand touches nothing that could be felt.
     if (depth > bare_within || deep * sample.radius > bare_within) skin.area.back() = 0.0F;
-    const BoundSample& bound = skin_template.samples[i];
     const bool anew =
         tracked->bare[bound.bone] || tracked->bare[bound.neighbour] != posed.absentBones()[bound.neighbour];
     skin.velocity.back() = anew ? Eigen::Vector3f::Zero() : Eigen::Vector3f(step * per_second);

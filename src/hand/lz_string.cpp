@@ -16,7 +16,7 @@ using Letters = std::vector<Letter>;
 /// Bits out of base64, six a letter, the highest first.
 class Bits {
  public:
-  explicit Bits(const std::string& base64) : text_(base64) {}
+  explicit Bits(std::string base64) : text_(std::move(base64)) {}
 
   /// A number whose lowest bit comes first.
   std::uint32_t number(unsigned width) {
@@ -48,7 +48,7 @@ class Bits {
     throw std::runtime_error("is cut off");
   }
 
-  const std::string& text_;
+  std::string text_;
   std::size_t at_ = 0;
   std::uint32_t six_ = 0;
   unsigned left_ = 0;

@@ -13,7 +13,7 @@ constexpr double rounding = 1e-6;  // m, of points in single precision
 }  // namespace
 
 PosedSkin::PosedSkin(const SkinTemplate& skin, const TrackedHand& hand)
-    : skin_(&skin), growth_(std::pow(personScale(hand) / skin.scale, 2)) {
+    : growth_(std::pow(personScale(hand) / skin.scale, 2)) {
   for (std::size_t i = 0; i < bones.size(); ++i) {
     const JointPose& from = hand.joints[bones[i].from];
     const JointPose& to = hand.joints[bones[i].to];
@@ -43,8 +43,7 @@ Eigen::Vector3f PosedSkin::normal(const BoundSample& sample) const {
   return normal;
 }
 
-PosedSkin::Sample PosedSkin::operator[](std::size_t i) const {
-  const BoundSample& sample = skin_->samples[i];
+PosedSkin::Sample PosedSkin::operator()(const BoundSample& sample) const {
   const BonePose& bone = poses_[sample.bone];
   Sample out;
   out.normal = normal(sample);
@@ -54,17 +53,17 @@ PosedSkin::Sample PosedSkin::operator[](std::size_t i) const {
   return out;
 }
 
-float PosedSkin::area(std::size_t i) const {
-  return skin_->samples[i].area * static_cast<float>(growth_);
+float PosedSkin::area(const BoundSample& sample) const {
+  return sample.area * static_cast<float>(growth_);
 }
 
-float PosedSkin::padDistance(std::size_t i) const {
-  return skin_->samples[i].pad_distance * static_cast<float>(std::sqrt(growth_));
+float PosedSkin::padDistance(const BoundSample& sample) const {
+  return sample.pad_distance * static_cast<float>(std::sqrt(growth_));
 }
 
-double PosedSkin::depth(std::size_t i, const Eigen::Vector3f& point) const {
+double PosedSkin::depth(const BoundSample& sample, const Eigen::Vector3f& point) const {
   const Eigen::Vector3d x = point.cast<double>();
-  const auto& near = near_[skin_->samples[i].bone];
+  const auto& near = near_[sample.bone];
   double distance = 0.0;
   for (std::size_t other = 0; other < capsules_.size(); ++other) {
     const Ball& ball = balls_[other];
@@ -74,14 +73,15 @@ double PosedSkin::depth(std::size_t i, const Eigen::Vector3f& point) const {
   return -distance;
 }
 
-void append(Skin& skin, const PosedSkin& posed, std::size_t i, const PosedSkin::Sample& sample, Side side) {
+void append(Skin& skin, const PosedSkin& posed, const BoundSample& bound, const PosedSkin::Sample& sample,
+            Side side) {
   skin.position.push_back(sample.surface);
   skin.normal.push_back(sample.normal);
   skin.velocity.push_back(Eigen::Vector3f::Zero());
-  skin.area.push_back(posed.area(i));
-  skin.pad_distance.push_back(posed.padDistance(i));
+  skin.area.push_back(posed.area(bound));
+  skin.pad_distance.push_back(posed.padDistance(bound));
   skin.side.push_back(static_cast<std::uint8_t>(side));
-  skin.region.push_back(static_cast<std::uint8_t>(posed.region(i)));
+  skin.region.push_back(static_cast<std::uint8_t>(bones[bound.bone].region));
 }
 
 }  // namespace tactile_clay::hand

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <vector>
 
 #include "hand/anatomy.h"
 #include "hand/capsule.h"
@@ -48,65 +47,68 @@ struct Middle {
   }
 };
 
-/// One finger of a tracked hand, which is led.
-class Finger {
+/// A tracked hand whose fingers are led.
+class LedHand {
  public:
-  /// \param poses of the bodies, relative to those of the middle
-  Finger(int finger, double scale, TrackedHand& hand, BodyPoses& poses)
-      : middle_(Middle::of(hand.side)),
-        joints_(fingers[finger]),
-        body_(firstBodyOf(finger)),
-        scale_(scale),
-        root_off_(scale * (finger == 0 ? thumb_root_off : finger_root_off)),
-        hand_(hand),
-        poses_(poses) {}
+  explicit LedHand(const TrackedHand& tracked)
+      : scale_(handScale(tracked)), hand_(tracked), poses_(bodyPoses(tracked, middle().hand)) {}
 
-  /// How far it is from any person's in its proportions: up to 1 it may be one's.
-  double strangeness() const {
+  /// How far a finger is from any person's in its proportions: up to 1 it may be one's.
+  double strangeness(int finger) const {
+    const int root = rootOf(finger);
     double stretch = 0.0;
-    for (int b = body_; b < body_ + 3; ++b) {
+    for (const int b : bodiesOf(finger)) {
       const double logarithm = std::log(std::max(1e-9, bone(b).norm()) / usualLength(b));
       stretch = std::max(stretch, logarithm / std::log(logarithm < 0.0 ? shortest : longest));
     }
-    const double proportions = std::hypot((at(root()) - usualPlace(root())).norm() / root_off_, stretch);
-    return root() == thumb_metacarpal ? std::max(proportions, closeness()) : proportions;
+    const double proportions = std::hypot((at(root) - usualPlace(root)).norm() / rootOff(finger), stretch);
+    return root == thumb_metacarpal ? std::max(proportions, closeness()) : proportions;
   }
 
-  void rest() {
-    for (int j = joints_.first; j <= joints_.tip(); ++j) {
+  void rest(int finger) {
+    for (int j = fingers[finger].first; j <= fingers[finger].tip(); ++j) {
       at(j) = usualPlace(j);
-      hand_.joints[j].orientation = poses_[palm_body].rotation * middle_.hand.joints[j].orientation;
+      hand_.joints[j].orientation = poses_[palm_body].rotation * middle().hand.joints[j].orientation;
     }
   }
 
-  /// \param room share of the reach that it has
-  void lead(double room) {
-    const Vector3d off = at(root()) - usualPlace(root());
-    if (off.norm() > room * root_off_) move(root(), (room * root_off_ / off.norm() - 1.0) * off);
-    if (joints_.first != root() && room < 1.0)
-      at(joints_.first) = usualPlace(joints_.first) + room * (at(joints_.first) - usualPlace(joints_.first));
-    for (int b = body_; b < body_ + 3; ++b) {
+  /// \param room share of the reach that the finger has
+  void lead(int finger, double room) {
+    const int root = rootOf(finger), first = fingers[finger].first;
+    const Vector3d off = at(root) - usualPlace(root);
+    if (off.norm() > room * rootOff(finger))
+      move(finger, root, (room * rootOff(finger) / off.norm() - 1.0) * off);
+    if (first != root && room < 1.0) at(first) = usualPlace(first) + room * (at(first) - usualPlace(first));
+    for (const int b : bodiesOf(finger)) {
       const double usual = usualLength(b), length = bone(b).norm();
       const double within =
           std::clamp(length, std::pow(shortest, room) * usual, std::pow(longest, room) * usual);
-      if (within != length) move(body_anatomy[b].to, (within / length - 1.0) * bone(b));
+      if (within != length) move(finger, body_anatomy[b].to, (within / length - 1.0) * bone(b));
       untwist(b, room * twist_reach);
       turnBack(b, room * (body_anatomy[b].from == thumb_metacarpal ? thumb_root_reach : joint_reach));
     }
   }
 
+  const TrackedHand& hand() const { return hand_; }
+
  private:
-  int root() const { return body_anatomy[body_].from; }
+  static std::array<int, 3> bodiesOf(int finger) {
+    const int first = firstBodyOf(finger);
+    return {first, first + 1, first + 2};
+  }
+  static int rootOf(int finger) { return body_anatomy[firstBodyOf(finger)].from; }
+  double rootOff(int finger) const { return scale_ * (finger == 0 ? thumb_root_off : finger_root_off); }
+  const Middle& middle() const { return Middle::of(hand_.side); }
   Vector3d& at(int j) { return hand_.joints[j].position; }
   const Vector3d& at(int j) const { return hand_.joints[j].position; }
   Vector3d bone(int b) const { return at(body_anatomy[b].to) - at(body_anatomy[b].from); }
 
   Vector3d usualPlace(int j) const {
-    const Vector3d in_palm = scale_ * (middle_.hand.joints[j].position - middle_.palm_centre);
+    const Vector3d in_palm = scale_ * (middle().hand.joints[j].position - middle().palm_centre);
     return poses_[palm_body].position + poses_[palm_body].rotation * in_palm;
   }
   double usualLength(int b) const {
-    const auto& joints = middle_.hand.joints;
+    const auto& joints = middle().hand.joints;
     return scale_ * (joints[body_anatomy[b].to].position - joints[body_anatomy[b].from].position).norm();
   }
 
@@ -121,16 +123,17 @@ class Finger {
   }
 
   // What is beyond a joint moves and turns with it.
-  void move(int first, const Vector3d& by) {
-    for (int j = first; j <= joints_.tip(); ++j) at(j) += by;
+  void move(int finger, int first, const Vector3d& by) {
+    for (int j = first; j <= fingers[finger].tip(); ++j) at(j) += by;
   }
   void turn(int b, const Quaterniond& by) {
+    const int finger = fingerOf(b);
     const Vector3d joint = at(body_anatomy[b].from);
-    for (int j = body_anatomy[b].from; j <= joints_.tip(); ++j) {
+    for (int j = body_anatomy[b].from; j <= fingers[finger].tip(); ++j) {
       at(j) = joint + by * (at(j) - joint);
       hand_.joints[j].orientation = by * hand_.joints[j].orientation;
     }
-    for (int c = b; c < body_ + 3; ++c) poses_[c].rotation = by * poses_[c].rotation;
+    for (int c = b; c <= bodiesOf(finger).back(); ++c) poses_[c].rotation = by * poses_[c].rotation;
   }
   // What turns a bone to the middle of its reach.
   Quaterniond toMiddle(int b) const {
@@ -149,12 +152,9 @@ class Finger {
     if (angle > reach) turn(b, Quaterniond::Identity().slerp(1.0 - reach / angle, back));
   }
 
-  const Middle& middle_;
-  const FingerJoints joints_;
-  const int body_;  // the first of its three
-  const double scale_, root_off_;
-  TrackedHand& hand_;
-  BodyPoses& poses_;
+  double scale_;
+  TrackedHand hand_;
+  BodyPoses poses_;  // relative to those of the middle
 };
 
 }  // namespace
@@ -166,27 +166,22 @@ TrackedHand withinReach(const TrackedHand& tracked) {
 }
 
 TrackedHand withinReach(const TrackedHand& tracked, const std::array<double, finger_count>& share) {
-  TrackedHand hand = tracked;
-  BodyPoses poses = bodyPoses(hand, Middle::of(hand.side).hand);
-  const double scale = handScale(tracked);
-  std::vector<Finger> led;
+  LedHand led(tracked);
   std::array<double, finger_count> strangeness, sorted;
-  for (int f = 0; f < finger_count; ++f) {
-    led.emplace_back(f, scale, hand, poses);
-    strangeness[f] = led[f].strangeness();
-  }
+  for (int f = 0; f < finger_count; ++f) strangeness[f] = led.strangeness(f);
   sorted = strangeness;
   std::sort(sorted.begin(), sorted.end());
   const double palm_strangeness = sorted[finger_count / 2];
   for (int f = 0; f < finger_count; ++f) {
-    const bool missing = hand.missing[fingers[f].tip()];
+    const bool missing = tracked.missing[fingers[f].tip()];
     const double room =
         missing ? 0.0 : share[f] * std::min(1.0, 2.0 - std::max(strangeness[f], palm_strangeness));
     if (room > 0.0)
-      led[f].lead(room);
+      led.lead(f, room);
     else
-      led[f].rest();
+      led.rest(f);
   }
+  TrackedHand hand = led.hand();
   hand.missing.reset();
   return hand;
 }

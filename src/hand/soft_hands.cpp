@@ -50,7 +50,7 @@ std::vector<std::uint32_t> samplesOfSeenJoints(const Skin& skin, const TrackedHa
 Skin skinOf(const SkinTemplate& skin_template, const TrackedHand& hand) {
   const PosedSkin posed(skin_template, hand);
   Skin skin;
-  for (std::size_t i = 0; i < posed.size(); ++i) append(skin, posed, i, posed[i], hand.side);
+  for (const BoundSample& bound : skin_template.samples) append(skin, posed, bound, posed(bound), hand.side);
   return skin;
 }
 
@@ -60,12 +60,13 @@ void appendTracked(Skin& skin, const Skin& held, const std::vector<std::uint32_t
                    const SkinTemplate& skin_template, const TrackedHand& tracked) {
   const PosedSkin posed(skin_template, tracked);
   for (const std::uint32_t i : shown) {
-    const bool seen = !posed.absent(i);
-    const PosedSkin::Sample sample = posed[i];
-    const bool bare = seen && posed.depth(i, sample.surface) <= bare_within;
+    const BoundSample& bound = skin_template.samples[i];
+    const bool seen = !posed.absent(bound);
+    const PosedSkin::Sample sample = posed(bound);
+    const bool bare = seen && posed.depth(bound, sample.surface) <= bare_within;
     skin.tracked_position.push_back(seen ? sample.surface : held.position[i]);
     skin.tracked_normal.push_back(seen ? sample.normal : held.normal[i]);
-    skin.tracked_area.push_back(bare ? posed.area(i) : 0.0F);
+    skin.tracked_area.push_back(bare ? posed.area(bound) : 0.0F);
   }
 }
 

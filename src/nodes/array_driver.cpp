@@ -62,7 +62,7 @@ ArrayDriver::ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh)
 
   GatedArray::Output output;
   output.harmless = device_->harmless();
-  output.model = &model_;
+  output.model = model_;
   output.scalable = model_.options.amplitude_levels == 0 && !device_->drive({});
   output.solve = [this](const auto& points, const auto* before) { return solve(points, before); };
   output.solve_field = [this](const auto& targets, double amplitude, const auto& before, double effort) {

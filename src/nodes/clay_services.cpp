@@ -2,14 +2,15 @@
 
 #include <cstdio>
 #include <string>
+#include <utility>
 
 #include "clay/sculpture_file.h"
 #include "nodes/file_service.h"
 
 namespace tactile_clay::nodes {
 
-ClayServices::ClayServices(ros::NodeHandle private_nh, ClayRun& run)
-    : run_(run),
+ClayServices::ClayServices(ros::NodeHandle private_nh, std::shared_ptr<ClayRun> run)
+    : run_(std::move(run)),
       reset_(private_nh.advertiseService("reset", &ClayServices::reset, this)),
       save_(private_nh.advertiseService("save", &ClayServices::save, this)),
       overwrite_(private_nh.advertiseService("overwrite", &ClayServices::overwrite, this)),
@@ -17,9 +18,9 @@ ClayServices::ClayServices(ros::NodeHandle private_nh, ClayRun& run)
       undo_(private_nh.advertiseService("undo", &ClayServices::undo, this)) {}
 
 bool ClayServices::reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  run_.reset();
+  run_->reset();
   response.success = true;
-  response.message = "scene '" + run_.scene().name + "' starts again";
+  response.message = "scene '" + run_->scene().name + "' starts again";
   return true;
 }
 
@@ -33,11 +34,11 @@ bool ClayServices::overwrite(SculptureFile::Request& request, SculptureFile::Res
 
 bool ClayServices::write(const std::string& file, files::Existing existing,
                          SculptureFile::Response& response) {
-  const clay::Sculpture sculpture = run_.sculpture();
+  const clay::Sculpture sculpture = run_->sculpture();
   answer(response, [&] {
     requireAbsolute("sculpture", file);
     clay::save(sculpture, file, existing);
-    return "scene '" + run_.scene().name + "' saved in " + file;
+    return "scene '" + run_->scene().name + "' saved in " + file;
   });
   return true;
 }
@@ -45,15 +46,15 @@ bool ClayServices::write(const std::string& file, files::Existing existing,
 bool ClayServices::load(SculptureFile::Request& request, SculptureFile::Response& response) {
   answer(response, [&] {
     requireAbsolute("sculpture", request.file);
-    run_.restore(clay::loadSculpture(request.file));
-    return "scene '" + run_.scene().name + "' goes on from " + request.file;
+    run_->restore(clay::loadSculpture(request.file));
+    return "scene '" + run_->scene().name + "' goes on from " + request.file;
   });
   return true;
 }
 
 bool ClayServices::undo(Undo::Request& request, Undo::Response& response) {
   answer(response, [&] {
-    const ClayRun::Undone undone = run_.undo(request.seconds);
+    const ClayRun::Undone undone = run_->undo(request.seconds);
     response.went_back = undone.went_back;
     char text[80];
     std::snprintf(text, sizeof text, "the clay is what it was %.2f s ago, at %.2f s", undone.went_back,

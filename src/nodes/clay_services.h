@@ -5,6 +5,9 @@
 #include <tactile_clay/SculptureFile.h>
 #include <tactile_clay/Undo.h>
 
+#include <memory>
+#include <string>
+
 #include "files/output_file.h"
 #include "nodes/clay_run.h"
 
@@ -16,8 +19,7 @@ namespace tactile_clay::nodes {
 /// load.
 class ClayServices {
  public:
-  /// \param run must outlive the services
-  ClayServices(ros::NodeHandle private_nh, ClayRun& run);
+  ClayServices(ros::NodeHandle private_nh, std::shared_ptr<ClayRun> run);
 
  private:
   bool reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
@@ -27,7 +29,7 @@ class ClayServices {
   bool load(SculptureFile::Request& request, SculptureFile::Response& response);
   bool undo(Undo::Request& request, Undo::Response& response);
 
-  ClayRun& run_;
+  std::shared_ptr<ClayRun> run_;
   ros::ServiceServer reset_, save_, overwrite_, load_, undo_;
 };
 

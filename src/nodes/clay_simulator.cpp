@@ -54,14 +54,14 @@ ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : node_(private_nh.getNamespace()),
       lockstep_(param(private_nh, "lockstep", false)),
       period_(1.0 / paramIn(private_nh, "rate", 60.0, 1.0, 1000.0)),
-      run_(private_nh, sceneOf(private_nh), lockstep_),
-      of_files_{run_.scene().config, "", run_.scene().materials},
-      solids_(solidsOf(nh, run_.scene())),
+      run_(std::make_shared<ClayRun>(private_nh, sceneOf(private_nh), lockstep_)),
+      of_files_{run_->scene().config, "", run_->scene().materials},
+      solids_(solidsOf(nh, run_->scene())),
       skins_(lockstep_),
       inbox_(private_nh) {
-  fit_ = std::make_unique<QualityFit>(private_nh, lockstep_, period_, run_.scene(), *solids_);
+  fit_ = std::make_unique<QualityFit>(private_nh, lockstep_, period_, run_->scene(), *solids_);
   live_ = std::make_unique<LiveParameters>(nh, private_nh, [this](Settings& s) { return read(s); });
-  run_.goOn();
+  run_->goOn();
 
   skin_subscriber_ = inbox_.subscribe<Cloud>(nh, topic::hands_skin, lockstep_ ? lockstep_queue : 1,
                                              [this](const auto& skin) { receive(skin); });
@@ -91,12 +91,12 @@ ClaySimulator::~ClaySimulator() {
 /// Between two frames.
 void ClaySimulator::take(const scene::Quality& coarser) {
   live_->change({{"quality", coarser.name}, {"substeps", 0}, {"iterations", 0}});
-  run_.lower();
+  run_->lower();
 }
 
 LiveParameters::Apply ClaySimulator::read(Settings& settings) {
   ClayChoice choice = readClay(settings, of_files_.config, of_files_.materials);
-  return [this, choice = std::move(choice)] { run_.change(choice); };
+  return [this, choice = std::move(choice)] { run_->change(choice); };
 }
 
 void ClaySimulator::receive(const Cloud::ConstPtr& skin) {
@@ -107,7 +107,7 @@ void ClaySimulator::receive(const Cloud::ConstPtr& skin) {
 
 Skin ClaySimulator::read(const Cloud& skin) {
   try {
-    return claySkin(skin, clay::maxSkinSamples(run_.scene().config.spacing));
+    return claySkin(skin, clay::maxSkinSamples(run_->scene().config.spacing));
   } catch (const std::runtime_error& error) {
     ROS_WARN_THROTTLE(1.0, "clay_simulator: skin left out: %s", error.what());
     ++bad_skins_;
@@ -120,7 +120,7 @@ void ClaySimulator::runLockstep() {
   for (std::vector<Cloud::ConstPtr> skins; skins_.wait({}, skins);) {
     const Cloud::ConstPtr& skin = skins.front();
     const ros::Time stamp = skin->header.stamp;
-    double duration = before.isZero() ? run_.scene().config.frame : secondsBetween(before, stamp);
+    double duration = before.isZero() ? run_->scene().config.frame : secondsBetween(before, stamp);
     if (duration < 0.0 || duration > longest_gap)
       ROS_WARN_THROTTLE(1.0, "clay_simulator: %.3f s between two skins, expected 0 to %.0f s", duration,
                         longest_gap);
@@ -128,10 +128,10 @@ void ClaySimulator::runLockstep() {
     before = stamp;
     live_->begin(stamp);
     const Skin samples = read(*skin);
-    run_.step(samples, *solids_, duration, 0.0);
+    run_->step(samples, *solids_, duration, 0.0);
     publishState(stamp);
     // Last: the answer from the array means that all was published.
-    contacts_.publish(run_.contacts(samples, *skin));
+    contacts_.publish(run_->contacts(samples, *skin));
   }
 }
 
@@ -139,7 +139,7 @@ void ClaySimulator::runLive() {
   using Clock = SkinQueue::Clock;
   Clock::time_point before = Clock::now(), skin_at = before - std::chrono::hours(1);
   clay::SkinPath path;
-  double step_length = run_.scene().config.timeStep();
+  double step_length = run_->scene().config.timeStep();
   clay::LivePace pace(period_, step_length);
   // Skins at the tracker's rate start the frames; half a period of grace keeps the two clocks from beating.
   const auto patience =
@@ -149,8 +149,8 @@ void ClaySimulator::runLive() {
     const Cloud::ConstPtr skin = skins.empty() ? nullptr : skins.back();
     const Clock::time_point now = Clock::now();
     live_->begin(skin ? skin->header.stamp : ros::Time::now());
-    if (run_.scene().config.timeStep() != step_length)
-      pace = clay::LivePace(period_, step_length = run_.scene().config.timeStep());
+    if (run_->scene().config.timeStep() != step_length)
+      pace = clay::LivePace(period_, step_length = run_->scene().config.timeStep());
     const double elapsed = std::chrono::duration<double>(now - before).count();
     const double duration = pace.next(elapsed);
     before = now;
@@ -160,12 +160,12 @@ void ClaySimulator::runLive() {
     else if (std::chrono::duration<double>(now - skin_at).count() > skin_lifetime)
       path = {};
     const Skin samples = path.frame(duration);
-    const double computing = run_.step(samples, *solids_, duration, pace.takeDropped());
+    const double computing = run_->step(samples, *solids_, duration, pace.takeDropped());
     pace.took(duration, computing);
     if (const scene::Quality* const coarser =
-            fit_->coarser(elapsed, duration, computing, run_.scene().config.budget, run_.quality()))
+            fit_->coarser(elapsed, duration, computing, run_->scene().config.budget, run_->quality()))
       take(*coarser);
-    if (skin) contacts_.publish(run_.contacts(samples, *skin));
+    if (skin) contacts_.publish(run_->contacts(samples, *skin));
     publishState(skin ? skin->header.stamp : ros::Time::now());
   }
 }
@@ -174,7 +174,7 @@ void ClaySimulator::publishState(ros::Time stamp) {
   std_msgs::Header header;
   header.stamp = stamp;
   header.frame_id = frame::world;
-  const ClayRun::State state = run_.state(header, particles_.getNumSubscribers() > 0);
+  const ClayRun::State state = run_->state(header, particles_.getNumSubscribers() > 0);
   if (state.particles) particles_.publish(state.particles);
 
   const auto joints = solids_->joints(state.time);
@@ -186,7 +186,7 @@ void ClaySimulator::publishState(ros::Time stamp) {
 
 void ClaySimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
   using Level = diagnostic_msgs::DiagnosticStatus;
-  run_.diagnose(status);
+  run_->diagnose(status);
   if (status.level == Level::OK && bad_skins_ > 0) status.summary(Level::WARN, "skins left out");
   status.add("skins left out", bad_skins_.load());
   status.add("skins overtaken by newer ones", skins_.overtaken());

@@ -63,7 +63,7 @@ class ClaySimulator {
   std::string node_;  // its full name
   bool lockstep_;
   double period_;  // s, longest wait for a skin
-  ClayRun run_;
+  std::shared_ptr<ClayRun> run_;
   ClayChoice of_files_;  // as scene and materials have them
   std::unique_ptr<scene::Solids> solids_;
   std::unique_ptr<QualityFit> fit_;

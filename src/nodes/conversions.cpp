@@ -3,6 +3,7 @@
 #include <tf2_eigen/tf2_eigen.h>
 
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include "nodes/cloud.h"

@@ -6,7 +6,6 @@
 #include <tactile_clay/TrackedHands.h>
 
 #include <limits>
-#include <optional>
 #include <string>
 #include <vector>
 

@@ -22,7 +22,7 @@ constexpr char emergency_stop[] = "emergency stop: silent until it is reset";
 constexpr double felt_late = 0.045;
 
 device::Instrument instrumentOf(const device::SafetyGateConfig& config, const GatedArray::Output& output) {
-  return {output.solve, loudnessOf(*output.model, config), output.scalable, output.solve_field};
+  return {output.solve, loudnessOf(output.model, config), output.scalable, output.solve_field};
 }
 
 void warn(const std::string& line) {
@@ -174,7 +174,7 @@ void GatedArray::receive(const FocalPointArray::ConstPtr& message) {
     open = open_;
     publishState();
   }
-  if (rendering_) rendering_.publish(fieldReport(verdict, *message, output_.model->acoustics));
+  if (rendering_) rendering_.publish(fieldReport(verdict, *message, output_.model.acoustics));
   if (!open)
     gate_->fallSilent();
   else if (output_.show)

@@ -40,7 +40,7 @@ class GatedArray {
     /// Nobody can be hurt: rules of the gate may be left out.
     bool harmless = false;
     /// The array that the gate judges for, and its drives (device::Instrument).
-    const ArrayModel* model = nullptr;
+    ArrayModel model;
     std::function<ultrasound::PhaseSolution(const std::vector<ultrasound::FocalPoint>&,
                                             const ultrasound::Drive* before)>
         solve;

@@ -34,7 +34,7 @@ void SimulatedArray::startGate(ros::NodeHandle nh, ros::NodeHandle private_nh) {
   using ultrasound::Modulation;
   GatedArray::Output output;
   output.harmless = true;
-  output.model = &model_;
+  output.model = model_;
   output.scalable = model_.options.amplitude_levels == 0;
   output.solve = [this](const auto& points, const auto* before) { return model_.solve(points, before); };
   output.solve_field = [this](const auto& targets, double amplitude, const auto& before, double effort) {

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "nodes/array_markers.h"
 #include "nodes/cloud.h"
@@ -43,8 +44,8 @@ class Means {
 
 }  // namespace
 
-SoundField::SoundField(ros::NodeHandle nh, ros::NodeHandle private_nh, const ArrayModel& model)
-    : model_(model),
+SoundField::SoundField(ros::NodeHandle nh, ros::NodeHandle private_nh, ArrayModel model)
+    : model_(std::move(model)),
       slice_height_(paramIn(private_nh, "slice_height", 0.0, 0.0, 1.0)),
       slice_size_(paramIn(private_nh, "slice_size", 0.16, 0.01, 1.0)),
       slice_step_(paramIn(private_nh, "slice_step", 0.004, 0.0005, 0.1)),

@@ -24,7 +24,7 @@ class SoundField {
  public:
   /// Reads `~slice_height`, `~slice_size`, `~slice_step`, `~skin_field`, `~slice_field`, `~lockstep`.
   /// \throws std::runtime_error with one line where a parameter is wrong
-  SoundField(ros::NodeHandle nh, ros::NodeHandle private_nh, const ArrayModel& model);
+  SoundField(ros::NodeHandle nh, ros::NodeHandle private_nh, ArrayModel model);
 
   void publish(const device::Sound& sound, const std_msgs::Header& header);
 
@@ -41,7 +41,7 @@ class SoundField {
   std::vector<Eigen::Vector3f> slice(const device::Sound& sound) const;
   std::vector<Eigen::Vector3f> facingSkin();
 
-  const ArrayModel& model_;
+  ArrayModel model_;
   double slice_height_;  // m above the array; 0: of the strongest focal point
   double slice_size_, slice_step_;
   bool skin_field_, slice_field_;

@@ -132,7 +132,8 @@ class Signals {
 /// The program, once started.
 class Program {
  public:
-  Program(const Options& options, const Signals& signals, const std::string& folder) : options_(options) {
+  Program(const Options& options, const Signals& signals, const std::string& folder)
+      : patience_(options.patience) {
     int ends[2];
     if (::pipe2(ends, O_NONBLOCK | O_CLOEXEC) != 0) fail("no pipe");
     beats_ = ends[0];
@@ -174,7 +175,7 @@ class Program {
     while (::read(beats_, beats, sizeof beats) > 0) beat = true;
     begun_ |= beat;
     quiet_ = beat ? Seconds(0.0) : quiet_ + awake;
-    return quiet_ > (stopped_ ? stopped_patience : options_.patience) && (stopped_ || begun_);
+    return quiet_ > (stopped_ ? stopped_patience : patience_) && (stopped_ || begun_);
   }
 
   void send(int number) const { ::kill(process_, number); }
@@ -184,7 +185,7 @@ class Program {
     throw std::runtime_error(what + ": " + std::strerror(errno));
   }
 
-  const Options& options_;
+  Seconds patience_;
   int beats_ = -1;
   pid_t process_ = -1;
   bool begun_ = false;    // it gives signs of life

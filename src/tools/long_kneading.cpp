@@ -118,28 +118,24 @@ class Sums {
 /// The first second of a run, to be played again and again.
 class Yardstick {
  public:
-  Yardstick(const scene::Scene& scene, const scene::Solids& solids, const std::vector<HandSample>& samples)
-      : solids_(solids), samples_(samples), clay_(scene.config, scene.materials, scene.particles) {
-    start_ = clay_.sculpture();
-  }
+  explicit Yardstick(const scene::Scene& scene)
+      : clay_(scene.config, scene.materials, scene.particles), start_(clay_.sculpture()) {}
 
   /// \return ms of a frame, median
-  double measure() {
+  double measure(const scene::Solids& solids, const std::vector<HandSample>& samples) {
     constexpr std::size_t frames = 60;
     clay_.restore(start_);
     std::vector<double> ms;
     for (std::size_t k = 0; k < frames; ++k) {
-      const HandSample& sample = samples_[k % samples_.size()];
+      const HandSample& sample = samples[k % samples.size()];
       const Clock::time_point begun = Clock::now();
-      clay_.advance(sample.skin, solids_.solids(), solids_.motion(), sample.duration);
+      clay_.advance(sample.skin, solids.solids(), solids.motion(), sample.duration);
       ms.push_back(1e3 * Seconds(Clock::now() - begun).count());
     }
     return quantile(ms, 0.5);
   }
 
  private:
-  const scene::Solids& solids_;
-  const std::vector<HandSample>& samples_;
   clay::Clay clay_;
   clay::Sculpture start_;
 };
@@ -151,7 +147,7 @@ void kneadLong(const scene::Scene& scene, const scene::Solids& solids, const std
   if (samples.empty()) throw std::invalid_argument("long kneading: no hand sample, expected one at least");
   clay::Clay clay(scene.config, scene.materials, scene.particles);
   clay::LivePace pace(scene.config.frame, scene.config.timeStep());
-  Yardstick yardstick(scene, solids, samples);
+  Yardstick yardstick(scene);
   Sums sums;
   LiveClock clock(how.slowness);
   clay::SkinPath path;
@@ -186,7 +182,7 @@ void kneadLong(const scene::Scene& scene, const scene::Solids& solids, const std
     next_stretch += how.stretch;
     const double ended = clock.now();
     Stretch stretch = sums.of(clay, pace.takeDropped());
-    stretch.yardstick_ms = yardstick.measure();
+    stretch.yardstick_ms = yardstick.measure(solids, samples);
     tell(stretch);
     sums = Sums();
     clock.setAside(clock.now() - ended);

@@ -109,15 +109,15 @@ TACTILE_CLAY_MULTIVERSION void ascend(const Eigen::MatrixXcf& r, const Eigen::Ar
 
 }  // namespace
 
-FocusSolver::FocusSolver(const Propagator& g, std::size_t transducers, double wavenumber,
+FocusSolver::FocusSolver(Propagator g, std::size_t transducers, double wavenumber,
                          std::vector<FocusShape> shapes, const PhaseSolverOptions& options)
-    : g_(g),
+    : g_(std::move(g)),
       transducers_(transducers),
       wavenumber_(wavenumber),
       options_(options),
       shapes_(std::move(shapes)),
-      q_(g.width),
-      p_(g.foci) {}
+      q_(g_.width),
+      p_(g_.foci) {}
 
 void FocusSolver::start(const DriveLanes& q) {
   propagate(g_, q, p_);

@@ -11,9 +11,9 @@ namespace tactile_clay::ultrasound {
 /// Solves p = G q for |p| = 1 at every focus, up to a common scale, by one of the methods of solvePhases.
 class FocusSolver {
  public:
-  /// \param g kept by reference \param transducers of `g`, the lanes past the last one left out
+  /// \param transducers of `g`, the lanes past the last one left out
   /// \param wavenumber rad/m \param shapes of the foci; empty: amplitudes are all that counts
-  FocusSolver(const Propagator& g, std::size_t transducers, double wavenumber, std::vector<FocusShape> shapes,
+  FocusSolver(Propagator g, std::size_t transducers, double wavenumber, std::vector<FocusShape> shapes,
               const PhaseSolverOptions& options);
 
   /// From the phases that this drive has at the foci.
@@ -26,6 +26,7 @@ class FocusSolver {
   void limit(const PhaseLimit& limit, const DriveLanes& before);
 
   DriveLanes& q() { return q_; }
+  const Propagator& g() const { return g_; }
 
   /// G q.
   const FocusField& p();
@@ -38,10 +39,10 @@ class FocusSolver {
   void startAnew();
   void correct(const LaneArray<Lanes>& free);
 
-  const Propagator& g_;
+  Propagator g_;
   std::size_t transducers_;
   double wavenumber_;
-  const PhaseSolverOptions& options_;
+  PhaseSolverOptions options_;
   std::vector<FocusShape> shapes_;
   DriveLanes q_;
   FocusField p_;

@@ -5,6 +5,7 @@
 #include <map>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "ultrasound/focus_solver.h"
 #include "ultrasound/phase_rounding.h"
@@ -196,8 +197,8 @@ std::vector<FocusShape> shapesOf(const Foci& foci, const std::vector<FocalPoint>
 }
 
 /// Lowers and rounds the drive that a solver has found. \param limit of the phases; null: none
-Drive deviceDrive(const Propagator& g, const PhaseSolverOptions& options, std::size_t transducers,
-                  const PhaseLimit* limit, FocusSolver& solver) {
+Drive deviceDrive(const PhaseSolverOptions& options, std::size_t transducers, const PhaseLimit* limit,
+                  FocusSolver& solver) {
   DriveLanes& q = solver.q();
   const bool own_amplitudes = !options.phase_only && options.amplitude_levels > 0;
   if (own_amplitudes) {
@@ -206,7 +207,7 @@ Drive deviceDrive(const Propagator& g, const PhaseSolverOptions& options, std::s
   }
   LaneArray<Lanes> level;
   if (options.phase_levels > 0) {
-    level = roundPhases(g, q, options.phase_levels, limit);
+    level = roundPhases(solver.g(), q, options.phase_levels, limit);
     setPhases(level, options.phase_levels, q);
   }
   if (!own_amplitudes) {
@@ -243,7 +244,7 @@ PhaseSolution solvePhases(const ArrayLayout& layout, const Acoustics& acoustics,
   solution.drive.phase.assign(layout.size(), 0.0f);
   solution.drive.amplitude.assign(layout.size(), 0.0f);
 
-  const Foci foci = fociOf(layout, acoustics, points, solution);
+  Foci foci = fociOf(layout, acoustics, points, solution);
   const std::vector<std::size_t>& active = foci.active;
   if (active.empty()) return solution;
   Eigen::ArrayXf power(static_cast<Eigen::Index>(active.size()));
@@ -251,20 +252,20 @@ PhaseSolution solvePhases(const ArrayLayout& layout, const Acoustics& acoustics,
     power(static_cast<Eigen::Index>(m)) = static_cast<float>(std::pow(points[active[m]].intensity, 2));
 
   const double k = acoustics.wavenumber();
-  FocusSolver solver(foci.g, layout.size(), k, shapesOf(foci, points, k, options.peaks), options);
+  FocusSolver solver(std::move(foci.g), layout.size(), k, shapesOf(foci, points, k, options.peaks), options);
   DriveLanes last;
   if (before != nullptr) {
-    last = driveLanes(*before, foci.g.width);
+    last = driveLanes(*before, solver.g().width);
     solver.start(last);
   }
   solver.solve(power);
   PhaseLimit limit;
   const bool limited = before != nullptr && options.max_phase_change > 0.0;
   if (limited) {
-    limit = phaseLimit(*before, options.max_phase_change, foci.g.width);
+    limit = phaseLimit(*before, options.max_phase_change, solver.g().width);
     solver.limit(limit, last);
   }
-  solution.drive = deviceDrive(foci.g, options, layout.size(), limited ? &limit : nullptr, solver);
+  solution.drive = deviceDrive(options, layout.size(), limited ? &limit : nullptr, solver);
   const FocusField& reached = solver.p();
   const Eigen::ArrayXf share = reached.abs();
   for (std::size_t m = 0; m < active.size(); ++m) {

@@ -4,6 +4,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace tactile_clay::ultrasound {
 namespace {
@@ -23,96 +24,80 @@ std::size_t closest(const std::vector<Eigen::Vector3d>& centre, const Eigen::Vec
   return best;
 }
 
+using Positions = std::vector<Eigen::Vector3d>;
+using Weights = std::vector<double>;
+
 /// Clusters with their weights, so that single exchanges know what they gain.
-class Refinement {
- public:
-  Refinement(const std::vector<Eigen::Vector3d>& position, const std::vector<double>& weight,
-             std::vector<Eigen::Vector3d> centre)
-      : position_(position), weight_(weight), cluster_(position.size()), center_(std::move(centre)) {}
-
-  Clustering run() {
-    lloyd();
-    for (int pass = 0; pass < max_passes && exchange(); ++pass) lloyd();
-    Clustering result;
-    for (std::size_t i = 0; i < position_.size(); ++i) {
-      result.objective += weight_[i] * (position_[i] - center_[cluster_[i]]).squaredNorm();
-    }
-    result.centre = std::move(center_);
-    result.cluster = std::move(cluster_);
-    return result;
-  }
-
- private:
-  void lloyd() {
-    for (int pass = 0; pass < max_passes; ++pass) {
-      bool changed = pass == 0;
-      for (std::size_t i = 0; i < position_.size(); ++i) {
-        const std::size_t k = closest(center_, position_[i]);
-        changed |= k != cluster_[i];
-        cluster_[i] = k;
-      }
-      if (!changed) return;
-      updateCenters();
-    }
-  }
-
-  void updateCenters() {
-    std::vector<Eigen::Vector3d> sum(center_.size(), Eigen::Vector3d::Zero());
-    total_.assign(center_.size(), 0.0);
-    for (std::size_t i = 0; i < position_.size(); ++i) {
-      sum[cluster_[i]] += weight_[i] * position_[i];
-      total_[cluster_[i]] += weight_[i];
-    }
-    std::vector<std::size_t> kept(center_.size(), 0);
-    std::size_t n = 0;
-    for (std::size_t k = 0; k < center_.size(); ++k) {
-      if (!(total_[k] > 0.0)) continue;
-      center_[n] = sum[k] / total_[k];
-      total_[n] = total_[k];
-      kept[k] = n++;
-    }
-    center_.resize(n);
-    total_.resize(n);
-    for (std::size_t& k : cluster_) k = kept[k];
-  }
-
-  /// Moves single samples to another cluster where that lowers the objective: taking a sample of weight w out
-  /// of a cluster of weight W gains w W / (W - w) d^2, putting it into one costs w W / (W + w) d^2.
-  bool exchange() {
-    bool moved = false;
-    for (std::size_t i = 0; i < position_.size(); ++i) {
-      const std::size_t from = cluster_[i];
-      const double w = weight_[i];
-      const double rest = total_[from] - w;
-      if (!(rest > 1e-9 * w)) continue;  // alone in its cluster
-      const double gain = w * total_[from] / rest * (position_[i] - center_[from]).squaredNorm();
-      std::size_t to = from;
-      double cost = gain * (1.0 - 1e-9);  // rounding alone must not move a sample back and forth
-      for (std::size_t k = 0; k < center_.size(); ++k) {
-        if (k == from) continue;
-        const double c = w * total_[k] / (total_[k] + w) * (position_[i] - center_[k]).squaredNorm();
-        if (c < cost) {
-          cost = c;
-          to = k;
-        }
-      }
-      if (to == from) continue;
-      center_[from] = (total_[from] * center_[from] - w * position_[i]) / rest;
-      center_[to] = (total_[to] * center_[to] + w * position_[i]) / (total_[to] + w);
-      total_[from] = rest;
-      total_[to] += w;
-      cluster_[i] = to;
-      moved = true;
-    }
-    return moved;
-  }
-
-  const std::vector<Eigen::Vector3d>& position_;
-  const std::vector<double>& weight_;
-  std::vector<std::size_t> cluster_;
-  std::vector<Eigen::Vector3d> center_;
-  std::vector<double> total_;  // weight of each cluster
+struct Clusters {
+  std::vector<std::size_t> cluster;  // of each sample
+  Positions centre;
+  Weights total;  // weight of each cluster
 };
+
+/// Each centre to the mean of its samples; centres without any go.
+void updateCentres(const Positions& position, const Weights& weight, Clusters& c) {
+  Positions sum(c.centre.size(), Eigen::Vector3d::Zero());
+  c.total.assign(c.centre.size(), 0.0);
+  for (std::size_t i = 0; i < position.size(); ++i) {
+    sum[c.cluster[i]] += weight[i] * position[i];
+    c.total[c.cluster[i]] += weight[i];
+  }
+  std::vector<std::size_t> kept(c.centre.size(), 0);
+  std::size_t n = 0;
+  for (std::size_t k = 0; k < c.centre.size(); ++k) {
+    if (!(c.total[k] > 0.0)) continue;
+    c.centre[n] = sum[k] / c.total[k];
+    c.total[n] = c.total[k];
+    kept[k] = n++;
+  }
+  c.centre.resize(n);
+  c.total.resize(n);
+  for (std::size_t& k : c.cluster) k = kept[k];
+}
+
+void lloyd(const Positions& position, const Weights& weight, Clusters& c) {
+  for (int pass = 0; pass < max_passes; ++pass) {
+    bool changed = pass == 0;
+    for (std::size_t i = 0; i < position.size(); ++i) {
+      const std::size_t k = closest(c.centre, position[i]);
+      changed |= k != c.cluster[i];
+      c.cluster[i] = k;
+    }
+    if (!changed) return;
+    updateCentres(position, weight, c);
+  }
+}
+
+/// Moves single samples to another cluster where that lowers the objective: taking a sample of weight w out
+/// of a cluster of weight W gains w W / (W - w) d^2, putting it into one costs w W / (W + w) d^2.
+bool exchange(const Positions& position, const Weights& weight, Clusters& c) {
+  bool moved = false;
+  for (std::size_t i = 0; i < position.size(); ++i) {
+    const std::size_t from = c.cluster[i];
+    const double w = weight[i];
+    const double rest = c.total[from] - w;
+    if (!(rest > 1e-9 * w)) continue;  // alone in its cluster
+    const double gain = w * c.total[from] / rest * (position[i] - c.centre[from]).squaredNorm();
+    std::size_t to = from;
+    double cost = gain * (1.0 - 1e-9);  // rounding alone must not move a sample back and forth
+    for (std::size_t k = 0; k < c.centre.size(); ++k) {
+      if (k == from) continue;
+      const double of_k = w * c.total[k] / (c.total[k] + w) * (position[i] - c.centre[k]).squaredNorm();
+      if (of_k < cost) {
+        cost = of_k;
+        to = k;
+      }
+    }
+    if (to == from) continue;
+    c.centre[from] = (c.total[from] * c.centre[from] - w * position[i]) / rest;
+    c.centre[to] = (c.total[to] * c.centre[to] + w * position[i]) / (c.total[to] + w);
+    c.total[from] = rest;
+    c.total[to] += w;
+    c.cluster[i] = to;
+    moved = true;
+  }
+  return moved;
+}
 
 void checkLengths(const std::vector<Eigen::Vector3d>& position, const std::vector<double>& weight) {
   if (position.size() != weight.size()) {
@@ -160,7 +145,15 @@ Clustering refineClusters(const std::vector<Eigen::Vector3d>& position, const st
   checkLengths(position, weight);
   if (position.empty()) return {};
   if (centre.empty()) throw std::invalid_argument("k-means: no centre to start from, expected at least one");
-  return Refinement(position, weight, std::move(centre)).run();
+  Clusters c{std::vector<std::size_t>(position.size()), std::move(centre), {}};
+  lloyd(position, weight, c);
+  for (int pass = 0; pass < max_passes && exchange(position, weight, c); ++pass) lloyd(position, weight, c);
+  Clustering result;
+  for (std::size_t i = 0; i < position.size(); ++i)
+    result.objective += weight[i] * (position[i] - c.centre[c.cluster[i]]).squaredNorm();
+  result.centre = std::move(c.centre);
+  result.cluster = std::move(c.cluster);
+  return result;
 }
 
 Clustering weightedKMeans(const std::vector<Eigen::Vector3d>& position, const std::vector<double>& weight,

@@ -30,7 +30,7 @@ class Array {
   GatedArray::Output output(bool harmless) {
     GatedArray::Output output;
     output.harmless = harmless;
-    output.model = &model_;
+    output.model = model_;
     output.scalable = true;
     output.solve = [this](const auto& points, const auto* before) { return model_.solve(points, before); };
     output.repertoire = {"written", {ultrasound::Modulation::amplitude}, 0.0, 0, true};
