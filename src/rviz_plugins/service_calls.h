@@ -18,8 +18,9 @@ class ServiceCalls {
   };
   /// What no topic tells of the rig.
   struct Rig {
-    std::string scene;      // as the clay was started with it
-    bool has_undo = false;  // whether the clay serves it
+    std::string scene;        // as the clay was started with it
+    bool has_undo = false;    // whether the clay serves it
+    bool has_export = false;  // whether its surface does
   };
 
   ServiceCalls();
@@ -31,8 +32,9 @@ class ServiceCalls {
 
   /// What was found last of the rig.
   Rig rig() const;
-  /// Looks for it anew, unless it does. \param clay full name of the node that simulates the clay
-  void lookAtRig(const std::string& clay);
+  /// Looks for it anew, unless it does. \param clay, surface full names of the nodes that simulate the clay
+  /// and make its surface
+  void lookAtRig(const std::string& clay, const std::string& surface);
 
  private:
   struct Shared;
