@@ -186,8 +186,8 @@ void SafetyGate::limitField(Verdict& verdict, double since_last) const {
   }
 }
 
-/// \param reason is set where it is too loud \return factor that the amplitudes have to be lowered by; 1:
-/// none; 0: silence
+/// @param reason is set where it is too loud
+/// @return factor that the amplitudes have to be lowered by; 1: none; 0: silence
 double SafetyGate::excess(const Loudness& loudness, std::string& reason) const {
   double factor = 1.0;
   if (applies(Rule::pressure)) {

@@ -25,15 +25,16 @@ class ServiceCalls {
 
   ServiceCalls();
 
-  /// \param what the answer begins with \return false where the one before it is not answered yet
+  /// @param what the answer begins with
+  /// @return false where the one before it is not answered yet
   bool start(const std::string& what, Call work);
   /// The answers since the last call.
   std::vector<Answer> take();
 
   /// What was found last of the rig.
   Rig rig() const;
-  /// Looks for it anew, unless it does. \param clay, surface full names of the nodes that simulate the clay
-  /// and make its surface
+  /// Looks for it anew, unless it does.
+  /// @param clay, surface full names of the nodes that simulate the clay and make its surface
   void lookAtRig(const std::string& clay, const std::string& surface);
 
  private:
