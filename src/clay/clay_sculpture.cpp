@@ -31,7 +31,7 @@ Sculpture Clay::State::sculpture() const {
   s.contacts = sleeping_contacts;
   s.sleep = sleep.state();
   for (std::size_t k = 0; k < awake.size(); ++k) s.window_start[awake[k]] = window_start[k];
-  // Sculptures are kept for undo, a hundred and more: none takes more memory than it needs.
+  // A hundred and more sculptures are kept for undo, so each takes no more memory than it needs.
   s.bond_begin.reserve(everyone.size() + 1);
   s.bonds.reserve(2 * bond_constraint.size() + sleeping_bonds.size());
   s.contacts.reserve(s.contacts.size() + contact_constraint.contacts().size());
@@ -56,7 +56,7 @@ Sculpture Clay::State::sculpture() const {
   return s;
 }
 
-/// Takes over a sculpture, and parts what is awake from what sleeps.
+/// Takes over a sculpture, and separates awake particles from sleeping ones.
 void Clay::State::restore(const Sculpture& s) {
   constexpr std::uint32_t nobody = 0xffffffffu;
   time = s.time;
@@ -71,7 +71,7 @@ void Clay::State::restore(const Sculpture& s) {
   awake = sleep.awake();
 
   const std::size_t n = everyone.size();
-  std::vector<std::uint32_t> index(n, nobody);  // in `awake`
+  std::vector<std::uint32_t> index(n, nobody);  // of each particle, in `awake`
   particles = {};
   for (VectorField* field : {&particles.position, &particles.velocity, &window_start, &free, &u})
     field->resize(awake.size());
@@ -116,7 +116,7 @@ void Clay::State::restore(const Sculpture& s) {
   contact_constraint.restore(std::move(contacts));
 }
 
-/// After clay woke or fell asleep.
+/// Separates awake from sleeping particles again, after some clay woke or fell asleep.
 void Clay::State::regroup() {
   publishAwake();
   for (std::size_t i = 0; i < everyone.size(); ++i)

@@ -29,8 +29,8 @@ struct Kernel {
     return steepness * (24.0f * b * b - 6.0f * a * a);
   }
 
-  /// Both without their factors, W = 2 sigma value and dW/dr = steepest() slope, for loops over pairs that
-  /// need both.
+  /// W and dW/dr without their factors: W = 2 sigma value, dW/dr = steepest() slope. For loops over pairs
+  /// that need both.
   template <typename T>
   struct Shape {
     T value, slope;
@@ -48,7 +48,7 @@ struct Kernel {
   float sigma;  // 1/m^3, W(0)
 
  private:
-  float per_h, steepness;  // the compiler may not take these out of a loop
+  float per_h, steepness;  // stored, since the compiler may not move their divisions out of a loop
   static TACTILE_CLAY_INLINE float positive(float x) { return x > 0.0f ? x : 0.0f; }
   static TACTILE_CLAY_INLINE Lane positive(const Lane& x) { return tactile_clay::positive(x); }
 };

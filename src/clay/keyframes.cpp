@@ -9,7 +9,7 @@ namespace tactile_clay::clay {
 namespace {
 
 constexpr double apart = 1.0;      // s
-constexpr double rounding = 1e-6;  // s, of sums of frames
+constexpr double rounding = 1e-6;  // s, of a sum of frame durations
 
 std::size_t bytesOf(const Sculpture& s) {
   const auto of = [](const auto& values) { return values.size() * sizeof(values[0]); };
@@ -35,7 +35,7 @@ void Keyframes::keep(Sculpture clay, int version) {
   if (limits_.seconds <= 0.0) return;
   bytes_ += bytesOf(clay);
   states_.push_back({now_, version, std::move(clay)});
-  // The newest stays, whatever it takes: it is what a first step back needs.
+  // The newest state stays, whatever memory it takes: the first undo needs it.
   while (states_.size() > 1 &&
          (bytes_ > limits_.bytes || now_ - states_[1].time >= limits_.seconds - rounding))
     forgetOldest();

@@ -7,30 +7,30 @@
 
 namespace tactile_clay::clay {
 
-/// States of the clay in the past, a second of simulated time apart, to go back to. The oldest are forgotten
-/// where they are too old, or take too much memory.
+/// Past states of the clay, one second of simulated time apart, to go back to. The oldest states are
+/// forgotten if they are too old, or if all states take too much memory.
 class Keyframes {
  public:
   struct Limits {
-    double seconds = 120.0;                // simulated, of which states are kept; 0: none are
-    std::size_t bytes = 256u * (1 << 20);  // that all states take together
+    double seconds = 120.0;                // simulated time from which states are kept; 0: none are kept
+    std::size_t bytes = 256u * (1 << 20);  // maximum of all states together
   };
   struct State {
     double time = 0.0;  // s, of the clock of the Keyframes
-    int version = 0;    // that the caller gave it
+    int version = 0;    // given by the caller
     Sculpture clay;
   };
 
   explicit Keyframes(Limits limits) : limits_(limits) {}
 
-  /// Tells that the clay went on by `duration` s.
+  /// To be called when the clay has advanced by `duration` s.
   /// @return whether its state is to be kept now
   bool pass(double duration);
   void keep(Sculpture clay, int version);
 
-  /// Goes back to the newest state that is at least `seconds` old, and forgets those after it.
-  /// @param[out] went_back s
-  /// @throws std::runtime_error with one line where no state is that old
+  /// Goes back to the newest state that is at least `seconds` old, and forgets the states after it.
+  /// @param[out] went_back s, the age of that state
+  /// @throws std::runtime_error with one line if no state is that old
   const State& back(double seconds, double& went_back);
 
   std::size_t bytes() const { return bytes_; }

@@ -2,17 +2,17 @@
 
 namespace tactile_clay::clay {
 
-/// Tells when frames have taken longer than they may for a while, and not just now and then: most of those of
-/// two seconds. What it is told are times; it reads no clock.
+/// Detects that frames have taken too long for a while, and not only now and then: in two seconds, more than
+/// half of the frames. All times are passed to it; it reads no clock.
 class LateWatch {
  public:
-  /// @param target s, that computing a period may take
+  /// @param target s, maximum time for computing one period
   /// @param period s, of frames
   LateWatch(double target, double period) : target_(target), period_(period) {}
 
   /// To be called after each frame.
-  /// @param elapsed s since the one before
-  /// @param simulated s, of the frame
+  /// @param elapsed s since the frame before
+  /// @param simulated s, that the frame simulated
   /// @param computing s, that this took
   /// @return whether it is time to give up accuracy
   bool late(double elapsed, double simulated, double computing) {
@@ -32,7 +32,7 @@ class LateWatch {
   static constexpr double window = 2.0;  // s
 
   double target_, period_;
-  double time_ = 0.0;  // s, of the window
+  double time_ = 0.0;  // s, elapsed in the window
   int frames_ = 0, slow_ = 0;
 };
 

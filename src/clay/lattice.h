@@ -21,8 +21,8 @@ inline float latticeSum(const Kernel& kernel, float spacing) {
   return static_cast<float>(total);
 }
 
-/// Share of that sum that comes from one side of a point, without the plane through it: what a point in the
-/// outermost layer lacks.
+/// Share of the lattice sum that comes from one side of a point, without the plane through the point. A point
+/// in the outermost layer lacks this share.
 inline float wallShare(const Kernel& kernel, float spacing) {
   const int reach = static_cast<int>(std::ceil(kernel.h / spacing));
   double plane = 0.0;

@@ -6,9 +6,10 @@
 
 namespace tactile_clay::clay {
 
-/// How much time each frame of a live simulation gets, so that simulated time follows the wall clock, and
-/// frames are even and short: as many whole steps as usual, and a quarter of a period more or less where
-/// simulated time is off by one and a half of that. More also needs a computer that is faster than the clock.
+/// Decides how much time each frame of a live simulation simulates, so that simulated time follows the wall
+/// clock, and frames are even and short. A frame simulates the usual time between frames, in whole steps. If
+/// simulated time is behind or ahead by more than one and a half quarters of a period, the frame simulates a
+/// quarter more or less. A longer frame also needs a computer that simulates faster than the clock.
 class LivePace {
  public:
   /// @param period s, of frames
@@ -46,21 +47,21 @@ class LivePace {
     if (duration > 0.0 && computing > 0.0) pace_ = duration / computing;
   }
 
-  /// s, that will never be simulated, since the last call.
+  /// Time dropped since the last call, which will never be simulated, s.
   double takeDropped() { return std::exchange(dropped_, 0.0); }
 
  private:
-  static constexpr double adaption = 0.1;  // of the usual time between frames to each
-  // Pace that a longer frame needs. Above 1 it gains time, though it may take more than a period; a tenth is
-  // what paces differ from frame to frame.
+  static constexpr double adaption = 0.1;  // of the usual time between frames, to each new time
+  // Minimum pace for a longer frame. With a pace above 1 a longer frame gains time, though computing it may
+  // take more than a period. Paces differ by a tenth from frame to frame.
   static constexpr double room = 1.1;
-  static constexpr double max_owed = 0.1;  // s
+  static constexpr double max_owed = 0.1;  // s; time beyond this is dropped
 
   double period_, step_;
-  double quarter_;     // s, of a period, in whole steps
-  double usual_;       // s, between two frames
-  double pace_ = 1.0;  // simulated over computing time of the last frame
-  double owed_ = 0.0, dropped_ = 0.0;
+  double quarter_;                     // s, quarter of a period, in whole steps
+  double usual_;                       // s, usual time between two frames
+  double pace_ = 1.0;                  // simulated over computing time of the last frame
+  double owed_ = 0.0, dropped_ = 0.0;  // s
 };
 
 }  // namespace tactile_clay::clay

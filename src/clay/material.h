@@ -6,25 +6,27 @@
 
 namespace tactile_clay::clay {
 
-/// What a clay is made of; doc/method/validation.md has what follows from it (Young's modulus, yield stress).
-/// A coefficient of zero means that its constraints do not exist.
+/// Coefficients of a clay. Young's modulus, yield stress and more follow from them, see
+/// doc/method/validation.md. If a coefficient is zero, its constraints do not exist.
 struct Material {
   std::string name = "clay";
   double density = 1600.0;    // kg/m^3, rest density
-  double bulk_modulus = 1e6;  // Pa, resistance to compression; one-sided, clay is held together by its bonds
+  double bulk_modulus = 1e6;  // Pa, resistance to compression; one-sided, since bonds hold clay together
   double viscosity = 200.0;   // Pa s, dynamic (Eq. 3, 4), at a shear rate of 1/s; 0: none
   double stiffness = 1e5;     // Pa, shear modulus of the elastoplastic bonds (Eq. 5); 0: none
-  double bond_rate = 1.0;     // 1/s, a bond forms where the pair's stretch rate over a frame is below
-  double unbond_rate = 10.0;  // 1/s, a bond breaks where it is above; > bond_rate
-  double yield_strain = std::numeric_limits<double>::infinity();  // 1, a bond's rest length flows beyond it
-  double flow_index = 1.0;  // 1, stress of the viscosity grows with the shear rate to this; < 1: thins
-  double relaxation_time = std::numeric_limits<double>::infinity();  // s, in which stress of the bonds fades
+  double bond_rate = 1.0;     // 1/s, a bond forms if the pair's stretch rate over a frame is lower
+  double unbond_rate = 10.0;  // 1/s, a bond breaks if that rate is higher; >= bond_rate
+  // 1, y: rest lengths of bonds flow where the shear stress is above 2 y times the stiffness.
+  double yield_strain = std::numeric_limits<double>::infinity();
+  double flow_index = 1.0;  // 1, n: viscous stress grows as (shear rate)^n; below 1 the clay thins
+  // s, in which the stress of the bonds fades to 1/e.
+  double relaxation_time = std::numeric_limits<double>::infinity();
   double friction = 0.6;       // 1, Coulomb coefficient against solids; 0: none
-  double adhesion = 0.0;       // Pa, pull under which clay that was pressed on comes off a solid; 0: none
-  double skin_friction = 0.6;  // 1, the same against skin
+  double adhesion = 0.0;       // Pa, pull at which clay that was pressed on a solid comes off it; 0: none
+  double skin_friction = 0.6;  // 1, Coulomb coefficient against skin; 0: none
 };
 
-/// A number of a material: its name in files and as a parameter, and where it may lie.
+/// A coefficient of a material: its name in files and as a parameter, and its range.
 struct Coefficient {
   const char* name;
   double Material::*value;
@@ -35,8 +37,9 @@ struct Coefficient {
   const char* range;    // completes "expected ..."
 };
 
-/// All of them, in the order of Material. That unbond_rate is not below bond_rate is checked beside them.
 inline constexpr double no_limit = std::numeric_limits<double>::infinity();
+/// All coefficients, in the order of Material. `validate` also checks that unbond_rate is not below
+/// bond_rate.
 inline constexpr std::array<Coefficient, 12> coefficients = {{
     {"density", &Material::density, 0.0, no_limit, true, false, "kg/m^3", "> 0 kg/m^3"},
     {"bulk_modulus", &Material::bulk_modulus, 0.0, no_limit, false, false, "Pa", ">= 0 Pa"},

@@ -10,17 +10,18 @@ namespace tactile_clay::clay {
 namespace {
 
 constexpr std::uint32_t faces_a_leaf = 4;
-constexpr int deepest = 64;  // nodes of a tree above each other: each halves its faces
+constexpr int deepest = 64;  // depth of a tree at most; each level halves the faces
 
-/// The nearest place of a face, and the normal there, which tells the side but is not of unit length.
+/// The nearest place of a face, and the normal there. The normal gives the side; it need not have unit
+/// length.
 struct Nearest {
   double square;  // m^2
   Eigen::Vector3d place;
   const Eigen::Vector3d* normal;
-  const Mesh::Face* face;  // where the place is within it; null at an edge or a corner
+  const Mesh::Face* face;  // the face, if the place is within it; null at an edge or a corner
 };
 
-/// The nearest place of a triangle by the region that a point is in (Ericson 2004, Real-Time Collision
+/// The nearest place of a triangle, by the region that contains the point (Ericson 2004, Real-Time Collision
 /// Detection, 5.1.5).
 Nearest nearestOf(const Mesh::Face& f, const Eigen::Vector3d& p) {
   const Eigen::Vector3d &a = f.corner[0], &b = f.corner[1], &c = f.corner[2];
@@ -47,7 +48,7 @@ Nearest nearestOf(const Mesh::Face& f, const Eigen::Vector3d& p) {
   return at(p - f.normal.dot(ap) * f.normal, f.normal, &f);
 }
 
-/// The nearest place of a body that is nearer than `maximum`, m^2, if there is one.
+/// Sets `nearest` to the nearest place of a body, if that is nearer than `nearest` is.
 void findNearest(const Mesh::Body& body, const Eigen::Vector3d& p, Nearest& nearest) {
   struct Rest {
     std::uint32_t node;
@@ -77,19 +78,19 @@ void findNearest(const Mesh::Body& body, const Eigen::Vector3d& p, Nearest& near
 
 SurfacePoint signedBy(const Nearest& nearest, const Eigen::Vector3d& p) {
   if (nearest.normal == nullptr)
-    return {INFINITY, Eigen::Vector3d::UnitZ()};  // of a point that is not finite
+    return {INFINITY, Eigen::Vector3d::UnitZ()};  // for a point that is not finite
   if (nearest.face != nullptr)
     return {nearest.face->normal.dot(p - nearest.face->corner[0]), nearest.face->normal};
   const Eigen::Vector3d away = p - nearest.place;
   const double distance = std::sqrt(nearest.square);
   const double side = nearest.normal->dot(away) < 0.0 ? -1.0 : 1.0;
-  // On the surface itself rounding would tell the direction.
+  // On the surface itself rounding would decide the direction.
   constexpr double on_it = 1e-9;  // m
   if (distance < on_it) return {side * distance, nearest.normal->normalized()};
   return {side * distance, side / distance * away};
 }
 
-/// Normals of what is wide enough to have one.
+/// Normals of triangles; zero if a triangle is too narrow to have one.
 std::vector<Eigen::Vector3d> normalsOf(const ClosedSurface& surface, double narrow) {
   std::vector<Eigen::Vector3d> normals;
   for (const Mesh::Triangle& t : surface.triangles) {
@@ -109,8 +110,9 @@ double angleAt(const ClosedSurface& surface, const Mesh::Triangle& t, int k) {
   return std::atan2(u.cross(v).norm(), u.dot(v));
 }
 
-/// Faces with the normals of their edges and corners. A triangle that is a line stands for those beyond it:
-/// along an edge, for what is beyond its other two edges; at a corner, for what is beyond the edge across.
+/// Makes faces with the normals of their edges and corners. A triangle that is only a line is replaced by the
+/// triangles beyond it: in the normal of an edge by those beyond its two other edges, in the normal of a
+/// corner by the one beyond the opposite edge.
 class Normals {
  public:
   Normals(const ClosedSurface& surface, double narrow)
@@ -153,7 +155,7 @@ Eigen::AlignedBox3d boxOf(const Mesh::Face& face) {
   return box;
 }
 
-/// Halves the faces of a node along its longest side until they are few.
+/// Divides the faces of a node into halves along its longest side, until a node has few faces.
 void split(Mesh::Body& body, const std::vector<Mesh::Face>& faces, std::vector<std::uint32_t>& order,
            std::uint32_t node, std::uint32_t first, std::uint32_t last) {
   Eigen::AlignedBox3d box, centres;
@@ -213,8 +215,8 @@ Mesh::Mesh(const std::vector<Eigen::Vector3d>& vertices, const std::vector<Trian
 }
 
 void Mesh::fillGrid() {
-  constexpr double cells_along =
-      20.0;  // of the longest edge: 8 000 cells at most, filled in a few seconds at most
+  // Cells along the longest edge: together at most 8 000 cells, filled in a few seconds at most.
+  constexpr double cells_along = 20.0;
   cell_ = bounds_.sizes().maxCoeff() / cells_along;
   cells_ = (bounds_.sizes().array() / cell_).ceil().cast<int>().max(1);
   distance_.resize(static_cast<std::size_t>(cells_.prod()));
@@ -245,7 +247,8 @@ double Mesh::atLeast(const Eigen::Vector3d& point) const {
 SurfacePoint Mesh::surface(const Eigen::Vector3d& point) const {
   SurfacePoint minimum{INFINITY, Eigen::Vector3d::UnitZ()};
   for (const Body& body : bodies_) {
-    // A body whose box is farther off than what was found cannot be nearer, nor can the point be in it.
+    // A body whose box is farther away than the surface found so far is not nearer, and does not contain the
+    // point.
     const double farthest = minimum.distance > 0.0 ? minimum.distance * minimum.distance : 0.0;
     if (body.nodes[0].box.squaredExteriorDistance(point) > farthest) continue;
     Nearest nearest{INFINITY, point, nullptr, nullptr};

@@ -22,8 +22,8 @@ struct HashOfCell {
   }
 };
 
-/// Vertices that are not at the place of one before.
-/// @param number gets which one each vertex is
+/// The vertices, without those at the place of an earlier vertex.
+/// @param number gets, for each vertex, its index in the result
 std::vector<Eigen::Vector3d> joined(const std::vector<Eigen::Vector3d>& vertices, double tolerance,
                                     std::vector<std::uint32_t>& number) {
   std::vector<Eigen::Vector3d> places;
@@ -31,7 +31,8 @@ std::vector<Eigen::Vector3d> joined(const std::vector<Eigen::Vector3d>& vertices
   const double cell = 2.0 * tolerance;
   const auto index = [cell](double x) { return static_cast<std::int64_t>(std::floor(x / cell)); };
   for (const Eigen::Vector3d& v : vertices) {
-    // What is as near as the tolerance lies in this cell, or beyond the side that the vertex is nearer to.
+    // A place within the tolerance lies in the cell of the vertex, or beyond the side to which the vertex is
+    // nearer.
     std::int64_t low[3], high[3];
     for (int k = 0; k < 3; ++k) {
       low[k] = index(v[k] - tolerance);
@@ -54,12 +55,12 @@ std::vector<Eigen::Vector3d> joined(const std::vector<Eigen::Vector3d>& vertices
   return places;
 }
 
-struct Side {  // of an edge
+struct Side {  // a triangle at an edge
   std::uint32_t low, high, triangle, corner;
 };
 
 /// Fills `across`.
-/// @throws where an edge has not two triangles
+/// @throws std::invalid_argument if an edge does not have exactly two triangles
 void matchEdges(ClosedSurface& surface) {
   std::vector<Side> sides;
   for (std::uint32_t t = 0; t < surface.triangles.size(); ++t)
@@ -103,7 +104,7 @@ bool runs(const Triangle& triangle, std::uint32_t a, std::uint32_t b) {
   return false;
 }
 
-/// Finds what hangs together, and turns all triangles of it the same way.
+/// Finds the connected parts of the surface (bodies), and turns all triangles of a body the same way.
 void findBodies(ClosedSurface& surface) {
   constexpr auto none = static_cast<std::uint32_t>(-1);
   surface.body.assign(surface.triangles.size(), none);
@@ -149,7 +150,8 @@ void turnRound(ClosedSurface& surface, const std::vector<bool>& bodies) {
     if (bodies[surface.body[t]]) turnRound(surface, t);
 }
 
-/// Turns bodies outwards. One that is turned inwards within the box of another is a hole of it, and joins it.
+/// Turns bodies outwards. A body that is turned inwards within the box of another one is a hole of that one,
+/// and joins it.
 void turnOutwards(ClosedSurface& surface) {
   const std::vector<double> volumes = volumesOf(surface);
   std::vector<Eigen::AlignedBox3d> boxes(surface.bodies);
@@ -206,7 +208,7 @@ ClosedSurface closedSurface(const std::vector<Eigen::Vector3d>& vertices,
   matchEdges(surface);
   findBodies(surface);
   turnOutwards(surface);
-  constexpr double nothing = 1e-12;  // of the cube of the diagonal
+  constexpr double nothing = 1e-12;  // share of the cube of the diagonal
   if (!(volumeOf(surface) > nothing * std::pow(diagonal, 3.0)))
     throw std::invalid_argument("encloses no volume, expected a closed surface about some");
   return surface;

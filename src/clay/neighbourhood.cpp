@@ -7,11 +7,11 @@
 namespace tactile_clay::clay {
 namespace {
 
-// Stray particles must cost neither gigabytes nor milliseconds: beyond this, blocks grow. A world of 2 m has
-// 40 000 rows of 200 blocks at a support radius of 10 mm.
+// Blocks grow if more than these are needed, so that stray particles cost neither gigabytes nor milliseconds.
+// A world of 2 m has 40 000 rows of 200 blocks at a support radius of 10 mm.
 constexpr double max_rows = 1 << 18;
 constexpr double max_blocks_of_row = 1 << 12;
-// Of a block: rounding must not put neighbours into blocks that are not neighbours.
+// Share of a block, as a margin: rounding must not put two neighbours into blocks that do not touch.
 constexpr float hair = 1e-4f;
 constexpr std::uint32_t no_lump = 0xffffffffu;
 
@@ -47,7 +47,7 @@ void Neighbourhood::layOutGrid(const VectorField& position) {
   }
 }
 
-/// Tells each particle's row, and its cell along x.
+/// Sets each particle's row, and its cell along x.
 void Neighbourhood::findCells(const VectorField& position) {
   const std::size_t n = position.size();
   row_of_.resize(n);
@@ -79,7 +79,7 @@ void Neighbourhood::layOutRows() {
   cell_begin_.assign(cells + 1, 0);
 }
 
-/// Counts the particles of each cell. cell_of_ then tells the cell among those of all rows.
+/// Counts the particles of each cell. cell_of_ then is the index of the cell among the cells of all rows.
 void Neighbourhood::countCells() {
   for (std::size_t i = 0; i < cell_of_.size(); ++i) {
     cell_of_[i] = rows_[row_of_[i]].cell(static_cast<int>(cell_of_[i]));
@@ -92,7 +92,7 @@ void Neighbourhood::sortIntoCells(const VectorField& position) {
   const std::size_t n = position.size();
   cursor_.assign(cell_begin_.begin(), cell_begin_.end() - 1);
   place_.resize(n);
-  // whole lanes can be read at the end
+  // so that a whole lane can be read from any place
   for (auto* sorted : {&sorted_x_, &sorted_y_, &sorted_z_}) sorted->resize(n + lane_width);
   slot_in_cell_.resize(n + lane_width);
   for (std::size_t i = 0; i < n; ++i) {
@@ -121,20 +121,20 @@ struct Grid {
   const CellRow* rows;
 };
 
-/// Runs of candidates of a particle: in its own row of blocks, and in the eight beside it.
+/// Runs of places of the candidates of a particle, in the eight rows of blocks beside it and in its own row.
 struct Runs {
   static constexpr int count = lane_width + 1;
   std::uint32_t from[count], to[count];
 };
 
-/// Neighbourhood::cellAlong along x of eight places.
+/// Neighbourhood::cellAlong along x, of eight coordinates.
 TACTILE_CLAY_INLINE LaneOrder cellsAlong(const Lane& x, const Grid& grid) {
   const Lane c = (x - grid.origin[0]) * grid.per_metre[0];
   return __builtin_convertvector(min(max(c, Lane{}), all(static_cast<float>(grid.size[0] - 1))), LaneOrder);
 }
 
-/// The chord of a particle's ball through each row of blocks.
-/// @param cy, cz its block
+/// Sets `runs` to the chords of a particle's ball of radius h through each row of blocks.
+/// @param cy, cz row of the particle
 TACTILE_CLAY_MULTIVERSION
 void findRuns(const Grid& grid, float x, float y, float z, int cy, int cz, Runs& runs) {
   const float above_y = y - grid.origin[1] - static_cast<float>(cy) * grid.block;
@@ -167,8 +167,8 @@ void findRuns(const Grid& grid, float x, float y, float z, int cy, int cz, Runs&
   setRun(lane_width, cy, cz, ends[0], ends[1]);
 }
 
-/// Lists the candidates that are within h of particle `self`, from list[size] on. There must be room for all
-/// of them and a lane more.
+/// Appends the candidates within h of the particle at place `self`, from list[size] on. The list must have
+/// room for all candidates and one lane more.
 /// @return the list's new size
 TACTILE_CLAY_MULTIVERSION
 std::size_t appendNear(const Neighbourhood::Places& all_of, const Runs& runs, std::uint32_t self, float h,
@@ -203,8 +203,8 @@ void measureDistances(const Lists& list, std::size_t size) {
 
 }  // namespace
 
-/// Lists the neighbours of particles [first, last), or as many as there is room for, and how much is needed.
-/// Tells their lumps.
+/// Lists the neighbours of particles [first, last), as far as the chunk has room, and sets the room that it
+/// needs. Sets the lumps of the particles.
 void Neighbourhood::findIn(Chunk& chunk, std::size_t first, std::size_t last) {
   const Lists lists{slot_.data() + chunk.begin, x_.data() + chunk.begin, y_.data() + chunk.begin,
                     z_.data() + chunk.begin, distance_.data() + chunk.begin};
@@ -243,7 +243,7 @@ void Neighbourhood::listPairs(std::size_t n) {
     parallelFor(chunks_.size(), 1, [&](std::size_t c) {
       findIn(chunks_[c], c * range_size, std::min(n, (c + 1) * range_size));
     });
-    // What had no room, gets it and is listed again.
+    // Chunks that had too little room get more. Then all chunks are listed again.
     std::uint32_t end = 0;
     bool fits = true;
     for (Chunk& chunk : chunks_) {
@@ -271,7 +271,7 @@ void Neighbourhood::labelBlocks() {
   }
 }
 
-/// Labels all blocks with particles that hang together with one.
+/// Labels all blocks with particles that are connected with the block `seed`.
 void Neighbourhood::labelLump(const Block& seed, std::uint32_t label) {
   const auto visit = [&](const Block& block) {
     const std::uint32_t at = blockIndex(block);

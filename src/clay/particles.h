@@ -14,9 +14,9 @@ struct Particles {
   VectorField velocity;              // m/s
   std::vector<float> inverse_mass;   // 1/kg
   std::vector<float> density_ratio;  // rho / rho0
-  std::vector<float> compression;    // that density may give back, see Potential
+  std::vector<float> compression;    // that density may give back, see `boundExcess`
   std::vector<std::uint8_t> material;
-  std::vector<std::uint16_t> body;  // of the scene's bodies
+  std::vector<std::uint16_t> body;  // index of the scene's body
 
   std::size_t size() const { return position.size(); }
 };

@@ -12,7 +12,7 @@
 namespace tactile_clay::clay {
 namespace {
 
-// Numbers stand as the processor has them: little-endian on all that ROS 1 runs on.
+// Numbers are written as the processor stores them: little-endian on every processor that ROS 1 runs on.
 constexpr char magic[] = "tactile_clay sculpture 5\n";
 
 [[noreturn]] void fail(const std::string& file, const std::string& what) {
@@ -33,8 +33,8 @@ void put(std::string& out, const Eigen::Vector3f& v) {
   for (int a = 0; a < 3; ++a) put(out, v[a]);
 }
 
-/// Reads one number after the other from the bytes of a file. A count is never more than the bytes that are
-/// left can hold, so that a damaged one asks for no more memory than the file has.
+/// Reads one number after the other from the bytes of a file. A count that needs more bytes than are left is
+/// refused, so that a damaged count asks for no more memory than the file has.
 class Reader {
  public:
   Reader(std::string bytes, std::size_t at, std::string file)
@@ -86,10 +86,10 @@ class Reader {
   std::string file_;
 };
 
-// What no clay that was simulated comes near: beyond, its numbers would ask for steps without end, or for
-// cells of the neighbour search that no integer can name.
+// Limits that no simulated clay comes near. Larger numbers would ask for an endless number of steps, or for
+// cells of the neighbour search whose index fits into no integer.
 constexpr double longest_time = 1e9;   // s
-constexpr double longest_carry = 1.0;  // s; less than a step is left
+constexpr double longest_carry = 1.0;  // s; a real carry is shorter than a step
 constexpr float farthest = 1e6f;       // m
 constexpr float fastest = 1e6f;        // m/s
 constexpr float max_density = 1e6f;
@@ -97,7 +97,7 @@ constexpr float longest_bond = 1.0f;       // m
 constexpr float strongest = 1e9f;          // N, and N/m
 constexpr int longest_window = 1'000'000;  // steps
 
-constexpr std::size_t vector_bytes = 12, bond_bytes = 8, contact_bytes = 65;  // as written
+constexpr std::size_t vector_bytes = 12, bond_bytes = 8, contact_bytes = 65;  // in the file
 
 void loadBonds(Reader& reader, const std::string& file, Sculpture& s) {
   const std::size_t n = s.material.size();
@@ -219,7 +219,7 @@ Sculpture loadSculpture(const std::string& file) {
     for (std::size_t i = 0; i < n; ++i)
       field->set(i, reader.vector(velocity ? fastest : farthest, velocity ? "a speed of" : "a place at"));
   }
-  // Infinite where no step was simulated yet.
+  // A compression is infinite if no step was simulated yet.
   for (const float c : s.compression)
     if (!(c >= 0.0f)) fail(file, "is damaged: a compression of " + std::to_string(c));
   for (const std::uint32_t lump : s.sleep.lump)

@@ -11,24 +11,24 @@
 
 namespace tactile_clay::clay {
 
-/// Everything that the clay remembers from one step to the next. Clay that goes on from it goes on to the
-/// bit.
+/// The complete state of the clay between two steps. Clay that continues from it computes the same bits.
 struct Sculpture {
   double time = 0.0;       // s, simulated
-  double carry = 0.0;      // s, not yet simulated
-  std::uint64_t step = 0;  // frames
+  double carry = 0.0;      // s, given to `Clay::advance` but not simulated yet
+  std::uint64_t step = 0;  // frames since the start
   double spacing = 0.0;    // m
   VectorField position, velocity;
   std::vector<float> compression;  // see Particles
-  VectorField window_start;        // m, positions when bonds were last decided on
-  std::int32_t window_steps = 0;   // steps since
+  VectorField window_start;        // m, positions at the last step that could form bonds
+  std::int32_t window_steps = 0;   // steps since then
   std::vector<std::uint8_t> material;
   std::vector<std::uint16_t> body;
   std::vector<std::uint32_t> bond_begin;  // bonds of particle i are [bond_begin[i], bond_begin[i + 1])
   std::vector<Bond> bonds;
-  std::vector<Contact> contacts;  // of the last step, or the last before sleep, by ascending particle
+  // Contacts of the last step (of sleeping clay: of its last step before sleep), by ascending particle.
+  std::vector<Contact> contacts;
   Sleep::State sleep;
-  std::vector<float> density_ratio = {};  // of each particle, which is only shown; not saved: empty
+  std::vector<float> density_ratio = {};  // of each particle, only for display; not in files, then empty
 };
 
 /// The same clay, all of it awake.
@@ -38,7 +38,7 @@ Sculpture woken(Sculpture sculpture);
 /// @throws std::runtime_error with one line naming the file
 void save(const Sculpture& sculpture, const std::string& file);
 
-/// Reads it back.
+/// Reads a sculpture from a file.
 /// @throws std::runtime_error with one line: the file, what is wrong with it, what was expected
 Sculpture loadSculpture(const std::string& file);
 

@@ -7,7 +7,7 @@
 
 namespace tactile_clay::clay {
 
-/// As `save`, with a choice of what becomes of a file that has the name already.
+/// As `save`; `existing` decides what happens to a file that has the name already.
 void save(const Sculpture& sculpture, const std::string& file, files::Existing existing);
 
 }  // namespace tactile_clay::clay

@@ -9,15 +9,15 @@
 
 namespace tactile_clay::clay {
 
-/// The way of the skin through the frames of a live simulation. A frame begins where the one before left each
-/// sample, and ends where the newest message has it, however many messages came meanwhile, however far apart
-/// their stamps are, and however much time the frame simulates. With the velocities of the newest message
-/// alone the skin would jump between frames, start within the clay and tear it. Messages of one length are
-/// taken to be of the same samples.
+/// The motion of the skin through the frames of a live simulation. In each frame a sample moves from where
+/// the frame before left it to its position in the newest message. The number of messages since then, the
+/// distance of their stamps and the simulated time of the frame do not matter. With the velocities of the
+/// newest message alone the skin would jump between frames, start inside the clay and tear it. Messages of
+/// the same length are taken to contain the same samples.
 class SkinPath {
  public:
-  /// A message of the skin came.
-  /// @param stamp s, of any clock that the velocities count in
+  /// To be called when a message of the skin has come.
+  /// @param stamp s, of the clock to which the velocities refer
   void add(Skin skin, double stamp) {
     const bool goes_on = skin.size() == skin_.size();
     const double since = std::clamp(stamp - stamp_, 0.0, longest);
@@ -26,7 +26,7 @@ class SkinPath {
       Eigen::Vector3f& way = skin.velocity[k];
       way *= static_cast<float>(since);
       if (!goes_on) continue;
-      // Its velocity may be of a shorter time than `since`, where a message was lost on its way to us.
+      // If a message was lost on its way to us, the velocity may be a mean over a shorter time than `since`.
       const float farthest = (skin.position[k] - skin_.position[k]).norm() + withdrawal;
       way *= std::min(farthest / std::max(way.norm(), 1e-9f), 1.0f);
       way += skin_.velocity[k];
@@ -34,8 +34,9 @@ class SkinPath {
     skin_ = std::move(skin);
   }
 
-  /// The newest message, with the velocities that take its samples there in this frame.
-  /// @param duration s, that the frame simulates; 0: none, and the next frame takes the whole way
+  /// The newest message, with the velocities that bring its samples to their positions in this frame.
+  /// @param duration s, that the frame simulates; if it is 0, the velocities are 0 and the next frame takes
+  /// the whole way
   Skin frame(double duration) {
     Skin skin = skin_;
     const float per_second = duration > 0.0 ? static_cast<float>(1.0 / duration) : 0.0f;
@@ -45,13 +46,14 @@ class SkinPath {
   }
 
  private:
-  // m; samples may withdraw into the hand, by the radius of a finger at most, which is no velocity of theirs.
+  // m; samples may move back into the hand, at most by the radius of a finger. Their velocities do not
+  // contain this motion.
   static constexpr float withdrawal = 0.01f;
 
-  static constexpr double longest = 1.0;  // s; a way of more is none
+  static constexpr double longest = 1.0;  // s; a longer time between messages counts as this one
 
   double stamp_ = std::numeric_limits<double>::infinity();  // s, of the newest message
-  Skin skin_;  // of the newest message; in place of velocities the ways since the last frame, m
+  Skin skin_;  // newest message; its velocities are replaced by the ways since the last frame, m
 };
 
 }  // namespace tactile_clay::clay

@@ -6,11 +6,11 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr double patience = 0.5;   // s without motion, before clay falls asleep
-constexpr float still = 1e-4f;     // spacings; what moves less has not moved. Clay at rest trembles by 1e-6.
-constexpr float reach = 2.0f;      // spacings, the support radius; skin is felt from a little less
-constexpr float pull = 10.0f;      // m/s^2, of what sets particles going that are near
-constexpr float elsewhere = 1e6f;  // m, mark of a particle that has just woken
+constexpr double patience = 0.5;  // s without motion, before clay falls asleep
+constexpr float still = 1e-4f;    // spacings; a shorter motion counts as rest. Clay at rest trembles by 1e-6.
+constexpr float reach = 2.0f;     // spacings, the support radius; skin acts from a smaller distance
+constexpr float pull = 10.0f;     // m/s^2, acceleration that an awake particle may get
+constexpr float elsewhere = 1e6f;  // m, mark of a particle that has just woken: it then counts as moved
 
 }  // namespace
 
@@ -38,7 +38,7 @@ std::vector<std::uint32_t> Sleep::awake() const {
   return list;
 }
 
-/// Where a particle, and what it reaches, can be in a step.
+/// Box of the places where a particle, and what it reaches, can be in a step.
 Sleep::Box Sleep::swept(const Particles& particles, std::size_t i, float dt) const {
   const Eigen::Vector3f x = particles.position.at(i);
   const Eigen::Vector3f room = Eigen::Vector3f::Constant(reach * spacing_ + pull * dt * dt);
@@ -51,7 +51,7 @@ bool Sleep::reached(const Lump& lump, const VectorField& position, const Solid& 
                     const Eigen::Isometry3d& start, const Eigen::Isometry3d& end) const {
   const Eigen::Isometry3d to_solid = start.inverse();
   const double way = (end.translation() - start.translation()).norm();
-  const double turn = (end.linear() - start.linear()).norm();  // m a metre from its origin, at least
+  const double turn = (end.linear() - start.linear()).norm();  // m per metre from its origin, at most
   const auto near = [&](const Eigen::Vector3f& x, double radius) {
     const Eigen::Vector3d local = to_solid * x.cast<double>();
     return surface(solid, local).distance < radius + 1.5 * spacing_ + way + turn * (local.norm() + radius);
@@ -61,7 +61,7 @@ bool Sleep::reached(const Lump& lump, const VectorField& position, const Solid& 
                      [&](std::uint32_t i) { return near(position.at(i), 0.0); });
 }
 
-/// Whether samples or moving solids may touch a lump.
+/// Whether samples, or solids that move or were moved, may touch a lump.
 bool Sleep::disturbed(const Lump& lump, const VectorField& position, const Surroundings& around) const {
   const Eigen::Vector3f room = Eigen::Vector3f::Constant(reach * spacing_);
   const Box box(lump.box.min() - room, lump.box.max() + room);
@@ -111,7 +111,7 @@ bool Sleep::settle(const Particles& at, const Neighbourhood& near, const Surroun
   const std::vector<std::uint32_t> awake = this->awake();
   std::vector<Lump> candidates(near.lumps());
   std::vector<bool> resting(near.lumps(), true);
-  VectorField position = state_.mark;  // of all; of those awake, now
+  VectorField position = state_.mark;  // of all particles: the mark; of awake particles: the present position
   for (std::uint32_t k = 0; k < awake.size(); ++k) {
     const std::uint32_t i = awake[k];
     const Eigen::Vector3f now = at.position.at(k);
@@ -123,7 +123,7 @@ bool Sleep::settle(const Particles& at, const Neighbourhood& near, const Surroun
   for (std::size_t l = 0; l < candidates.size(); ++l)
     resting[l] =
         resting[l] && candidates[l].members.size() >= minimum_ && !disturbed(candidates[l], position, around);
-  // What stays awake keeps awake what it reaches.
+  // A lump that stays awake keeps awake the lumps that it may reach.
   for (bool changed = true; changed;) {
     changed = false;
     for (std::uint32_t k = 0; k < awake.size(); ++k) {

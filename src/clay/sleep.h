@@ -11,43 +11,46 @@
 namespace tactile_clay::clay {
 
 /// Clay that has come to rest sleeps: it is left out of the solver, and costs nothing, until something comes
-/// near. What sleeps and wakes is a lump, clay within each other's reach, so that no force crosses between
-/// what sleeps and what does not.
+/// near. Lumps sleep and wake as a whole, so no force acts between sleeping and awake clay.
 ///
-/// A lump falls asleep when none of its particles has moved by more than 1e-4 spacings in half a second: clay
-/// that went on like that would creep by a tenth of a spacing in eight minutes. It wakes when a sample,
-/// another particle or a moving solid could touch it within the step, and when a solid has moved from its
-/// place.
+/// A lump falls asleep when none of its particles has moved by more than 1e-4 spacings in half a second. At
+/// this speed clay would creep by a tenth of a spacing in eight minutes. A lump wakes when a sample, another
+/// particle or a moving solid could touch it in the step. It also wakes when a solid at the lump was moved
+/// since the last step, or when the number of solids has changed.
 class Sleep {
  public:
-  /// What is remembered of each particle.
+  /// What is remembered between frames.
   struct State {
-    std::vector<std::uint32_t> lump;  // number of the sleeping lump; 0: awake
-    VectorField mark;                 // m, where it was when the half second began
-    double watched = 0.0;             // s, of the half second
+    std::vector<std::uint32_t> lump;  // number of each particle's sleeping lump; 0: awake
+    VectorField mark;                 // m, position of each particle when the half second began
+    double watched = 0.0;             // s, elapsed part of the half second
   };
 
   /// @param spacing m
-  /// @param minimum particles that a lump must have to sleep; smaller ones are cheaper awake
+  /// @param minimum particles that a lump must have to sleep; smaller lumps are cheaper awake
   Sleep(float spacing, std::size_t minimum) : spacing_(spacing), minimum_(minimum) {}
 
   const State& state() const { return state_; }
-  /// @param particles all of them
+  /// @param particles all particles, awake or asleep
   void restore(State state, const Particles& particles);
 
-  std::size_t lumps() const { return lumps_.size(); }  // that are asleep
-  std::vector<std::uint32_t> awake() const;            // ascending
+  std::size_t lumps() const { return lumps_.size(); }  // number of lumps that are asleep
+  std::vector<std::uint32_t> awake() const;            // indices of awake particles, ascending
 
-  /// Wakes what may be touched in a step.
+  /// Wakes the lumps that may be touched in a step.
+  /// @param all all particles
+  /// @param awake the awake particles
+  /// @param around the colliders of the step
   /// @return whether any clay woke
-  /// @param all particles;
-  /// @param awake those that move
   bool wake(const Particles& all, const Particles& awake, const Surroundings& around);
 
-  /// Watches after the last step of a frame.
-  /// @return whether any clay fell asleep
-  /// @param awake particles, and the lumps they make up;
+  /// To be called after the last step of a frame. Puts lumps to sleep that have been at rest for half a
+  /// second.
+  /// @param awake the awake particles
+  /// @param near their neighbourhood, with their lumps
+  /// @param around the colliders of the step
   /// @param duration s, of the frame
+  /// @return whether any clay fell asleep
   bool settle(const Particles& awake, const Neighbourhood& near, const Surroundings& around, double duration);
 
  private:
@@ -66,7 +69,7 @@ class Sleep {
   std::size_t minimum_;
   State state_;
   std::vector<Lump> lumps_;
-  std::vector<Eigen::Isometry3d> poses_;  // of the solids, as last looked at
+  std::vector<Eigen::Isometry3d> poses_;  // of the solids, in the last call of `wake`
 };
 
 }  // namespace tactile_clay::clay

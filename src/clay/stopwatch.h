@@ -4,7 +4,7 @@
 
 namespace tactile_clay::clay {
 
-/// Adds wall time to a stage.
+/// Adds the wall time from its construction to its destruction to the time of a stage, ms.
 class Stopwatch {
  public:
   explicit Stopwatch(double& ms) : ms_(ms) {}

@@ -6,7 +6,7 @@
 namespace tactile_clay::clay {
 namespace {
 
-// About what sleeping and waking cost.
+// About the time that sleeping and waking take.
 constexpr std::chrono::microseconds patience(20);
 
 thread_local ThreadTeam* current_team = nullptr;
@@ -17,7 +17,7 @@ void pause() {
 #endif
 }
 
-/// @return whether done() came true within our patience
+/// @return whether done() became true within `patience`
 template <typename F>
 bool comesSoon(const F& done) {
   const auto end = std::chrono::steady_clock::now() + patience;
@@ -42,8 +42,9 @@ ThreadTeam* ThreadTeam::current() {
   return current_team;
 }
 
-// Either the sleeper sees that it is done, or who made it so sees that the bed is taken: both are written
-// before the other is read, in one order for all.
+// No call is missed. The sleeper writes `taken` before it reads the condition, and the waker writes the
+// condition before it reads `taken`; all threads see these writes in one order. So either the sleeper sees
+// that the condition is true, or the waker sees that the bed is taken.
 template <typename F>
 void ThreadTeam::Bed::sleepUntil(const F& done) {
   std::unique_lock<std::mutex> lock(mutex);

@@ -10,13 +10,13 @@
 
 namespace tactile_clay::clay {
 
-/// Threads that run one function at a time together with the thread that asks for it. Who waits looks for
-/// 20 us whether there is something to do, then sleeps; nobody yields. TBB's threads yield while they wait,
-/// which gives a whole time slice to whatever else runs on their core: beside other nodes that costs a frame
-/// more than its work (doc/logbook/performance.md).
+/// Threads that run one function at a time, together with the thread that calls `run`. A waiting thread looks
+/// for work for 20 us, then sleeps. No thread yields. TBB's threads yield while they wait, which gives a
+/// whole time slice to any other program on their core: beside other nodes this costs a frame more time than
+/// its work (doc/logbook/performance.md).
 class ThreadTeam {
  public:
-  /// @param threads with the one that asks; 0: as many as there are cores
+  /// @param threads including the one that calls `run`; 0: as many as there are cores
   explicit ThreadTeam(int threads);
   ~ThreadTeam();
   ThreadTeam(const ThreadTeam&) = delete;
@@ -24,18 +24,18 @@ class ThreadTeam {
 
   std::uint32_t size() const { return static_cast<std::uint32_t>(workers_.size()) + 1; }
 
-  /// Calls f() with this team as that of the calling thread, see `current`.
+  /// Calls f(). Meanwhile this team is the team of the calling thread, see `current`.
   template <typename F>
   void execute(const F& f) {
     const Lend lend(this);
     f();
   }
-  /// The team of the calling thread; null: it works alone, as within `run`.
+  /// The team of the calling thread. Null: the thread works alone, as it does within `run`.
   static ThreadTeam* current();
 
-  /// Calls f(0) here and f(k), k < size(), in the others that come before it returns; returns when all have.
-  /// f must not throw.
-  /// @param wanted threads that are worth waking, with this one
+  /// Calls f(0) in this thread, and f(k), 0 < k < size(), in each other thread that joins before f(0)
+  /// returns. Returns when all these calls have returned. f must not throw.
+  /// @param wanted number of threads that are worth waking, including this one
   template <typename F>
   void run(std::uint32_t wanted, const F& f) {
     const Lend lend(nullptr);
@@ -47,13 +47,13 @@ class ThreadTeam {
 
  private:
   using Call = void (*)(const void* job, std::uint32_t k);
-  /// Makes a team that of this thread as long as it lives.
+  /// Makes a team the team of this thread for as long as the object lives.
   struct Lend {
     explicit Lend(ThreadTeam* team);
     ~Lend();
     ThreadTeam* before;
   };
-  /// Where one thread sleeps.
+  /// A place where one thread sleeps until another one wakes it.
   struct Bed {
     template <typename F>
     void sleepUntil(const F& done);
@@ -71,13 +71,13 @@ class ThreadTeam {
   void end();
   void work(std::uint32_t k);
 
-  // Of the job: its number in the upper half, whether it may be joined, and how many workers have.
+  // Bits of state_: number of the job (upper half), whether workers may join it, and how many are inside.
   static constexpr std::uint64_t number = ~std::uint64_t{0} << 32u, open = 1u << 31u, inside = open - 1;
   alignas(64) std::atomic<std::uint64_t> state_{0};
   Call call_ = nullptr;
   const void* job_ = nullptr;
   std::atomic<bool> stop_{false};
-  Bed bed_;  // of the thread that asks
+  Bed bed_;  // of the thread that calls `run`
   std::vector<std::unique_ptr<Worker>> workers_;
 };
 

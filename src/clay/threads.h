@@ -9,7 +9,8 @@
 
 namespace tactile_clay::clay {
 
-/// Consecutive pieces of work that belong to one thread. It takes them from the front, others from the back.
+/// Consecutive pieces of work that belong to one thread. It takes pieces from the front, the others from the
+/// back.
 class Share {
  public:
   static constexpr std::uint32_t none = 0xffffffffu;
@@ -38,16 +39,16 @@ class Share {
   alignas(64) std::atomic<std::uint64_t> left_;
 };
 
-/// Particles of a range in loops over them. Loops that agree on it give a thread the same particles, and sums
-/// over ranges keep their order.
+/// Number of particles of a range in loops over particles. Loops with the same number give a thread the same
+/// particles, and sums over ranges keep their order.
 constexpr std::size_t range_size = 256;
 
-/// Runs f(first, last) for ranges of at most `grain` that make up [0, n). Every f must be independent of all
-/// others: results then do not depend on the number of threads.
+/// Runs f(first, last) for ranges of at most `grain` that make up [0, n). Every call must be independent of
+/// all others: results then do not depend on the number of threads.
 ///
-/// A thread has the same part of [0, n) in every call with the same grain, so that what it wrote is in its
-/// own cache when it comes to read it. TBB's partitioners deal parts out anew; where two cores do not share a
-/// cache, fetching the other one's lines takes longer than the work.
+/// In every call with the same grain a thread starts with the same part of [0, n), so that data which it
+/// wrote is in its own cache when it reads it. TBB's partitioners distribute the parts anew. If two cores
+/// share no cache, fetching cache lines from the other core takes longer than the work.
 template <typename F>
 void parallelRanges(std::size_t n, std::size_t grain, const F& f) {
   constexpr std::uint32_t max_threads = 64;

@@ -12,7 +12,7 @@ TACTILE_CLAY_INLINE DoubleLane product(const float* a, const float* b) {
 }
 TACTILE_CLAY_MULTIVERSION
 double dotOfSlots(const float* a, const float* b, std::size_t count) {
-  DoubleLane even{}, odd{};  // so that neither waits for the other
+  DoubleLane even{}, odd{};  // two sums, so that no addition waits for the other
   std::size_t k = 0;
   for (; k + 2 * slot_size <= count; k += 2 * slot_size) {
     even += product(a + k, b + k);

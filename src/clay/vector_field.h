@@ -6,8 +6,9 @@
 
 namespace tactile_clay::clay {
 
-/// A vector field over particles or pairs. Each vector fills a 16-byte slot whose fourth number stays zero,
-/// so that the pair loops fetch a neighbour with one load and work on whole vectors.
+/// A vector field over particles or pairs. Each vector fills a slot of 16 bytes, so that the pair loops fetch
+/// a neighbour with one load and work on whole vectors. The fourth number of a slot is zero; only Projection
+/// uses it.
 class VectorField {
  public:
   void resize(std::size_t n) { slots_.resize(n, Eigen::Vector4f::Zero()); }

@@ -9,10 +9,10 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr float disc = 1.0f;     // spacings, radius of the skin that is one sample's
-constexpr float flesh = 0.012f;  // m, that hands are thick everywhere
-// Spacings, of the boxes about samples in their own order, on average. Those of hands are 9 to 15 spacings
-// wide.
+constexpr float disc = 1.0f;     // spacings, radius of a sample's disc of skin
+constexpr float flesh = 0.012f;  // m, thickness that hands have everywhere
+// Mean size of the boxes around samples in their own order, spacings; above it they count as scattered. Boxes
+// of hands are 9 to 15 spacings wide.
 constexpr float scattered = 20.0f;
 
 using Vector = Eigen::Vector3f;
@@ -26,11 +26,12 @@ Vector nearestOnDisc(const Vector& centre, const Vector& normal, float radius, c
   return centre + along;
 }
 
-/// Some samples in cells, so that a look at a place costs what is there, not what is anywhere near.
+/// Some samples in cells, so that a look at a place costs only the samples there, not all that are anywhere
+/// near.
 class SampleCells {
  public:
-  /// @param of in ascending order; those farther than `reach` from the centre are left out
-  /// @param edge m, of a cell at least
+  /// @param of samples in ascending order; those farther than `reach` from the centre are left out
+  /// @param edge m, minimum edge of a cell
   void build(const Skin& skin, const std::vector<std::uint32_t>& of, const Vector& centre, float reach,
              float edge) {
     constexpr float max_cells = 16.0f;  // along an axis
@@ -52,8 +53,8 @@ class SampleCells {
       if (cells_[k] != none) samples_[next_[cells_[k]]++] = of[k];
   }
 
-  /// Calls f(sample) for all that are within a radius of a place, and others near it.
-  /// @return how many
+  /// Calls f(sample) for all samples within a radius of a place, and for others near it.
+  /// @return number of these samples
   template <typename F>
   std::int64_t forNear(const Vector& place, float radius, const F& f) const {
     const Eigen::Array3i from = cellAt(place - Vector::Constant(radius)).max(0);
@@ -74,7 +75,7 @@ class SampleCells {
   static constexpr std::uint32_t none = 0xffffffffu;
 
   Eigen::Array3i cellAt(const Vector& x) const {
-    constexpr float far = 1e6f;  // cells; what a whole number holds
+    constexpr float far = 1e6f;  // cells; fits into an int
     return ((x - low_).array() / edge_).max(-far).min(far).floor().cast<int>();
   }
   std::uint32_t index(int x, int y, int z) const {
@@ -127,7 +128,7 @@ void Colliders::boxSamples(float dt) {
   }
 }
 
-/// Whether samples that follow each other are not beside each other, as those of hands are.
+/// Whether consecutive samples are not beside each other. Those of hands are beside each other.
 bool Colliders::isScattered() const {
   float sizes = 0.0f;
   for (const Eigen::AlignedBox3f& box : sample_boxes_)
@@ -135,7 +136,7 @@ bool Colliders::isScattered() const {
   return sizes > scattered * spacing_ * static_cast<float>(sample_boxes_.size());
 }
 
-/// Orders them along a curve that fills space (Morton's).
+/// Orders the samples along a space-filling curve (Morton's).
 void Colliders::sortSamples() {
   Eigen::AlignedBox3f all;
   for (std::size_t g = 0; g < skin_->size(); ++g)
@@ -160,7 +161,7 @@ void Colliders::sortSamples() {
 }
 
 /// Calls f(distance, normal) for the sides of the skin that samples make at a place.
-/// @param rest those within reach of it, in order; is used up
+/// @param rest samples within reach of the place, in order; is emptied
 template <typename F>
 void Colliders::forSides(std::vector<NearSample>& rest, const Vector& place, const F& f) const {
   thread_local std::vector<NearSample> side;
@@ -173,8 +174,8 @@ void Colliders::forSides(std::vector<NearSample>& rest, const Vector& place, con
   }
 }
 
-/// The samples whose flesh may come as near as that.
-/// @return good until the thread's next call
+/// The samples whose flesh may come as near to x as `maximum`, m.
+/// @return valid until the thread's next call
 const std::vector<std::uint32_t>& Colliders::samplesBeside(const Vector& x, float maximum) const {
   thread_local std::vector<std::uint32_t> beside;
   beside.clear();
@@ -215,7 +216,7 @@ bool Colliders::isInSolid(const Vector& x) const {
   });
 }
 
-/// Discs and sides both tell only roughly what is covered; what is free is so by both.
+/// Discs and sides each show only roughly what is covered. A place is free if it is free by both.
 std::optional<Vector> Colliders::nearestFree(const Vector& x, float clearance, float maximum,
                                              std::int64_t& looks) const {
   const float around = disc * spacing_, rounding = 1e-2f * spacing_, radius = reach * spacing_;

@@ -7,9 +7,10 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr float detour = 2.0f;    // spacings, that a contact may lead a particle beyond its depth
-constexpr float min_free = 0.3f;  // of a normal, that earlier contacts leave free for it to be prescribed
-constexpr float max_damping = 500.0f;  // particle masses per step^2, of a slide: as of the stiffest spring
+constexpr float detour = 2.0f;  // spacings, by which a way may be longer than the depth of the contact
+// Share of a normal; if earlier contacts leave less of it free, the normal is not prescribed.
+constexpr float min_free = 0.3f;
+constexpr float max_damping = 500.0f;  // particle masses per step^2, of sliding; as of the stiffest spring
 
 using Vector = Eigen::Vector3f;
 
@@ -21,7 +22,8 @@ Eigen::Vector3f Contacts::prescribed(Filter& filter, Vector u) {
   for (Contact& c : of(filter)) {
     if (c.state == Contact::State::open) {
       if (c.normal.dot(u) >= c.gap) continue;
-      c.state = Contact::State::slide;  // how hard it presses, and so how well it holds, is not known yet
+      // Its normal force, and so its maximum friction, is not known yet.
+      c.state = Contact::State::slide;
     }
     // Only what earlier contacts of the particle leave free can be prescribed.
     const Vector left = filter.free * c.normal;
@@ -29,7 +31,8 @@ Eigen::Vector3f Contacts::prescribed(Filter& filter, Vector u) {
     if (filter.rank == 3 || size < min_free) continue;
     const Vector q = left / size;
     const float way = c.depth(u);
-    // Between two that all but face each other the way is longer than deep: no solution, if by much.
+    // Between two contacts that almost face each other the way is longer than the depth. If it is much
+    // longer, it is no solution.
     if (std::abs(way) / size > std::abs(way) + detour * spacing_) continue;
     u += way / size * q;
     filter.free -= q * q.transpose();
@@ -109,10 +112,10 @@ Contacts::Changes Contacts::update(const Particles& particles, const VectorField
     Filter& filter = filters_[k];
     const Vector way = u.at(filter.particle), lacking = residual.at(filter.particle);
     filter.pulled = 0.0f;
-    // What the contacts must add for the particle to move as prescribed.
+    // Force that the contacts must add so that the particle moves as prescribed.
     Vector needed = filter.free * lacking - lacking;
-    // The same without the friction on the particle. Where two colliders slide on it, each would press harder
-    // for the other's friction, and rub harder for that, without end.
+    // The same without the friction on the particle. If two colliders slide on it, the friction of each would
+    // raise the normal force of the other, and so the friction of the other, without end.
     Vector loaded = needed;
     if (filter.last > filter.first + 1) {
       for (const Contact& c : of(filter)) loaded += frictionOn(c, way);
@@ -139,12 +142,12 @@ Contacts::Changes Contacts::update(const Particles& particles, const VectorField
   return changes;
 }
 
-/// Reads off what a closed contact does at the displacement u, and changes its state.
+/// Reads off the force of a closed contact at the displacement u, and changes its state.
 /// @param pressing N, along the normal
-/// @param load N, what of it counts for friction
-/// @return whether it acts otherwise from now on
+/// @param load N, the same without the friction on the particle; the smaller of both counts for friction
+/// @return whether the contact acts differently from now on
 bool Contacts::update(Contact& c, const Particles& particles, const Vector& u, float pressing, float load) {
-  // the force that acted in this round, a pull too; the new state acts in the next
+  // The force is the one that acted in this round, also if it pulled. The new state acts in the next round.
   const Vector trial = springPull(c, u), rubbing = frictionOn(c, u), slip = c.along(u - c.drift);
   c.force = pressing * c.normal + rubbing;
   c.paid = c.state == Contact::State::stick ? 0.5f * trial.dot(c.along(c.anchor - u))
@@ -163,7 +166,7 @@ bool Contacts::update(Contact& c, const Particles& particles, const Vector& u, f
   const bool slides = size > limit && !turned;
   c.state = slides ? Contact::State::slide : Contact::State::stick;
   c.friction = size > limit ? Vector(limit / size * trial) : trial;
-  return slides || slid;  // its friction is another one now
+  return slides || slid;  // its friction has changed
 }
 
 void Contacts::balance(const Neighbourhood& near, std::vector<Eigen::Vector3d> total) {

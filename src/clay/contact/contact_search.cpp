@@ -11,24 +11,25 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr float patch = 1.25f;   // spacings, about a sample, of the skin that it stands for
-constexpr float margin = 0.5f;   // spacings, of contacts that the step may yet close
-constexpr float capture = 1.0f;  // spacings beneath the skin, from where it pushes out what it did not hold
+constexpr float patch = 1.25f;  // spacings, radius of the skin that a sample stands for
+constexpr float margin = 0.5f;  // spacings to a contact that may still close in the step
+// spacings; to this depth the skin pushes out particles that it did not hold in the step before.
+constexpr float capture = 1.0f;
 constexpr float skin_recovery_speed = 0.5f;  // m/s
 
 constexpr std::size_t particles_a_chunk = 64;
 
 using Vector = Eigen::Vector3f;
 
-/// The tangent plane of a solid where a point first comes near on its way, so that nothing is passed by
-/// however thin it is. All is in the solid's frame.
-/// @param stride m, the minimum to go before looking anew
-/// @return the plane's normal, and the distance from it of the point at the start
+/// The tangent plane of a solid where a point on its way first comes near, so that the point passes no solid,
+/// however thin. All arguments are in the solid's coordinate frame.
+/// @param stride m, minimum way from one look to the next
+/// @return normal of the plane, and distance of the start point from it; none if the point does not come near
 std::optional<SurfacePoint> firstMet(const Solid& solid, const Eigen::Vector3d& point,
                                      const Eigen::Vector3d& motion, double near, double stride) {
   if (solid.mesh != nullptr && solid.mesh->atLeast(point) - motion.norm() > near) return std::nullopt;
   SurfacePoint touch = surface(solid, point);
-  // No point of a surface comes nearer than the particle moves against it.
+  // The distance to the surface shrinks by at most the motion of the particle against it.
   const double way = motion.norm();
   if (touch.distance - way > near) return std::nullopt;
   Eigen::Vector3d at = point;
@@ -41,7 +42,7 @@ std::optional<SurfacePoint> firstMet(const Solid& solid, const Eigen::Vector3d& 
   return SurfacePoint{touch.distance + touch.normal.dot(point - at), touch.normal};
 }
 
-/// Whether the skin held a particle.
+/// Whether the skin held a particle in the step before.
 /// @param contacts by particle
 bool isHeld(const std::vector<Contact>& contacts, std::size_t particle) {
   const auto from = std::lower_bound(contacts.begin(), contacts.end(), particle,
@@ -80,8 +81,8 @@ ContactSearch::Found& ContactSearch::findAtStart(const std::vector<Contact>& bef
   return found_;
 }
 
-/// What is struck goes where nothing led to at the start of the step; and over the way of what flies, the
-/// skin is no plane.
+/// A particle that is struck goes to places that could not be foreseen at the start of the step. Over the way
+/// of a particle that flies, the skin is no plane.
 const ContactSearch::Found& ContactSearch::findStrays(const Particles& particles, const Colliders& colliders,
                                                       const VectorField& u, float dt) {
   const Step step{particles, u, colliders, colliders.skin(), dt};
@@ -94,11 +95,11 @@ const ContactSearch::Found& ContactSearch::findStrays(const Particles& particles
   return found_;
 }
 
-/// Calls find(i, found) for the n particles and lists what they find in this order.
+/// Calls find(i, found) for the n particles, and lists all results in the order of the particles.
 template <typename F>
 void ContactSearch::findEach(std::size_t n, std::size_t chunk_size, const F& find) {
   const std::size_t chunks = (n + chunk_size - 1) / chunk_size;
-  chunks_.resize(std::max(chunks_.size(), chunks));  // what fewer chunks leave unused keeps its memory
+  chunks_.resize(std::max(chunks_.size(), chunks));  // unused chunks keep their memory
   parallelRanges(n, chunk_size, [&](std::size_t first, std::size_t last) {
     Found& found = chunks_[first / chunk_size];
     clear(found);
@@ -108,9 +109,9 @@ void ContactSearch::findEach(std::size_t n, std::size_t chunk_size, const F& fin
   for (std::size_t c = 0; c < chunks; ++c) append(chunks_[c], found_);
 }
 
-/// Contacts of particle i with the skin. What was deep beneath the skin all the time may as
-/// well be in front of the other side of a finger. What the skin held in the step before was pressed through
-/// it, and is pushed out from any depth.
+/// Finds the contacts of particle i with the skin. Samples that it starts deep beneath are ignored, since it
+/// may as well be in front of the other side of a finger. A particle that the skin held in the step before
+/// was pressed through it, and is pushed out from any depth.
 void ContactSearch::touchSkin(const std::vector<Contact>& before, const Step& step, std::size_t i,
                               Found& found) const {
   const SkinCandidates::Range near = candidates_.of(i);
@@ -128,7 +129,7 @@ void ContactSearch::touchSkin(const std::vector<Contact>& before, const Step& st
   });
 }
 
-/// Where particle i went through the skin, or ends in it: its tangent planes there.
+/// Finds contacts with the skin where particle i went through it, or else where it ends in it.
 void ContactSearch::strayIntoSkin(const Step& step, std::size_t i, Found& found) const {
   const float radius = Colliders::reach * spacing_;
   const Skin& skin = step.skin;
@@ -151,11 +152,11 @@ void ContactSearch::strayIntoSkin(const Step& step, std::size_t i, Found& found)
   });
 }
 
-/// Samples beside which particle i goes from in front of the skin to behind it, where it first does so.
+/// Finds the samples beside which particle i first goes from in front of the skin to behind it.
 void ContactSearch::findCrossed(const Step& step, std::size_t i, std::vector<NearSample>& crossed) const {
   const float radius = Colliders::reach * spacing_;
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
-  thread_local std::vector<float> gone;  // m, on the way to where it crosses, as the sample sees it
+  thread_local std::vector<float> gone;  // m, way to the crossing, relative to the sample
   crossed.clear();
   gone.clear();
   step.colliders.forSamplesNear(x, x + u, radius, [&](std::size_t g) {
@@ -177,9 +178,9 @@ void ContactSearch::findCrossed(const Step& step, std::size_t i, std::vector<Nea
   crossed.resize(kept);
 }
 
-/// Contacts of a particle with each side of the skin that its candidates make near x.
-/// @param rest is used up
-/// @param touches sets the gap to a side and tells whether it is a contact
+/// Adds the contacts of a particle with each side of the skin that the samples in `rest` make near x.
+/// @param rest is emptied
+/// @param touches sets the gap to a side, and returns whether it is a contact
 template <typename F>
 void ContactSearch::touchSides(const Step& step, std::size_t i, const Vector& x,
                                std::vector<NearSample>& rest, Found& found, const F& touches) const {
@@ -202,7 +203,7 @@ void ContactSearch::touchSides(const Step& step, std::size_t i, const Vector& x,
 }
 
 /// How deep a particle may still be in a solid at the end of the step, m.
-/// @param before its distance at the start, m
+/// @param before its distance from the solid at the start, m
 double ContactSearch::allowedDepth(double before, float dt) const {
   return std::max(0.5 * spacing_ - before - solid_recovery_speed * dt, 0.0);
 }
@@ -227,13 +228,13 @@ void ContactSearch::touchSolid(const Step& step, std::size_t i, std::size_t s, F
   if (contact.normal.dot(u) < contact.gap + margin * spacing_) found.contacts.push_back(contact);
 }
 
-/// Where particle i ends deeper in a solid than recovery leaves it.
+/// Finds the contact with a solid if particle i ends deeper in it than recovery allows.
 void ContactSearch::strayIntoSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const {
   const Colliders::MovingSolid& moving = step.colliders.solids()[s];
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
   const SurfacePoint touch = surface(moving.solid, moving.to_end * (x + u).cast<double>());
   if (!(touch.distance < 0.5 * spacing_)) return;
-  // As deep as that, it may be nearer to another side than that where it came in.
+  // At this depth the particle may be nearer to another side than to the one where it came in.
   if (touch.distance < -spacing_) return touchSolid(step, i, s, found);
   const double before = surface(moving.solid, moving.to_start * x.cast<double>()).distance;
   const auto depth = static_cast<float>(0.5 * spacing_ - touch.distance - allowedDepth(before, step.dt));

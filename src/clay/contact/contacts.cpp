@@ -7,8 +7,8 @@ namespace tactile_clay::clay {
 namespace {
 
 constexpr float pre_sliding = 0.01f;  // spacings, by which a friction spring gives before its contact slides
-// Particle masses per step^2, of friction springs: softer ones would let a light load creep, and what is much
-// stiffer than inertia takes conjugate gradients more iterations than there are.
+// Stiffness of friction springs, in particle masses per step^2. Softer springs would let a light load creep.
+// If springs are much stiffer than inertia, conjugate gradients need more iterations than there are.
 constexpr float min_stiffness = 20.0f, max_stiffness = 500.0f;
 
 using Vector = Eigen::Vector3f;
@@ -33,7 +33,7 @@ float Contacts::friction(const Contact& c, const Particles& particles) const {
   return of_material[particles.material[c.particle]];
 }
 
-/// N, that a contact holds with without load.
+/// Pull that a contact resists without load, N.
 float Contacts::adhesion(const Contact& c, const Particles& particles) const {
   return c.solid == Contact::skin ? 0.0f : adhesion_[particles.material[c.particle]];
 }
@@ -53,7 +53,7 @@ void Contacts::detect(const Neighbourhood& near, const Particles& particles, con
   listFilters();
 }
 
-/// A contact that was found: it is open and has no past.
+/// Makes a contact of a newly found place: it is open and has no past.
 Contact Contacts::opened(const ContactGeometry& found, const Particles& particles, float dt) const {
   Contact c;
   static_cast<ContactGeometry&>(c) = found;
@@ -63,7 +63,7 @@ Contact Contacts::opened(const ContactGeometry& found, const Particles& particle
   return c;
 }
 
-/// What contacts [first, last) were in the step before.
+/// Takes over the states that contacts [first, last) had in the step before.
 void Contacts::recall(const VectorField& guess, std::size_t first, std::size_t last) {
   auto from = std::lower_bound(previous_.cbegin(), previous_.cend(), contacts_[first].particle, isBefore);
   for (std::size_t k = first; k < last; ++k) {
@@ -78,7 +78,7 @@ void Contacts::recall(const VectorField& guess, std::size_t first, std::size_t l
       c.density = old->density;
       c.anchor = old->anchor + c.drift;
       c.friction = c.along(old->friction);
-      // What no longer opposes the motion would push.
+      // Friction that no longer opposes the motion would push.
       if (c.state == Contact::State::slide && !(c.friction.dot(guess.at(c.particle) - c.drift) < 0.0f))
         c.state = Contact::State::stick;
       break;
@@ -121,8 +121,8 @@ bool Contacts::detectStrays(const Particles& particles, const VectorField& u, fl
   return true;
 }
 
-/// The contact of the same particle with the same solid, or the same side of the skin, as of the last sort;
-/// null: there is none.
+/// The contact of the same particle with the same solid or the same side of the skin, among the contacts at
+/// the last sort. Null: there is none.
 Contact* Contacts::known(const ContactGeometry& found) {
   Contact* same = nullptr;
   forFilters(found.particle, found.particle + 1, [&](const Filter& f) {
@@ -146,8 +146,8 @@ void Contacts::finish(const Particles& particles, float dt) {
     const float unit = 1.0f / (particles.inverse_mass[filters_[f].particle] * dt * dt);
     for (Contact& c : of(filters_[f])) {
       if (!(c.stiffness > 0.0f)) continue;
-      // As stiff as the next step's load asks for; only half the way there, since a stiffness that follows a
-      // trembling force would feed the trembling.
+      // The stiffness goes half the way to the one that the next step's load asks for. A stiffness that
+      // followed a trembling force at once would feed the trembling.
       const float limit = friction(c, particles) * (c.force.dot(c.normal) + adhesion(c, particles));
       c.stiffness = std::clamp(0.5f * (c.stiffness + limit / (pre_sliding * spacing_)), min_stiffness * unit,
                                max_stiffness * unit);

@@ -21,54 +21,59 @@ namespace tactile_clay::clay {
 /// Impenetrability and Coulomb friction against skin samples and solids (paper, section III-D).
 ///
 /// Impenetrability prescribes the displacement along the normal ("filtered" directions, Baraff & Witkin
-/// 1998): the residual there is the force of the contact, the sum of Eq. 6. Friction is a sliding anchor: a
-/// tangential spring holds the particle at its anchor; once its force leaves the Coulomb cone, the particle
-/// slides under mu times the normal force and drags the anchor along, at the distance that this force gives.
-/// The spring is as stiff as the load asks, so that this distance is a hundredth of a spacing.
+/// 1998). The residual in this direction is the force of the contact, the sum of Eq. 6. Friction is a sliding
+/// anchor: a tangential spring pulls the particle to its anchor. When the force of the spring leaves the
+/// Coulomb cone, the particle slides under mu times the normal force. It then drags the anchor along, at the
+/// distance at which the spring has this force. The stiffness of the spring follows the load, so that this
+/// distance is a hundredth of a spacing.
 class Contacts {
  public:
-  /// Samples that `release` looks at in a step, for all particles together and but for the last look of each:
-  /// some 0.2 s. Hands that knead at the shipped scenes' pace need none of it.
+  /// Maximum number of samples that `release` looks at in a step, for all particles together; only the last
+  /// look of each particle may exceed it. This takes some 0.2 s. Hands that knead at the pace of the shipped
+  /// scenes need no looks.
   static constexpr std::int64_t max_looks = 20'000'000;
 
-  /// @param materials friction is theirs;
   /// @param spacing m
+  /// @param materials they give friction and adhesion
   Contacts(float spacing, const std::vector<Material>& materials);
 
-  /// In the order of their particles.
+  /// All contacts, in the order of their particles.
   const std::vector<Contact>& contacts() const { return contacts_; }
   const std::vector<SampleShare>& shares() const { return shares_; }
-  /// Takes over contacts as they were after a step; the next one starts from them.
+  /// Takes over contacts as they were after a step; the next step starts from them.
   void restore(std::vector<Contact> contacts) { contacts_ = std::move(contacts); }
 
-  // What touches, and what is kept of it from step to step: contacts.cpp.
+  // Search, and the state that is kept from step to step: contacts.cpp.
 
-  /// Starts a step: finds what may touch in it and recalls the state of what touched before.
-  /// @param guess displacements, m, that the particles would make freely
-  /// @param around must stay for the step
+  /// Starts a step: finds the contacts that may close in it, and recalls the state of those that were closed
+  /// before.
+  /// @param guess displacements of the particles without internal and contact forces, m
+  /// @param around must outlive the step
   void detect(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
               const Surroundings& around);
 
-  /// Contacts of particles that u leads elsewhere than the guess, or far: with solids that they end in, and
-  /// with the skin there or where they went through it; over such a way it is no plane any more.
-  /// @return whether there are any
+  /// Adds contacts of particles that u moves far, or to another place than the guess: with solids in which
+  /// they end, and with the skin where they end or went through it. Over such a way the skin is no plane any
+  /// more, so normals and gaps of known skin contacts change.
+  /// @return whether any contact was added or changed
   bool detectStrays(const Particles& particles, const VectorField& u, float dt);
 
-  /// What solids add to the density of particles in this step, for their contacts to keep in the next.
+  /// Stores in contacts what solids add to the density of their particles in this step, for the next step.
   void remember(const std::vector<BoundaryDensity::Share>& shares);
 
-  /// Ends a step: slides anchors.
+  /// Ends a step: sets anchors and stiffnesses for the next one.
   void finish(const Particles& particles, float dt);
 
-  // What they do in the iterations: contact_forces.cpp.
+  // Contacts in the iterations: contact_forces.cpp.
 
   /// Closes open contacts that u violates, and moves particles to where their closed contacts prescribe.
   void prescribe(VectorField& u);
-  /// Closes some, by their indices.
+  /// Closes contacts, given by their indices.
   void close(const std::vector<std::uint32_t>& which);
 
-  /// From here to the next `update`, slides are damped: their friction is opposite to the slip, in proportion
-  /// to it, and what it is now at the slip that u has. It then takes energy whatever the slip becomes.
+  /// Until the next `update`, contacts that slide are damped: their friction is opposite and proportional to
+  /// the slip, and has its present value at the slip of u. Such friction takes energy whatever the slip
+  /// becomes.
   void dampSlides(const Particles& particles, const VectorField& u, float dt);
 
   // The next three work on the particles [first, last).
@@ -80,30 +85,31 @@ class Contacts {
   void addFrictionChange(const VectorField& p, std::size_t first, std::size_t last, VectorField& force) const;
 
   struct Changes {
-    bool any = false;     // whether any contact acts otherwise from now on
-    double pulled = 0.0;  // J, work of contacts with solids that pulled particles onto these, and open now
+    bool any = false;     // whether any contact acts differently from now on
+    double pulled = 0.0;  // J, work of contacts that pulled particles onto solids, and are open now
   };
-  /// Reads the contact forces off the residual r = (forces - M a) on the particles, N, and changes states: a
-  /// contact that pulls opens; one outside the Coulomb cone slides, one inside sticks.
+  /// Reads the contact forces off the residual r = (forces - M a) on the particles, N, and changes states. A
+  /// contact that pulls opens. A contact outside the Coulomb cone slides, a contact inside it sticks.
   Changes update(const Particles& particles, const VectorField& u, const VectorField& residual);
 
-  /// Makes the forces on each lump add up to a total, N. What is lacking, its contacts bear by their shares.
+  /// Makes the contact forces on each lump add up to `total`, N. The contacts of a lump share the lacking
+  /// force in proportion to their forces.
   void balance(const Neighbourhood& near, std::vector<Eigen::Vector3d> total);
 
-  // Making room for what is in the way after them: making_room.cpp.
+  // Removal of penetrations after the iterations: making_room.cpp.
 
-  /// Pushes out what still penetrates, and adds the force of doing so. What gets out of one solid into
-  /// another stops where its way meets the first.
+  /// Pushes out particles that still penetrate, and adds the force of this push. A particle that is pushed
+  /// out of one solid into another stops at the first one that its way meets.
   void expel(const Particles& particles, VectorField& u, float dt);
 
-  /// Where hands squeeze clay between them, or on solids, no side's plane leads out of all: moves what is
-  /// still held, or beneath the skin, to the nearest place that nothing covers.
+  /// Moves particles that are still held, or beneath the skin, to the nearest place that nothing covers. If
+  /// hands squeeze clay between them or onto solids, the plane of no side leads out of all of them.
   void release(const Particles& particles, VectorField& u, float dt);
 
-  /// In this step, by `release`: samples that were looked at.
+  /// Number of samples that `release` looked at in this step.
   std::uint64_t looks() const { return looks_; }
 
-  /// Takes from the displacements w, which follow u, what goes into colliders.
+  /// Removes from the displacements w, which follow u, the parts that lead into colliders.
   void stop(const Particles& particles, const VectorField& u, VectorField& w) const;
 
  private:
@@ -124,7 +130,7 @@ class Contacts {
   Range<const Contact> of(const Filter& f) const {
     return {contacts_.data() + f.first, contacts_.data() + f.last};
   }
-  /// Calls f(filter) for those of particles [first, last).
+  /// Calls f(filter) for the filters of particles [first, last).
   template <typename F>
   void forFilters(std::size_t first, std::size_t last, const F& f) const {
     auto at = std::lower_bound(filters_.begin(), filters_.end(), first,
@@ -134,7 +140,7 @@ class Contacts {
   /// Runs f(k) for k in [0, n), filters or particles, a few at a time.
   template <typename F>
   static void forEach(std::size_t n, const F& f) {
-    constexpr std::size_t grain = 64;  // few enough that threads get equal work, many enough that it pays
+    constexpr std::size_t grain = 64;  // small enough for equal work of threads, large enough to pay
     parallelFor(n, grain, f);
   }
 
@@ -162,13 +168,13 @@ class Contacts {
   ContactSearch search_;
   std::vector<Contact> contacts_, previous_;
   std::vector<SampleShare> shares_;
-  std::vector<Filter> filters_;  // one a touched particle
+  std::vector<Filter> filters_;  // one per touched particle
   std::uint64_t looks_ = 0;
 };
 
 /// Force of the spring to the anchor of a contact at the displacement u of its particle, N.
 Eigen::Vector3f springPull(const Contact& c, const Eigen::Vector3f& u);
-/// Friction of a contact there, N.
+/// Friction of a contact at the displacement u of its particle, N.
 Eigen::Vector3f frictionOn(const Contact& c, const Eigen::Vector3f& u);
 
 }  // namespace tactile_clay::clay

@@ -6,9 +6,9 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr float farthest = 6.0f;   // spacings, that what is between skins is pushed out by
-constexpr float plane = 0.25f;     // spacings, over which the skin is one
-constexpr float narrow = 0.1f;     // spacings, between skin and centres where there is hardly any room
+constexpr float farthest = 6.0f;   // spacings, by which clay between skins is moved at most
+constexpr float plane = 0.25f;     // spacings, over which the skin counts as a plane
+constexpr float narrow = 0.1f;     // spacings, between skin and particle where there is hardly any room
 constexpr float rounding = 1e-3f;  // spacings
 
 using Vector = Eigen::Vector3f;
@@ -40,25 +40,26 @@ void Contacts::expel(const Filter& filter, float inertia, Vector& u) {
       nearest = &c;
     }
   }
-  // Out of one solid into another it would gain energy: it goes no further than to the first on its way.
+  // Pushed out of one solid into another, the particle would gain energy: it stops at the first solid on its
+  // way.
   if (nearest != nullptr) push(*nearest, (share - 1.0f) * u, inertia, u);
 }
 
-/// Moves a particle on, as its contact does.
+/// Moves a particle on, and adds the force of this motion to its contact.
 void Contacts::push(Contact& c, const Vector& by, float inertia, Vector& u) {
   u += by;
   c.force += inertia * by;
   if (c.state == Contact::State::open) c.state = Contact::State::slide;
 }
 
-/// Where skin fills all there is, many particles look for places that there are not: together they look at no
-/// more samples than `max_looks`, in equal parts, and those that found none by then stay where they are.
+/// If skin fills all the space, many particles search for places that do not exist. So together they look at
+/// no more samples than `max_looks`, in equal parts. A particle that has found no place by then stays where
+/// it is.
 void Contacts::release(const Particles& particles, VectorField& u, float dt) {
   const std::vector<std::uint32_t> held_filters = held(particles, u);
   if (held_filters.empty()) return;
   const std::int64_t part = max_looks / static_cast<std::int64_t>(held_filters.size());
-  constexpr std::size_t grain =
-      4;  // searches, which may be long, that a thread does before it takes the next
+  constexpr std::size_t grain = 4;  // searches that a thread takes at a time; each may be long
   std::atomic<std::int64_t> looked{0};
   parallelFor(held_filters.size(), grain, [&](std::size_t k) {
     const Filter& filter = filters_[held_filters[k]];
@@ -79,7 +80,8 @@ void Contacts::release(const Particles& particles, VectorField& u, float dt) {
   looks_ = static_cast<std::uint64_t>(looked.load());
 }
 
-/// Filters, by their indices, of particles that the skin holds where their contacts lead none out.
+/// Indices of the filters of particles that the skin still holds, because their contacts do not lead them
+/// out.
 std::vector<std::uint32_t> Contacts::held(const Particles& particles, const VectorField& u) const {
   thread_local std::vector<std::uint8_t> holds;
   holds.assign(filters_.size(), 0);
@@ -93,7 +95,7 @@ std::vector<std::uint32_t> Contacts::held(const Particles& particles, const Vect
   return list;
 }
 
-/// @param x m, where the particle starts
+/// @param x m, position of the particle at the start of the step
 bool Contacts::isHeld(const Filter& filter, const Vector& x, const Vector& step) const {
   bool held = false, by_skin = false, leads_far = false;
   for (const Contact& c : of(filter)) {
@@ -107,8 +109,9 @@ bool Contacts::isHeld(const Filter& filter, const Vector& x, const Vector& step)
   return held || isCovered(filter, end, 0.0f) || (leads_far && colliders_.isInFlesh(end));
 }
 
-/// Whether a place is beneath what is nearest to it of a side of the skin that touches the particle, or all
-/// but is. A side is the mean of the skin nearby, and where fingers overlap, some of that is before the mean.
+/// Whether a place is beneath the nearest sample of a side of the skin that touches the particle, or less
+/// than `clearance` above it. A side is the mean of the skin nearby; where fingers overlap, some of this skin
+/// lies before the mean.
 /// @param clearance m
 bool Contacts::isCovered(const Filter& filter, const Vector& x, float clearance) const {
   const std::vector<Vector>& skin = colliders_.skin().position;
@@ -124,9 +127,9 @@ bool Contacts::isCovered(const Filter& filter, const Vector& x, float clearance)
   return std::any_of(of(filter).begin(), of(filter).end(), isCovering);
 }
 
-/// A free place near x: one that is not far if there is any, though it leave a particle less than half a
-/// spacing off where there is no room for that.
-/// @param looks as of Colliders::nearestFree
+/// A free place near x. If there is no room for half a spacing of clearance, a near place with less clearance
+/// is preferred to a far one.
+/// @param looks as in Colliders::nearestFree
 std::optional<Vector> Contacts::wayOut(const Vector& x, std::int64_t& looks) const {
   struct Attempt {
     float clearance, maximum;  // spacings
@@ -152,7 +155,7 @@ void Contacts::stop(const Particles& particles, const VectorField& u, VectorFiel
       squeezed = squeezed || left > rounding * spacing_;
       step += std::max(std::min(left, 0.0f) - c.normal.dot(step), 0.0f) * c.normal;
     }
-    // The planes tell nothing about the way from where it was released to.
+    // The planes do not describe the way on from the place to which `release` moved the particle.
     if (squeezed || isCovered(filter, x + step, narrow * spacing_)) step.setZero();
     w.set(i, step);
   });

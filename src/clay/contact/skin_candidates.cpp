@@ -6,17 +6,17 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr std::size_t samples_a_chunk = 256;  // that a thread looks for before it takes the next
+constexpr std::size_t samples_a_chunk = 256;  // that a thread takes at a time
 
 using Vector = Eigen::Vector3f;
 
-struct Passed {               // sample, in front of which particles pass
-  Vector at, motion, normal;  // m, at the start of the step and in it
+struct Passed {               // a sample that particles may pass
+  Vector at, motion, normal;  // m, at the start of the step; m, in the step; unit
   float radius;               // m
 };
 
 /// Which of the eight particles from place k on come within the radius of a sample at some time of the step,
-/// having started in front of it or not far behind. Products are summed as Eigen sums them.
+/// and started in front of it or at most the radius behind it. Products are summed in the order of Eigen.
 /// @param nearest gets the minimum squared distances in the step, m^2
 TACTILE_CLAY_MULTIVERSION
 unsigned passing(const Passed& sample, const Neighbourhood::Places& places, std::uint32_t k,

@@ -10,8 +10,8 @@
 
 namespace tactile_clay::clay {
 
-/// Which samples each particle passes in a step: those that come within a radius of it at some time, and that
-/// it started in front of, or not deeper beneath than that.
+/// Which samples each particle passes in a step: those that come within a radius of it at some time, if the
+/// particle starts in front of them or at most this radius beneath them.
 class SkinCandidates {
  public:
   /// @param radius m
@@ -24,7 +24,7 @@ class SkinCandidates {
   struct Range {
     const NearSample *first, *last;
   };
-  /// Those of a particle, in ascending order.
+  /// The samples that a particle passes, in ascending order.
   Range of(std::size_t particle) const {
     return {sorted_.data() + (particle > 0 ? end_[particle - 1] : 0), sorted_.data() + end_[particle]};
   }
@@ -39,7 +39,7 @@ class SkinCandidates {
   float radius_;
   std::vector<std::vector<Candidate>> found_;  // by chunks of the samples
   std::vector<NearSample> sorted_;             // by particle
-  std::vector<std::uint32_t> end_;             // of each particle, where the next one's begin
+  std::vector<std::uint32_t> end_;             // of each particle, end of its range of `sorted_`
 };
 
 }  // namespace tactile_clay::clay

@@ -9,24 +9,26 @@
 
 namespace tactile_clay::clay {
 
-/// Sample that may be part of the skin at a place.
+/// A sample that may be part of the skin at a place.
 struct NearSample {
   std::uint32_t sample;
-  float nearest;  // m^2, the minimum squared distance to it in the step
+  float nearest;  // m^2, minimum squared distance to the place in the step
 };
 
 /// The tangent plane of one side of the skin near a place.
 struct SkinPlane {
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit
-  float distance = 0.0f, before = 0.0f;  // m, of the place from it at the end and the start of the step
+  // m, distance of the place from the plane at the end and at the start of the step.
+  float distance = 0.0f, before = 0.0f;
   Eigen::Vector3f drift = Eigen::Vector3f::Zero();  // m, displacement of the skin in the step
 };
 
-/// Moves the samples that face as the nearest does from `rest`, which must not be empty, to `side`.
+/// Moves the samples that face the same way as the nearest one from `rest` to `side`. `rest` must not be
+/// empty.
 void takeSide(const Skin& skin, std::vector<NearSample>& rest, std::vector<NearSample>& side);
 
-/// The tangent plane of a side of the skin near x, the mean of its samples by weights that fall with the
-/// distance to the particle's way; these are added to `shares`.
+/// The tangent plane of a side of the skin near x, the weighted mean of its samples. Weights fall with the
+/// distance to the particle's way; they are added to `shares`.
 /// @param radius m, R, where weights vanish
 /// @param dt s, of the step
 SkinPlane planeOf(const Skin& skin, const std::vector<NearSample>& side, const Eigen::Vector3f& x,

@@ -9,7 +9,7 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr float rounding = 1e-5f;  // of a sum that is taken in another order
+constexpr float rounding = 1e-5f;  // relative, of a sum that is formed in another order
 
 struct Rules {  // of eight pairs
   Lane bond_rate, unbond_rate;
@@ -21,11 +21,11 @@ TACTILE_CLAY_INLINE Rules rulesOf(const BondRule* rules, const std::uint32_t* in
   return {gatherNumbers(&rules->bond_rate, at), gatherNumbers(&rules->unbond_rate, at)};
 }
 
-/// A run of bonds to the particles whose lanes of `mask` are set.
+/// Writes a run of bonds, with the particles whose lanes are set in `mask`.
 TACTILE_CLAY_INLINE void storeBonds(Bond* to, const std::uint32_t* slots, const Lane& rest_length,
                                     unsigned mask) {
   const LaneOrder& order = selections.order[mask];
-  const LaneOrder index = select(load(slots), order) >> 2;  // over the size of a slot
+  const LaneOrder index = select(load(slots), order) >> 2;  // divided by the size of a slot
   const Lane lengths = select(rest_length, order);
   Lane names;
   std::memcpy(&names, &index, sizeof names);
@@ -43,11 +43,11 @@ struct Update {
   float reach;                   // m, within which bonds form
 };
 
-/// Which pairs of particle i are bonded.
-/// @param rules with each material
-/// @param old of all particles, the rest lengths of what bonds i has, else 0
-/// @param rest_lengths of its pairs; 0: not bonded
-/// @return m^2, the sum of their squares
+/// Decides which pairs of particle i are bonded.
+/// @param rules of its material with each material
+/// @param old for each particle, the rest length of its bond to i so far; 0: no bond
+/// @param rest_lengths gets the rest lengths of the pairs of i; 0: not bonded
+/// @return the sum of their squares, m^2
 template <bool alike>
 TACTILE_CLAY_INLINE float activateBonds(const Update& u, std::size_t i, const BondRule* rules,
                                         const float* old, float* rest_lengths) {
@@ -91,7 +91,7 @@ float activateMixed(const Update& u, std::size_t i, const BondRule* rules, const
 }
 
 /// Lets the rest lengths of the pairs of particle i flow.
-/// @param bonds gets those of the particle
+/// @param bonds gets the bonds of the particle
 /// @return their number
 TACTILE_CLAY_MULTIVERSION
 std::uint32_t flowAndList(const NeighbourPairs near, std::size_t i, const Flow& flow, float* rest_lengths,
@@ -142,7 +142,7 @@ Bonds::Bonds(float spacing, const std::vector<Material>& materials)
 
 void Bonds::activate(const Neighbourhood& near, const Particles& particles, const VectorField& velocity,
                      bool form, std::size_t first, std::size_t last) {
-  // Of each particle that this one is bonded to, the rest length. All zero between particles.
+  // Rest length of the bond between this particle and each other one. All are zero before the next particle.
   thread_local std::vector<float> rest_length_to;
   if (rest_length_to.size() < particles.size()) rest_length_to.resize(particles.size(), 0.0f);
   const float square = spacing() * spacing();

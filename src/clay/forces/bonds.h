@@ -11,7 +11,7 @@
 
 namespace tactile_clay::clay {
 
-/// A semi-permanent distance constraint (Eq. 5) as one of its two ends sees it.
+/// A semi-permanent distance constraint (Eq. 5), as stored at one of its two ends.
 struct Bond {
   std::uint32_t other;
   float rest_length;  // m
@@ -20,12 +20,12 @@ struct Bond {
 /// How two materials bond.
 struct BondRule {
   float stiffness;               // N/m
-  float bond_rate, unbond_rate;  // 1/s, without stiffness such that nothing holds
+  float bond_rate, unbond_rate;  // 1/s; without stiffness negative, so that no bond exists
 };
 
-/// Which pairs hold together (paper, section III-C): bonds form where a pair's projected relative velocity is
-/// low and break where it is high (hysteresis); where the stress at a particle is beyond its yield stress,
-/// the rest lengths of its bonds flow (see Flow). Velocities are means of a frame, see doc/method/clay.md.
+/// Which pairs are bonded (paper, section III-C). A bond forms if the projected relative velocity of the pair
+/// is low, and breaks if it is high (hysteresis). If the stress at a particle is above its yield stress, the
+/// rest lengths of its bonds flow (see Flow). Velocities are means over a frame, see doc/method/clay.md.
 ///
 /// Rates are per second, |d ln l / dt|, so that they mean the same at every particle spacing. A bond is a
 /// spring of stiffness k = E d (E the material's stiffness, d the spacing), which yields in shear at
@@ -36,8 +36,8 @@ class Bonds {
   /// @param spacing m; pairs closer than 1.5 spacings can bond
   Bonds(float spacing, const std::vector<Material>& materials);
 
-  /// (De)activates bonds, and lets rest lengths flow so that no particle is stressed beyond its yield stress.
-  /// Called before a step moves anything.
+  /// Forms and breaks bonds, and lets rest lengths flow so that no particle is stressed beyond its yield
+  /// stress. To be called before a step moves anything.
   /// @param velocity m/s, means over a time that does not depend on the time step
   /// @param form whether bonds may form
   /// @param duration s, since the last update, in which stress relaxes
@@ -45,14 +45,14 @@ class Bonds {
   void update(const Neighbourhood& near, const Particles& particles, const VectorField& velocity, bool form,
               float duration = 0.0f, const std::vector<Contact>& contacts = {});
 
-  /// N/m, of a bond between two materials; 0: they do not bond
+  /// Stiffness of a bond between two materials, N/m; 0: they do not bond.
   float stiffness(std::uint8_t a, std::uint8_t b) const { return rules(a)[b].stiffness; }
-  /// Of a material with each of all materials.
+  /// Rules of a material with each of all materials.
   const BondRule* rules(std::uint8_t material) const { return &rules_[material * materials_]; }
 
   float spacing() const { return reach_ / reach; }  // m
   std::size_t materials() const { return materials_; }
-  /// J, yield stress times the volume of a particle, of each material.
+  /// Yield stress of each material times the volume of a particle, J.
   const std::vector<float>& yields() const { return yields_; }
   /// How the bonds of each particle flowed in the last update.
   const Flow& flow() const { return flow_; }
@@ -61,15 +61,15 @@ class Bonds {
   /// Bonds of particle i, in the order of its neighbours.
   const Bond* begin(std::size_t i) const { return lists_.bonds.data() + lists_.begin[i]; }
   const Bond* end(std::size_t i) const { return lists_.bonds.data() + lists_.end[i]; }
-  /// Rest length of each pair of the neighbourhood of the last update, m; 0: it is not bonded. Undefined in
-  /// the gaps between lists.
+  /// Rest length of each pair of the neighbourhood of the last update, m; 0: the pair is not bonded.
+  /// Undefined in the gaps between lists.
   const std::vector<float>& restLengths() const { return rest_lengths_; }
 
-  /// Takes over the bonds of each particle i, from begins[i] to begins[i + 1].
+  /// Takes over bonds: those of particle i are in `all`, from begins[i] to begins[i + 1].
   void restore(const std::vector<std::uint32_t>& begins, std::vector<Bond> all);
 
  private:
-  struct Lists {  // with gaps, as those of the neighbours
+  struct Lists {  // with gaps, as the lists of Neighbourhood
     std::vector<std::uint32_t> begin, end;
     std::vector<Bond> bonds;
   };

@@ -10,26 +10,26 @@
 
 namespace tactile_clay::clay {
 
-/// What solids add to the density of the particles on them, so that what has no bonds does not pack against
-/// them. Bonds keep clay from packing, and so clay does without.
+/// What solids add to the density of the particles that touch them, so that clay without bonds does not pack
+/// against solids. Clay with bonds does not need this, because its bonds keep it from packing.
 ///
-/// A solid counts as clay that ends half a spacing before the particle: the particle has the share w_0 of the
-/// lattice's kernel sum from it. Several solids leave 1 - (1 - w_0)(1 - w_0)..., which at an edge and in a
-/// corner is what the lattice lacks there, within 0.01. Of two on the same side (boxes that make up a table)
-/// one counts.
+/// A solid counts as clay that ends half a spacing before the particle. It gives the particle the share w_0
+/// of the lattice's kernel sum. Several solids give 1 - (1 - w_0)(1 - w_0)..., which at an edge and in a
+/// corner is what the lattice lacks there, within 0.01. Of two solids on the same side (boxes that make up a
+/// table) only one counts.
 ///
 /// A contact takes its share as far as the particle lacks density, and keeps it until it opens. So no
-/// particle is compressed by touching a solid: a share neither does work nor needs a force, and a lump that
-/// is already packed, or was started inside a table, is not lifted off.
+/// particle is compressed by touching a solid. A share does no work and needs no force. A lump that is
+/// already packed, or was started inside a table, is not lifted off.
 class BoundaryDensity {
  public:
   BoundaryDensity(const Kernel& kernel, float spacing, const std::vector<Material>& materials);
 
   struct Share {
     std::uint32_t particle;
-    float ratio;  // of rho_0
+    float ratio;  // in units of rho_0
   };
-  /// Finds the shares of a step; contacts must remember them.
+  /// Finds the shares of a step; contacts must keep them (`Contacts::remember`).
   /// @param ratio rho / rho_0 of the particles at the start of the step
   /// @param contacts in the order of their particles
   const std::vector<Share>& update(const Particles& particles, const std::vector<float>& ratio,

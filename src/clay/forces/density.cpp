@@ -8,9 +8,12 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr float recovery_speed = 0.5f;   // m/s, of compression that nothing did work for
-constexpr float forgiven_speed = 0.1f;   // m/s, of the energy that a particle is given in a step
-constexpr float recovery_share = 0.25f;  // of it at a time, since neighbours undo each other's too
+// m/s, at which unpaid compression is undone; also the speed of the energy that a particle is lent in a step.
+constexpr float recovery_speed = 0.5f;
+// m/s, the speed of the energy that a particle may keep of this loan.
+constexpr float forgiven_speed = 0.1f;
+// Share of a constraint that is undone in a step, since neighbours undo each other's, too.
+constexpr float recovery_share = 0.25f;
 
 }  // namespace
 
@@ -30,13 +33,14 @@ bool Compression::activate(const DensityConstraints& of, std::size_t first, std:
   return any;
 }
 
-/// The work of a pressure kappa C on clay whose volume is V / (1 + C) is kappa V C / (1 + C)^2 dC. So that it
-/// is the same for a step, and V up to twice the density, the stiffness has the factor (2 / ratio)^2 of the
-/// start.
+/// The work of a pressure kappa C on clay whose volume is V / (1 + C) is kappa V C / (1 + C)^2 dC. In a step
+/// the factor 1 / (1 + C)^2 is constant: it is 1 up to twice the density, beyond that (2 / ratio)^2 with the
+/// ratio at the start of the step.
 ///
-/// Some is compressed beyond by rounding and by what is linear; that may push. What a particle is lent for it
-/// in a step is no more than its energy at `recovery_speed`, and what it may keep of that for the next is no
-/// more than at `forgiven_speed`: what stays squeezed by others would be lent it again and again.
+/// Rounding and linearisation compress some particles more than was paid for; this part may push. For it a
+/// particle is lent at most its energy at `recovery_speed` in a step. Of this loan it keeps at most the
+/// energy at `forgiven_speed` for the next step: otherwise a particle that others keep squeezed would get the
+/// loan again and again.
 bool boundExcess(const Particles& particles, std::size_t first, std::size_t last, DensityConstraints& of) {
   bool any = false;
   for (std::size_t i = first; i < last; ++i) {
@@ -75,11 +79,11 @@ double slopeBeyondSet(const DensityConstraints& of, const Compression& compressi
   return static_cast<double>((c > 0.0f ? of.stiffness[i] : 0.0f) - compression.active[i]) * c * growth;
 }
 
-/// Along its gradient, C_i alone is undone by displacements of all neighbours together of C_i over the
-/// gradient's length.
+/// C_i alone is undone along its gradient if the displacements of all neighbours together have the length
+/// C_i / |gradient|.
 void recoverBeyond(const PairArrays& pairs, const DensityConstraints& of, float farthest, float dt,
                    Compression& used, VectorField& w) {
-  farthest = std::min(recovery_speed * dt, farthest);  // gradients are of the start
+  farthest = std::min(recovery_speed * dt, farthest);  // since gradients are those of the start
   parallelRanges(w.size(), range_size, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       w[i].setZero();
@@ -90,7 +94,8 @@ void recoverBeyond(const PairArrays& pairs, const DensityConstraints& of, float 
   const Pressing pressing{pairs, {used.pressure.data(), w.data()}, {}, used.squeezed.data(), true, true};
   parallelRanges(w.size(), range_size, [&](std::size_t first, std::size_t last) {
     pressing.add(first, last);
-    // Of many that are squeezed into one place, as in a closing fist, it would add up to a leap.
+    // If many particles are squeezed into one place, as in a closing fist, displacements would add up to a
+    // leap.
     for (std::size_t i = first; i < last; ++i)
       if (w[i].norm() > 2.0f * farthest) w[i] *= 2.0f * farthest / w[i].norm();
   });

@@ -10,66 +10,68 @@
 
 namespace tactile_clay::clay {
 
-/// Density's one-sided constraints in a step, of each particle: C_i is `excess` and what displacements add to
-/// it, with the energy `stiffness`/2 C_i^2 where it is positive.
+/// The one-sided density constraint of each particle in a step. C_i is `excess` plus the change by
+/// displacements. While C_i is positive, its energy is `stiffness`/2 C_i^2.
 ///
-/// A step that ends far from its guess may leave more compression than its model knew of, which nothing has
-/// done work for. So C_i starts with no more than the last step's model ended with, and a loan; the loan is
-/// not kept, and what is beyond is undone slowly, by displacements that are no motion (`recoverBeyond`).
+/// A step that ends far from its guess may leave more compression than its linear model had. Nothing has done
+/// work for this part. So C_i starts with at most the compression at the end of the last step's model, plus a
+/// loan. Only a small part of the loan is kept for the next step (`boundExcess`). Compression beyond both is
+/// undone slowly, by displacements that do not count as motion (`recoverBeyond`).
 struct DensityConstraints {
   std::vector<float> ratio;      // rho_i / rho_0 at the start of the step
   std::vector<float> bulk;       // J, bulk modulus times volume
-  std::vector<float> stiffness;  // J, the same for the work of compressing what is denser than twice
-  std::vector<float> excess;     // C_i at u = 0
-  std::vector<float> lent;       // of its square, what was not paid for
-  std::vector<float> beyond;     // what C_i was more than that
+  std::vector<float> stiffness;  // J, `bulk`, reduced for clay denser than twice rho_0
+  std::vector<float> excess;     // C_i at u = 0, bounded
+  std::vector<float> lent;       // part of the square of `excess` that is lent and not kept
+  std::vector<float> beyond;     // compression that is cut off from `excess`
   std::vector<float> steepness;  // 1/m, length of the gradient of C_i over its neighbours
 };
 
-/// Where the density constraints have come to in an iteration, of each particle.
+/// State of the density constraint of each particle in an iteration.
 struct Compression {
   std::vector<float> c;                          // C_i at the displacements u
-  std::vector<float> active;                     // J, stiffness where the constraint acts there, else 0
-  std::vector<float> growth;                     // of C_i with the direction p
-  std::vector<float> pressure, pressure_change;  // J, times volume, at u, and its change with p
+  std::vector<float> active;                     // J, stiffness if the constraint acts at u, else 0
+  std::vector<float> growth;                     // change of C_i with the direction p
+  std::vector<float> pressure, pressure_change;  // J, pressure times volume at u; its change with p
   std::vector<std::uint8_t> squeezed;            // see Pressing
-  bool pressing = false;                         // whether any is active
+  bool pressing = false;                         // whether any constraint is active
 
   void resize(std::size_t n);
-  /// Tells which constraints of particles [first, last) are active, and their pressures. Before, `at` is what
-  /// u alone adds up to; after, C_i.
-  /// @return whether any is active
+  /// Determines which constraints of particles [first, last) are active, and their pressures. Before the call
+  /// `c` is the change by u alone; the call makes it C_i.
+  /// @return whether any constraint is active
   bool activate(const DensityConstraints& of, std::size_t first, std::size_t last);
   /// Sets the change of their pressures with p.
   void changePressure(std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) pressure_change[i] = active[i] * growth[i];
   }
-  /// u of particles [first, last) has become u + step p.
+  /// Updates C_i, because u of particles [first, last) has become u + step p.
   void follow(float step, std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) c[i] += step * growth[i];
   }
-  /// C_i, if its force acted on the way there; else 0.
+  /// C_i, if its constraint is active and C_i is still positive; else 0.
   float acting(std::size_t i) const { return active[i] > 0.0f && c[i] > 0.0f ? c[i] : 0.0f; }
 };
 
-/// Sets the stiffness of particles [first, last), bounds their excess by `Particles::compression` and what is
-/// lent, and sets aside what is beyond.
-/// @return whether any is
+/// Sets the stiffness of particles [first, last), bounds their excess by `Particles::compression` and the
+/// loan, and moves the rest to `beyond`.
+/// @return whether any particle has such a rest
 bool boundExcess(const Particles& particles, std::size_t first, std::size_t last, DensityConstraints& of);
 
-/// What stores the energy of C_i, without what it was lent, at the stiffness of clay less than twice as dense
-/// as at rest; 1 at most, what clay stores at that density: what hands shut in without any room would store
-/// joules, and throw what slips out.
+/// Compression that stores the energy of C_i, without the loan, at the stiffness `bulk`. At most 1, the
+/// compression at twice the density: otherwise clay that hands enclose without any room would store joules,
+/// and be thrown when it slips out.
 float paidCompression(const DensityConstraints& of, const Compression& compression, std::size_t i);
-/// J, of that.
+/// Energy of the paid compression, J.
 double storedEnergy(const DensityConstraints& of, const Compression& compression, std::size_t i);
 
-/// J, what the slope of the energy of particle i along p is more than with the set of active constraints,
-/// `step` times p beyond u.
+/// Slope of the energy of particle i along p at u + step p, minus the slope with the present set of active
+/// constraints, J.
 double slopeBeyondSet(const DensityConstraints& of, const Compression& compression, std::size_t i,
                       float step);
 
-/// Displacements w, m, that undo some of what is beyond, at 0.5 m/s and by half a spacing at most.
+/// Sets displacements w, m, that undo a part of `beyond`. Each constraint is undone at 0.5 m/s and by half a
+/// spacing at most; no particle moves by more than twice that.
 /// @param farthest m, half a spacing
 /// @param used its pressures are overwritten
 void recoverBeyond(const PairArrays& pairs, const DensityConstraints& of, float farthest, float dt,

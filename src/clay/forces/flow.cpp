@@ -10,8 +10,9 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr float fresh = 6.0f * 1.0f + 12.0f * 2.0f;  // squares of the rest lengths in the initial lattice
-// That count at least, those of a flat face: an edge or a crumb is stiffened no more than that.
+// Sum of the squares of the rest lengths of a particle in the initial lattice, spacings^2.
+constexpr float fresh = 6.0f * 1.0f + 12.0f * 2.0f;
+// Minimum of the same sum, that of a flat face: an edge or a crumb is stiffened no more than a face.
 constexpr float minimum = 5.0f * 1.0f + 8.0f * 2.0f;
 
 struct Measure {
@@ -21,17 +22,17 @@ struct Measure {
   const BondRule* rules;         // of each two materials
   std::size_t materials;
   const float* yield;  // J, yield stress times volume, of each material
-  const float* kept;   // of the stress that relaxes, of each material
+  const float* kept;   // see Flow
   const std::vector<Contact>& contacts;
   float spacing;                    // m
   const float *stiffness, *before;  // of each particle, see Flow
   float *share, *secant, *dilation;
 };
 
-/// What the bonds of a particle add up to.
+/// Sums over the bonds of a particle.
 struct Strained {
   Symmetric stress;  // J, twice the stress times volume
-  Symmetric fabric;  // J, that stress where all bonds have a strain of one
+  Symmetric fabric;  // J, the same if every bond had a strain of one
   LaneVector pull;   // N, of the bonds on the particle
 };
 
@@ -46,17 +47,19 @@ TACTILE_CLAY_INLINE Lane product(const Symmetric& a, const Symmetric& b) {
   return a.xx * b.xx + a.yy * b.yy + a.zz * b.zz + 2.0f * (a.yz * b.yz + a.zx * b.zx + a.xy * b.xy);
 }
 
-/// Mean strain of the bonds, without what a change of shape adds to it where more bonds point one way than
-/// another: of the strain tensor v + E whose stress T the bonds have, sum k (l n)(v + n E n)(l n)^T = T, with
-/// the fourth moments of an isotropic fabric: T = v N + 2 Q E / 15, tr T = Q v + E : N, Q = tr N. Clay that
-/// flows on and on would keep it, by 8 % in a shear of 1.2.
+/// Mean strain v of the bonds, without the part that a change of shape adds if more bonds point in one
+/// direction than in another. It is part of the strain tensor v + E for which the bonds have their stress T:
+/// sum k (l n)(v + n E n)(l n)^T = T. With the fourth moments of an isotropic fabric: T = v N + 2 Q E / 15,
+/// tr T = Q v + E : N, Q = tr N. Otherwise clay that goes on flowing would keep that part: 8 % in a shear of
+/// 1.2.
 TACTILE_CLAY_INLINE Lane volumeStrain(const Strained& total) {
   const Symmetric &t = total.stress, &n = total.fabric;
   const Lane square = trace(n), per_square = square > 0.0f ? 1.0f / square : Lane{};
   const Lane scale = 7.5f * per_square * per_square;
   const Symmetric uneven = deviator(n);
   const Lane mean = trace(t) * per_square - scale * product(t, uneven);
-  return mean / max(1.0f - scale * product(uneven, uneven), all(0.5f));  // few bonds tell little
+  // The denominator is bounded for particles with few bonds.
+  return mean / max(1.0f - scale * product(uneven, uneven), all(0.5f));
 }
 
 template <bool alike>
@@ -68,7 +71,7 @@ TACTILE_CLAY_INLINE Strained strainedBonds(const Measure& m, std::size_t i) {
   for (std::uint32_t p = m.pairs.begin[i]; p < m.pairs.end[i]; p += lane_width) {
     const std::uint32_t* slots = m.pairs.slot + p;
     const Lane rest_length = load(m.rest_length + p);
-    const LaneOrder bonded = rest_length > 0.0f;  // which coincident particles are not
+    const LaneOrder bonded = rest_length > 0.0f;  // particles at the same place are not
     if (!alike) {
       float of[lane_width];
       for (int k = 0; k < lane_width; ++k) of[k] = rules[m.material[slots[k] / slot_size]].stiffness;
@@ -87,10 +90,10 @@ TACTILE_CLAY_INLINE Strained strainedBonds(const Measure& m, std::size_t i) {
   return total;
 }
 
-/// Adds to the stress of the particles from `first` on what holds them against the pull of their bonds where
-/// a collider is: at most the friction there.
-/// @param contact the first one that may be theirs
-/// @return the first one that is not
+/// Adds the forces with which colliders resist the pull of bonds, to the stress of the eight particles from
+/// `first` on. They are at most the friction there.
+/// @param contact index of the first contact that may belong to these particles
+/// @return index of the first contact after them
 std::size_t addContacts(const std::vector<Contact>& contacts, std::size_t contact, std::size_t first,
                         float spacing, const LaneVector& pull, Symmetric& stress) {
   for (; contact < contacts.size() && contacts[contact].particle < first + lane_width; ++contact) {

@@ -9,24 +9,24 @@ namespace tactile_clay::clay {
 namespace {
 
 constexpr float slowest = 0.1f;           // 1/s, shear rate below which a viscosity no longer grows
-constexpr float fewest_dashpots = 0.25f;  // of the lattice's; a crumb that has fewer is no stiffer than that
+constexpr float fewest_dashpots = 0.25f;  // of the lattice's; with fewer a crumb is not stiffened further
 
-/// Stiffness of a dashpot over x x^T falls with the distance like this: (1 - q^2)^3, q = r / h. With it the
-/// initial lattice is isotropic within 5 %, which it is far from with the usual -W'/r^3.
+/// Stiffness of a dashpot over x x^T, by distance: (1 - q^2)^3, q = r / h. With this weight the initial
+/// lattice is isotropic within 5 %; with the usual -W'/r^3 it is far from isotropic.
 /// @param per_square 1 / h^2
 TACTILE_CLAY_INLINE Lane dashpotWeight(float per_square, const Lane& square) {
   const Lane a = positive(1.0f - square * per_square);
   return a * a * a;
 }
 
-/// Of particles [first, last): rho / rho_0, and how much stronger dashpots are for those that a surface takes
-/// away. Of their pairs: the gradients g, and g over x where the springs will be.
+/// For particles [first, last): rho / rho_0, and the factor by which dashpots are stronger because a surface
+/// takes others away. For their pairs: the gradients g, and, in the place of the later springs, g over x.
 TACTILE_CLAY_MULTIVERSION
 void measureDensities(const Setup s, std::size_t first, std::size_t last) {
-  // The compiler may not take these out of the loop.
+  // The compiler may not move these divisions out of the loop.
   const float per_lattice_sum = 1.0f / s.lattice_sum, per_square = 1.0f / (s.kernel.h * s.kernel.h);
   const Lane shortest = all(1e-4f * s.kernel.h);
-  // So that springs can be told per square of a gradient; C does not notice.
+  // Keeps gradients above zero, since springs are stored per square of a gradient; too small to change C.
   const Lane min_compression = all(1e-8f * per_square);
   for (std::size_t i = first; i < last; ++i) {
     Lane density{}, dashpots{}, steepness{};
@@ -50,9 +50,9 @@ void measureDensities(const Setup s, std::size_t first, std::size_t last) {
   }
 }
 
-/// Viscosity that thins with the shear rate, Herschel & Bulkley's eta rate^(n - 1), of particles [first,
-/// last). Their rate is the one at which a Newtonian fluid would dissipate what the dashpots do at the guess:
-/// for an isotropic fluid, sum_j w (x.v)^2 = rate^2 sum_j w r^4 / 15.
+/// Thins the viscosity of particles [first, last) with the shear rate: Herschel & Bulkley's eta rate^(n - 1).
+/// The rate is the one at which a Newtonian fluid would dissipate as much as the dashpots do at the guess.
+/// For an isotropic fluid sum_j w (x.v)^2 = rate^2 sum_j w r^4 / 15.
 TACTILE_CLAY_MULTIVERSION
 void thinDashpots(const Setup s, std::size_t first, std::size_t last) {
   const float per_square = 1.0f / (s.kernel.h * s.kernel.h);
@@ -111,13 +111,14 @@ TACTILE_CLAY_INLINE void linearise(const Setup s, std::size_t first, std::size_t
         }
         const Lane both = 0.5f * (own + gatherNumbers(s.amend, s.pairs.slot + p));
         const Lane dashpot = damping * dashpotWeight(per_square, square) * both;
-        // The length at u = 0, were it as linear there as it is near the guess.
+        // The length at u = 0, if it is extrapolated linearly from the guess.
         const Lane start = length + along * r * inverse_square;
         Lane spring = dashpot, push = dashpot * (r - start);
         if (rules != nullptr) {
           const Lane kept = load(s.elastic.rest_length + p);
-          // What flowed after the last step flows on in this one: its elongation shrinks again, and it is as
-          // much less stiff (the secant of its force), so that it stores no more at u = 0 than it did.
+          // A bond that flowed after the last step goes on flowing in this one: its elongation shrinks again.
+          // Its stiffness is smaller by the same factor (the secant of its force), so that at u = 0 it stores
+          // no more than before.
           const Lane secant = 0.5f * (own_secant + gatherNumbers(s.elastic.secant, s.pairs.slot + p));
           const Lane bond = (kept > 0.0f ? secant * stiffness : Lane{}) * inverse_square;
           spring += bond;

@@ -7,14 +7,14 @@
 namespace tactile_clay::clay {
 namespace {
 
-// Loops get what they read by value: no store may change it then.
+// Loops get their inputs by value, so that no store can change these.
 using Pairs = PairArrays;
 
-/// Asks for what a loop over many pairs reads next but some: the processor foresees no more than a page of an
-/// array.
+/// Prefetches what a loop over many pairs reads some iterations later: the processor itself prefetches only
+/// within a page of an array.
 template <typename Number>
 TACTILE_CLAY_INLINE void fetchAhead(const Pairs& pairs, const Number* numbers, std::uint32_t p) {
-  constexpr std::size_t ahead = 256;  // numbers, 1 KiB: memory has answered by then, and the cache holds all
+  constexpr std::size_t ahead = 256;  // numbers, 1 KiB: time for memory to answer, and still fits the cache
   if (pairs.many) __builtin_prefetch(numbers + p + ahead);
 }
 TACTILE_CLAY_INLINE LaneVector loadGradient(const Pairs& pairs, std::uint32_t p) {
@@ -23,7 +23,7 @@ TACTILE_CLAY_INLINE LaneVector loadGradient(const Pairs& pairs, std::uint32_t p)
   return loadVector(pairs.x, pairs.y, pairs.z, p);
 }
 
-/// Forces of the springs, or the growth of C, or both, of particles [first, last), for each of some
+/// Sets the forces of the springs, the growth of C, or both, of particles [first, last), for each of `count`
 /// displacements.
 template <bool springs, bool density, int count>
 TACTILE_CLAY_INLINE void stretch(const Pairs pairs, const Stretch (&all_of)[count], std::size_t first,
@@ -67,8 +67,8 @@ void stretchBothTwice(const Pairs pairs, const Stretch one, const Stretch other,
   stretch<true, true>(pairs, {one, other}, first, last);
 }
 
-/// Adds the forces of some sets of pressures. `squeezed` tells where there are any; `find` finds that out,
-/// from the first set.
+/// Adds the forces of `count` sets of pressures. `squeezed` marks the particles with any; if `find`, it is
+/// set here, by the first set.
 template <bool find, int count, typename Flags>
 TACTILE_CLAY_INLINE void press(const Pairs pairs, const Press (&all_of)[count], std::size_t first,
                                std::size_t last, Flags* squeezed) {

@@ -9,17 +9,17 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr std::size_t grain = 128;  // particles in whole lanes
+constexpr std::size_t grain = 128;  // particles, a multiple of the lane width
 
-// Shares of full corrections; each is near the largest with which a block comes to rest.
+// Shares of a full correction. Each is near the largest one with which a block comes to rest.
 constexpr float density_relaxation = 0.25f;
-constexpr float bond_relaxation = 1.3f;  // over the greater number of bonds of the two ends
+constexpr float bond_relaxation = 1.3f;  // over the larger number of bonds of the two ends
 
 std::size_t wholeLanes(std::size_t count) {
   return (count + lane_width - 1) / lane_width * lane_width;
 }
 
-/// @param u gets its first three numbers changed
+/// @param u displacement; its first three numbers are changed
 TACTILE_CLAY_INLINE void projectTouch(Projection::Touch& touch, Eigen::Vector4f& u) {
   Eigen::Vector3f moved = u.head<3>();
   const float depth = touch.gap - touch.normal.dot(moved);
@@ -101,7 +101,8 @@ void Projection::begin(const StepInput& input) {
   });
 }
 
-/// What no pair has part in; beyond the last particle, what lets whole lanes be read.
+/// Sets the numbers that need no pairs. Beyond the last particle they are neutral, so that whole lanes can be
+/// read.
 void Projection::beginParticle(const StepInput& input, std::size_t i) {
   const bool is = i < input.particles.size();
   const std::uint8_t material = is ? input.particles.material[i] : 0;
@@ -164,8 +165,8 @@ void Projection::projectBondsAndContacts() {
   std::swap(u_, moved_);
 }
 
-/// Sets what the contacts bore. An anchor is left behind by no more than the friction of the step moved the
-/// particle.
+/// Sets the forces of the contacts. An anchor is left behind the particle by at most the way that the
+/// friction of the step moved the particle.
 void Projection::endContacts(const StepInput& input, std::vector<Contact>& contacts) const {
   parallelFor(contacts.size(), grain, [&](std::size_t k) {
     Contact& c = contacts[k];

@@ -16,23 +16,23 @@ namespace tactile_clay::clay {
 /// projected (Eq. 2) at once, as in Jacobi's method:
 ///  - density C_i = rho_i / rho_0 - 1 (Macklin & Mueller 2013), at the current positions; one-sided as in
 ///    Macklin et al. 2014, since bonds hold the clay together;
-///  - viscosity C_i = sym(grad v_i) dt (Eq. 3), grad v_i the SPH sum of Eq. 4 over v dt = u - u^r with u^r
-///  the
-///    rotation of the displacements about i. The sum is corrected to be exact for linear fields (Randles &
-///    Libersky 1996), or the constraint would turn the surface. Projected along C_i as a whole, which is Eq.
-///    2 for its norm. Its compliance 1 / (2 eta V dt) gives eta its unit; at 0 it is Eq. 3 as printed;
+///  - viscosity C_i = sym(grad v_i) dt (Eq. 3). grad v_i is the SPH sum of Eq. 4 over v dt = u - u^r, with
+///    u^r the rotation of the displacements about i. The sum is corrected to be exact for linear fields
+///    (Randles & Libersky 1996), or the constraint would turn the surface. C_i is projected as a whole, which
+///    is Eq. 2 for its norm. The compliance 1 / (2 eta V dt) gives eta its unit; with compliance 0 it is
+///    Eq. 3 as printed;
 ///  - bonds C_ij = |x_i - x_j| - d_ij (Eq. 5), rigid;
-///  - impenetrability C = n . u - gap >= 0, and friction: the particle is drawn to its anchor, along the
-///    surface, by at most mu times what the impenetrability of the same iteration moved it.
+///  - impenetrability C = n . u - gap >= 0, and friction. Friction moves the particle along the surface to
+///    its anchor, by at most mu times the way that impenetrability moved it in the same iteration.
 ///
-/// Constraints of a type overlap, so their corrections are under-relaxed, by one factor for all particles of
-/// a constraint: what is equal and opposite stays so, linear momentum is exact, and the sum of Eq. 6 is the
-/// true contact force. Sums are formed in gather order: the same bits for any number of threads.
+/// Constraints of a type share particles, so their corrections are under-relaxed, by one factor for all
+/// particles of a constraint. So opposite corrections stay equal, linear momentum is exact, and the sum of
+/// Eq. 6 is the true contact force. Sums are formed in gather order: the same bits for any number of threads.
 ///
-/// What the paper lacks is not here either: adhesion, and a compliance of bonds and density.
+/// As in the paper, there is no adhesion, and bonds and density have no compliance.
 class Projection {
  public:
-  /// A contact as the iterations see it.
+  /// A contact during the iterations.
   struct Touch {
     std::uint32_t particle;
     float gap;                       // m
@@ -44,7 +44,7 @@ class Projection {
 
   Projection(const Kernel& kernel, float spacing, const std::vector<Material>& materials);
 
-  /// One step.
+  /// Solves one step.
   /// @param contacts as detected
   /// @param u gets the displacements of the step, m
   /// @return the contacts with their states, anchors and forces (Eq. 6 summed over the iterations)
@@ -99,7 +99,7 @@ class Projection {
   VectorField u_, moved_;     // displacements, m; the fourth numbers are inverse masses, 1/kg
   std::vector<float> inverse_mass_;
 
-  // Arrays of particles have whole lanes.
+  // Arrays over particles have whole lanes.
   std::vector<float> density_gradient_, density_share_, density_step_;         // see paper::Densities
   std::vector<float> gradient_, compliance_, strain_step_xy_, strain_step_z_;  // see paper::Strains
   VectorField own_gradient_;

@@ -5,10 +5,10 @@
 namespace tactile_clay::clay::paper {
 namespace {
 
-constexpr float viscosity_relaxation = 0.125f;  // share of full corrections, see projection.cpp
-// So that no distance is zero. Its square is added to squares, and lost in rounding beyond 10 um.
+constexpr float viscosity_relaxation = 0.125f;  // share of a full correction, see projection.cpp
+// Keeps distances above zero. Its square is added to squared distances; beyond 10 um rounding removes it.
 constexpr float tiny_distance = 1e-9f, tiny = tiny_distance * tiny_distance;  // m, m^2
-// Of the cube of a third of the trace: a determinant of the moments below this is of neighbours in a plane.
+// Share of (trace / 3)^3. If the determinant of the moments is below it, the neighbours lie in a plane.
 constexpr float min_determinant = 0.02f;
 
 /// Gradients of pairs: eight x, eight y and eight z in turn.
@@ -71,7 +71,7 @@ void beginStrains(const Pairs pairs, const Strains s, std::size_t first, std::si
                               m.xy * m.yz - m.yy * m.zx, m.yz * m.zx - m.zz * m.xy};
     const Lane determinant = m.xx * cofactors.xx + m.xy * cofactors.xy + m.zx * cofactors.zx;
     const Lane scale = (m.xx + m.yy + m.zz) / 3.0f, wanted = load(s.compliance + i);
-    // Where the neighbours do not span space, there is no velocity gradient to damp.
+    // If the neighbours do not span space, there is no velocity gradient to damp.
     const LaneOrder spans = (determinant > min_determinant * scale * scale * scale) & (wanted >= 0.0f);
     Viscosity& v = s.viscosities[i / lane_width];
     v.compliance = spans ? wanted : all(-1.0f);
@@ -88,7 +88,7 @@ void measureDensities(const Pairs pairs, const Densities d, const float* u, std:
   const Kernel& kernel = d.kernel;
   const float scale = 1.0f / d.lattice_sum, steepest = kernel.steepest() * scale;
   struct Measured {
-    Lane density, weight;  // of 2 sigma; sum_j w_j |gradient|^2, of steepest^2
+    Lane density, weight;  // over 2 sigma; sum_j w_j |gradient|^2, over steepest^2
     LaneVector gradient;
   };
   for (std::size_t i = first; i < last; i += lane_width) {
@@ -133,7 +133,8 @@ void moveByDensities(const Pairs pairs, const Densities d, std::size_t first, st
 
 namespace {
 
-/// sym(gradient - R) with R the rotation whose antisymmetric part is that of the gradient, I + grad u^r.
+/// sym(gradient - (R - I)), where R = I + grad u^r is the rotation with the antisymmetric part of the
+/// gradient.
 TACTILE_CLAY_INLINE Symmetric strainOf(const Columns& gradient) {
   const LaneVector &a = gradient.x, &b = gradient.y, &c = gradient.z;
   // axis times sine of the angle
@@ -146,7 +147,7 @@ TACTILE_CLAY_INLINE Symmetric strainOf(const Columns& gradient) {
           0.5f * (a.z + c.x) - bent.z * turn.x, 0.5f * (b.x + a.y) - bent.x * turn.y};
 }
 
-/// The steps of the multipliers of the strains of eight particles, corrected.
+/// The corrected steps of the multipliers of the strains of eight particles.
 /// @param plain sums of Eq. 4, not corrected
 TACTILE_CLAY_INLINE Columns resistStrains(const Columns& plain, Viscosity& v) {
   const Columns inverse = columnsOf(v.inverse);
@@ -189,13 +190,13 @@ void measureStrains(const Pairs pairs, const Strains s, const float* u, std::siz
 
 namespace {
 
-/// Gradients of eight pairs, to be summed with the steps' columns x and y of two pairs, and z of both, at
-/// once.
+/// Gradients of eight pairs. Two pairs are summed at once: columns x and y of the step of each pair fill a
+/// lane, columns z of both pairs another one.
 struct HalfGradients {
   Lane low_xy, high_xy, z;
 };
 struct StepSums {
-  Lane xy[2];  // in turn, so that none waits for the other
+  Lane xy[2];  // used in turn, so that no sum waits for the other
   Lane z;
 };
 /// Adds S_j g of pairs k and k + 4 of eight.
