@@ -21,7 +21,7 @@ using ultrasound::Modulation;
 constexpr char self[] = "autd3";
 constexpr std::size_t max_boards = 16;
 
-/// Poses of boards: six numbers each.
+/// Poses of the boards: six numbers for each.
 /// @throws std::runtime_error with one line
 std::vector<Eigen::Isometry3d> boardsOf(const std::map<std::string, std::string>& options) {
   const auto given = options.find("boards");
@@ -125,7 +125,7 @@ void Autd3::submit(const Sound& sound) {
       next.patterns = {sound.parts.front().drive};
     } else {
       for (const Sound::Part* part : instants(sound)) next.patterns.push_back(part->drive);
-      // A field of one pattern is there all the time.
+      // A field of one pattern does not change.
       if (sound.parts.size() == 1) next.patterns.resize(1);
     }
     if (next.patterns.size() > Autd3Boards::max_patterns)
@@ -153,14 +153,14 @@ std::string Autd3::fault() const {
   return fault_;
 }
 
-/// Of the thread; the mutex is not held.
+/// Called by the thread, with the mutex unlocked.
 void Autd3::send(const Playing& wanted) {
   if (wanted.patterns.empty()) {
     boards_->silence();
     return;
   }
   if (wanted.modulation != modulation_) {
-    boards_->silence();  // the old pattern is not to be heard with the new modulation
+    boards_->silence();  // or the old pattern would sound with the new modulation
     boards_->modulate(wanted.modulation);
     modulation_ = wanted.modulation;
   }
@@ -189,7 +189,7 @@ void Autd3::run() {
       sounds_ = !now.patterns.empty();
       fault_ = fault;
       if (!fault.empty() && !ending_) changed_.wait_for(lock, hold_, [this] { return ending_; });
-      if (!fault.empty()) {  // silence, until it can be had
+      if (!fault.empty()) {  // try to silence the boards until this succeeds
         new_ = !ending_;
         wanted_ = {};
       }

@@ -12,18 +12,18 @@
 
 namespace tactile_clay::device {
 
-/// AUTD3 arrays, one or several boards at any poses, through the AUTD3 library and a server of it on the
-/// network. Compiled only where CMake finds the library.
+/// AUTD3 arrays, one or several boards at any poses, through the AUTD3 library and an AUTD3 server on the
+/// network. Compiled only if CMake finds the library.
 ///
-/// AM, fields and slip are a buffer of modulation, one second at 4 kHz, so that their frequencies are rounded
-/// to whole Hz. What moves (lateral, circles, STM, field_circle) is a list of patterns that the boards take
-/// in turn. The newest emission wins: a thread of its own sends it, and silences boards whose emission was
-/// not renewed for `hold`. The boards have no watchdog: where this process is killed they play on, which is
-/// told at the start.
+/// AM, fields and slip are played from a modulation buffer, one second at 4 kHz, so their frequencies are
+/// rounded to whole Hz. Modulations that move (lateral, circles, STM, field_circle) are a list of patterns
+/// that the boards play in turn. The newest emission replaces the one before: a separate thread sends it. The
+/// thread silences the boards if the emission is not renewed for `hold`. The boards have no watchdog: if this
+/// process is killed, they play on. The user is warned of this at the start.
 ///
 /// Options:
 /// - `address` (required): IP:PORT of the server
-/// - `boards`: poses of the boards' centres, six numbers each, m and rad; default one at 0 0 0 0 0 0
+/// - `boards`: poses of the boards' centres, six numbers per board, m and rad; default one at 0 0 0 0 0 0
 /// - `temperature` of the air, degrees C, default 20
 /// - `hold`: s, default 0.2
 class Autd3 : public ArrayDevice {
@@ -44,7 +44,7 @@ class Autd3 : public ArrayDevice {
   using Clock = std::chrono::steady_clock;
   struct Playing {
     std::vector<ultrasound::Drive> patterns;  // none: silence
-    double frequency = 0.0;                   // Hz, of a round of several
+    double frequency = 0.0;                   // Hz, of one round through several patterns
     std::vector<std::uint8_t> modulation;
   };
 
@@ -56,9 +56,9 @@ class Autd3 : public ArrayDevice {
   ultrasound::ArrayLayout layout_;
   ultrasound::Acoustics acoustics_;
   Clock::duration hold_{0};
-  std::vector<std::uint8_t> modulation_;  // that the boards have; of the thread
+  std::vector<std::uint8_t> modulation_;  // modulation that the boards have; used by the thread only
 
-  mutable std::mutex mutex_;  // of what follows
+  mutable std::mutex mutex_;  // protects the members below, up to fault_
   std::condition_variable changed_;
   Playing wanted_;
   Clock::time_point renewed_;
@@ -68,8 +68,8 @@ class Autd3 : public ArrayDevice {
   std::thread thread_;
 };
 
-/// A second of modulation as the boards take it: factors 0 to 255 of the amplitude,
-/// `Autd3Boards::sample_rate` of them. Empty points: all of it.
+/// One second of modulation in the form that the boards take: `Autd3Boards::sample_rate` factors of the
+/// amplitude, 0 to 255.
 std::vector<std::uint8_t> autd3Modulation(const Emission& emission);
 
 }  // namespace tactile_clay::device

@@ -10,11 +10,11 @@ namespace {
 
 namespace sdk = ::autd3::native_methods;
 
-constexpr double metres = 1e-3;                 // a mm
-constexpr double elsewhere = 0.2e-3;            // m, by which a transducer may be off its place
+constexpr double metres = 1e-3;                 // m, one mm
+constexpr double elsewhere = 0.2e-3;            // m, allowed distance of a transducer from its place
 constexpr std::uint64_t millisecond = 1000000;  // ns
 
-/// The library's word for what went wrong.
+/// Throws the error message of the library.
 /// @throws std::runtime_error
 template <class Result>
 [[noreturn]] void fail(const Result& result, const std::string& what) {
@@ -43,7 +43,7 @@ Eigen::Vector3d firstTransducer() {
 sdk::Drive driveOf(const ultrasound::Drive& drive, std::size_t n) {
   const double turns = drive.phase[n] * 0.5 / M_PI;
   const auto level = std::lround((turns - std::floor(turns)) * Autd3Boards::phase_levels);
-  constexpr double rounding = 1e-3;  // of a level: what is one already stays it
+  constexpr double rounding = 1e-3;  // of a level: a value that is a level already stays there
   const double amplitude = std::floor(drive.amplitude[n] * Autd3Boards::amplitude_levels + rounding);
   sdk::Drive out{};
   out.phase._0 = static_cast<std::uint8_t>(level % Autd3Boards::phase_levels);
@@ -117,8 +117,8 @@ Autd3Boards::Autd3Boards(const std::string& address, const std::vector<Eigen::Is
                                " at another place, expected version 38 of it");
     }
   }
-  silence();  // whatever the boards played before
-  // Patterns may change as fast as they are asked to.
+  silence();  // the boards may still play something
+  // Patterns may change as fast as they are sent.
   library_->send(sdk::AUTDDatagramSilencerFromCompletionSteps({1, 1, false}), "the silencer");
 }
 
@@ -126,7 +126,7 @@ Autd3Boards::~Autd3Boards() {
   try {
     silence();
   } catch (const std::exception&) {
-    // Closing silences as well, where the boards are there.
+    // Closing silences the boards as well, if they are connected.
   }
   (void)sdk::AUTDControllerClose(library_->controller);
 }

@@ -11,12 +11,12 @@
 
 namespace tactile_clay::device {
 
-/// AUTD3 boards through the functions of the AUTD3 library (autd3capi). Each call talks to the boards and
-/// waits for them, some ms; all calls come from one thread.
+/// AUTD3 boards through the functions of the AUTD3 library (autd3capi). Each call sends to the boards and
+/// waits for them, some ms. All calls come from one thread.
 class Autd3Boards {
  public:
-  static constexpr int phase_levels = 256;       // of a turn
-  static constexpr int amplitude_levels = 255;   // of the amplitude, above 0
+  static constexpr int phase_levels = 256;       // steps of a turn
+  static constexpr int amplitude_levels = 255;   // steps of the amplitude above 0
   static constexpr double sample_rate = 4000.0;  // Hz, of the modulation
   static constexpr std::size_t max_patterns = 1024;
 
@@ -24,25 +24,25 @@ class Autd3Boards {
   static ultrasound::ArrayLayout layoutOf(const std::vector<Eigen::Isometry3d>& boards);
 
   /// @param address of the AUTD3 server on the network, IP:PORT
-  /// @param boards pose of the centre of each
-  /// @throws std::runtime_error with one line where it is not there, or has its transducers elsewhere
+  /// @param boards pose of the centre of each board
+  /// @throws std::runtime_error with one line if there is no such server, or its transducers are elsewhere
   Autd3Boards(const std::string& address, const std::vector<Eigen::Isometry3d>& boards);
   ~Autd3Boards();
   Autd3Boards(const Autd3Boards&) = delete;
   Autd3Boards& operator=(const Autd3Boards&) = delete;
 
-  /// Factors 0 to 255 of all amplitudes, `sample_rate` a second, over and over.
-  /// @throws as above
+  /// Repeats these factors of all amplitudes, 0 to 255, at `sample_rate`.
+  /// @throws as the constructor
   void modulate(const std::vector<std::uint8_t>& samples);
 
-  /// Drives one after the other, over and over; phases and amplitudes that are no levels are rounded,
+  /// Plays drives one after the other, repeatedly. Phases and amplitudes between two levels are rounded,
   /// amplitudes down.
   /// @param patterns at least one, of `layoutOf`'s length
-  /// @param frequency Hz, of a round of several
-  /// @throws as above
+  /// @param frequency Hz, of one round through several patterns
+  /// @throws as the constructor
   void play(const std::vector<ultrasound::Drive>& patterns, double frequency);
 
-  /// @throws as above
+  /// @throws as the constructor
   void silence();
 
  private:

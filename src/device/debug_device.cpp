@@ -16,7 +16,7 @@ double logRate(const std::string& text) {
     const double rate = std::stod(text, &end);
     if (end == text.size() && std::isfinite(rate) && rate >= 0.0) return rate;
   } catch (const std::exception&) {
-    // Told below, with what was expected.
+    // The error below names what was expected.
   }
   throw std::runtime_error("debug array: log_rate is '" + text + "', expected 0 or a positive number of Hz");
 }
@@ -88,7 +88,7 @@ void DebugDevice::stop() noexcept {
   try {
     sink_("debug array: stopped after " + std::to_string(submissions_) + " emissions");
   } catch (const std::exception&) {
-    // A sink that fails must not keep the array from being silent.
+    // If the sink fails, the array has to fall silent all the same.
   }
 }
 

@@ -8,21 +8,20 @@
 
 namespace tactile_clay::device {
 
-/// An array that is not there: says what it would emit, one line an emission, at most `log_rate` lines a
-/// second. What it did is counted, whether it was said or not.
+/// An array that does not exist: logs what it would emit, one line per emission, at most `log_rate` lines per
+/// second. It counts each emission and each stop, whether a line was logged or not.
 ///
-/// Options: `log_rate` in Hz (default 1; 0 says nothing but open and stop). Options of other devices are not
-/// its own and are passed over.
+/// Options: `log_rate` in Hz (default 1; 0 logs only open and stop). Options of other devices are ignored.
 class DebugDevice : public ArrayDevice {
  public:
   using Sink = std::function<void(const std::string&)>;  // takes one line, without its end
   using Clock = std::function<std::chrono::nanoseconds()>;
 
-  /// Says it on stderr.
+  /// Logs to stderr.
   DebugDevice();
 
-  /// @param sink where lines go
-  /// @param clock that the rate is kept by, monotonic
+  /// @param sink gets the lines
+  /// @param clock for the rate of the lines, monotonic
   DebugDevice(Sink sink, Clock clock);
 
   bool harmless() const override { return true; }
@@ -42,8 +41,8 @@ class DebugDevice : public ArrayDevice {
   std::chrono::nanoseconds interval_{0};
   std::chrono::nanoseconds last_line_{0};
   bool open_ = false;
-  bool quiet_ = false;     // log_rate 0
-  bool said_any_ = false;  // an emission, since it was opened
+  bool quiet_ = false;     // log_rate is 0
+  bool said_any_ = false;  // whether an emission was logged since open()
   bool emitting_ = false;
   std::uint64_t submissions_ = 0;
   std::uint64_t stops_ = 0;

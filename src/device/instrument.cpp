@@ -7,7 +7,7 @@
 namespace tactile_clay::device {
 namespace {
 
-/// The loudest of several. Unknown or NaN at one instant is unknown or NaN for all.
+/// The loudest of several. If one is unknown or NaN, the result is unknown or NaN.
 class Loudest {
  public:
   void add(const Loudness& now) {
@@ -30,9 +30,9 @@ class Loudest {
   bool first_ = true;
 };
 
-constexpr double circle_effort = 0.25;  // for a place that is 2 mm beside one that is solved
+constexpr double circle_effort = 0.25;  // for a place about 2 mm from one that is solved
 
-/// The patterns of each place of a circle, one place after the other; wanted and reached amplitudes are root
+/// The patterns of each place on a circle, one place after the other. Wanted and reached amplitudes are root
 /// mean squares over the places.
 ultrasound::FieldSolution solveCircle(const Instrument& instrument, double amplitude,
                                       const std::vector<ultrasound::Drive>& before,
@@ -65,7 +65,7 @@ ultrasound::FieldSolution solveCircle(const Instrument& instrument, double ampli
   return all;
 }
 
-/// The instants at which pattern k of so many plays.
+/// The instants at which pattern k of this number of patterns is played.
 void share(const std::vector<ultrasound::Instant>& instants, std::size_t k, std::size_t patterns,
            ultrasound::Part& part) {
   for (std::size_t i = k; i < instants.size(); i += patterns) {
@@ -92,7 +92,7 @@ Loudness solveParts(const Instrument& instrument, const ultrasound::Drive& last,
       solved.drive = std::move(solution.drive);
       solved.target = std::move(solution.target);
     } catch (const std::exception&) {
-      // Not known: what is wrong is told by its rule.
+      // The loudness stays unknown. The rule of the gate reports this.
     }
     solved.what = std::move(part);
     sound.parts.push_back(std::move(solved));

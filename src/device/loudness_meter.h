@@ -9,12 +9,13 @@
 
 namespace tactile_clay::device {
 
-/// How loud drives of an array are: the highest pressure anywhere in the gate's workspace, wherever the
-/// points are that a drive was made for, and the level at the head.
+/// How loud drives of an array are: the highest pressure in the gate's workspace, also away from the points
+/// that a drive was made for, and the level at the head.
 class LoudnessMeter {
  public:
   /// @param head_point m, frame of the array
-  /// @param config its workspace and its cap: pressures below that are those at the points
+  /// @param config workspace and pressure cap; if nothing exceeds the cap, the pressure at the points, or
+  /// more, is found
   /// @throws std::invalid_argument as FieldMaximum
   LoudnessMeter(const ultrasound::ArrayLayout& layout, const ultrasound::Acoustics& acoustics,
                 const Eigen::Vector3d& head_point, const SafetyGateConfig& config);

@@ -10,8 +10,9 @@
 
 namespace tactile_clay::device {
 
-/// The options that a text of words key=value gives. Words without a '=' belong to the value before them, as
-/// the numbers of a pose do. None where the first word has no key.
+/// The options in a text of words key=value. A word without a '=' belongs to the value before it, as the
+/// numbers of a pose do.
+/// @return nothing if the first word has no key
 inline std::optional<std::map<std::string, std::string>> optionsOf(const std::string& text) {
   std::map<std::string, std::string> options;
   std::istringstream words(text);
@@ -30,7 +31,7 @@ inline std::optional<std::map<std::string, std::string>> optionsOf(const std::st
   return options;
 }
 
-/// Options of devices are texts. These read one, or give `fallback` where it is not set or empty.
+/// Options of devices are texts. These functions read one, or return `fallback` if it is not set or empty.
 
 /// @throws std::runtime_error naming the option, its value and what was expected
 inline std::string choice(const std::map<std::string, std::string>& options, const std::string& device,
@@ -70,7 +71,7 @@ inline std::vector<double> numbers(const std::map<std::string, std::string>& opt
   return values;
 }
 
-/// One number.
+/// A single number.
 /// @throws std::runtime_error as choice
 inline double number(const std::map<std::string, std::string>& options, const std::string& device,
                      const std::string& key, double fallback, double low, double high) {

@@ -9,21 +9,21 @@
 
 namespace tactile_clay::device {
 
-/// A value for each focal point of a frame, found again in the next frame. A point is known by its id; the
-/// first, second ... point of the same id are points of their own.
+/// A value for each focal point of a frame, to be found again in the next frame. A point is recognised by its
+/// id. Several points with the same id are distinguished by their order.
 class PointValues {
  public:
   void clear() { values_.clear(); }
 
-  /// Keeps one value a point.
-  /// @param value of each of `points`
+  /// Stores one value for each point.
+  /// @param value function that returns the value of a point
   template <class Value>
   void set(const std::vector<ultrasound::FocalPoint>& points, Value value) {
     values_.clear();
     for (const ultrasound::FocalPoint& point : points) values_[point.id].push_back(value(point));
   }
 
-  /// The value kept for each of `points`, 0 for a point that was not there.
+  /// The stored value of each of `points`; 0 for a point that was not stored.
   std::vector<double> of(const std::vector<ultrasound::FocalPoint>& points) const {
     std::map<std::uint32_t, std::size_t> seen;
     std::vector<double> result;

@@ -12,10 +12,10 @@ namespace {
 
 using values::text;
 
-constexpr double max_modulation = 1000.0;  // Hz; nothing is felt above
-constexpr double longest_rise = 0.1;       // s; however long ago the last emission was
-constexpr double same_place = 0.010;       // m; half of a focus, and a hand at 0.6 m/s from frame to frame
-constexpr int rounds = 6;  // of weakening, for a drive need not be proportional to what is asked
+constexpr double max_modulation = 1000.0;  // Hz; nobody feels higher frequencies
+constexpr double longest_rise = 0.1;       // s; after a longer pause intensities rise as after this one
+constexpr double same_place = 0.010;       // m; half of a focus, and the way of a hand at 0.6 m/s in a frame
+constexpr int rounds = 6;                  // of weakening: a drive need not be proportional to its points
 
 std::string name(const ultrasound::FocalPoint& point) {
   return "focal point " + std::to_string(point.id);
@@ -64,7 +64,7 @@ Verdict SafetyGate::tick(double age_since_last) const {
     verdict.reason = "emergency stop: silent until it is reset";
   else if (applies(Rule::not_started) && !started_)
     verdict.reason = "not started: the device is not open yet";
-  // Written so that NaN is stale.
+  // Written so that NaN counts as stale.
   else if (applies(Rule::stale) &&
            !(age_since_last <= config_.stale_timeout && age_since_last >= -config_.stale_timeout))
     verdict.reason = "stale: focal points are " + text(1e-3 * std::round(1e3 * age_since_last)) +
@@ -124,7 +124,7 @@ std::string SafetyGate::objection(const Emission& emission, const Occasion& occa
 bool SafetyGate::limitSlew(Verdict& verdict, double since_last) const {
   if (!applies(Rule::slew)) return false;
   bool limited = false;
-  const double time = since_last > 0.0 ? std::min(since_last, longest_rise) : 0.0;  // NaN: no time
+  const double time = since_last > 0.0 ? std::min(since_last, longest_rise) : 0.0;  // NaN counts as 0
   std::vector<ultrasound::FocalPoint>& points = verdict.sound.emission.points;
   const std::vector<double> before = intensities_.of(points);
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -137,10 +137,10 @@ bool SafetyGate::limitSlew(Verdict& verdict, double since_last) const {
   return limited;
 }
 
-/// Factor by which a field has to be lowered so that no sample of skin gets louder faster than the slew.
+/// Factor that lowers a field so that at no skin sample the sound rises faster than the slew.
 double SafetyGate::rise(const ultrasound::FieldSolution& field,
                         const std::vector<ultrasound::FocalPoint>& targets, double since_last) const {
-  const double time = since_last > 0.0 ? std::min(since_last, longest_rise) : 0.0;  // NaN: no time
+  const double time = since_last > 0.0 ? std::min(since_last, longest_rise) : 0.0;  // NaN counts as 0
   double factor = 1.0;
   for (std::size_t k = 0; k < targets.size(); ++k) {
     double before = 0.0;
@@ -154,7 +154,7 @@ double SafetyGate::rise(const ultrasound::FieldSolution& field,
 
 void SafetyGate::limitField(Verdict& verdict, double since_last) const {
   Sound& sound = verdict.sound;
-  double margin = 0.995;  // as of limitLoudness
+  double margin = 0.995;  // as in limitLoudness
   double amplitude = 1.0;
   bool anew = true;
   Loudness loudness;
@@ -164,9 +164,9 @@ void SafetyGate::limitField(Verdict& verdict, double since_last) const {
     verdict.reason.clear();
     double factor = excess(loudness, verdict.reason);
     if (!verdict.passes()) {
-      if (!(factor > 0.0)) return;  // not known, or NaN
+      if (!(factor > 0.0)) return;  // unknown, or NaN
       verdict.lowered = verdict.reason;
-      // Less to spend is spent otherwise; after that all of it goes down in proportion, if it can.
+      // In round 0 solve anew with less amplitude. Later lower all in proportion, if the array can.
       anew = round == 0 || !instrument_.scalable;
     } else {
       if (!verdict.field || !applies(Rule::slew)) return;
@@ -186,8 +186,8 @@ void SafetyGate::limitField(Verdict& verdict, double since_last) const {
   }
 }
 
-/// @param reason is set where it is too loud
-/// @return factor that the amplitudes have to be lowered by; 1: none; 0: silence
+/// @param reason is set if the sound is too loud
+/// @return factor that the amplitudes have to be multiplied by; 1: not too loud; 0: silence
 double SafetyGate::excess(const Loudness& loudness, std::string& reason) const {
   double factor = 1.0;
   if (applies(Rule::pressure)) {
@@ -216,7 +216,8 @@ double SafetyGate::excess(const Loudness& loudness, std::string& reason) const {
 }
 
 void SafetyGate::limitLoudness(Verdict& verdict) const {
-  // A margin, for a drive is rounded. It grows, for boards that switch channels off go down in steps.
+  // The margin covers the rounding of a drive. It grows, because boards that switch channels off get weaker
+  // in steps.
   double margin = 0.995;
   Loudness loudness;
   for (int round = 0; round < rounds; ++round, margin *= margin * margin) {
@@ -225,7 +226,7 @@ void SafetyGate::limitLoudness(Verdict& verdict) const {
     verdict.reason.clear();
     const double factor = excess(loudness, verdict.reason);
     if (verdict.passes()) return;
-    if (!(factor > 0.0)) return;  // not known, or NaN
+    if (!(factor > 0.0)) return;  // unknown, or NaN
     verdict.lowered = verdict.reason;
     weaken(verdict.sound, loudness, margin * factor);
   }
@@ -240,7 +241,7 @@ Verdict SafetyGate::check(const Emission& emission, const Occasion& occasion) {
       if (verdict.passes() && ultrasound::isField(emission.modulation)) {
         limitField(verdict, occasion.since_last);
       } else {
-        // Loudness first: a rise counts from what was emitted, and so does what it may rise to.
+        // Loudness first: the slew then compares lowered intensities, here and in the emission before.
         if (verdict.passes()) limitLoudness(verdict);
         if (verdict.passes() && limitSlew(verdict, occasion.since_last)) limitLoudness(verdict);
       }
@@ -256,7 +257,7 @@ Verdict SafetyGate::check(const Emission& emission, const Occasion& occasion) {
   return verdict;
 }
 
-/// What the next emission rises and starts from.
+/// Stores what the next emission starts from.
 void SafetyGate::keep(const Verdict& verdict) {
   const Sound& sound = verdict.sound;
   if (sound.parts.empty()) return;

@@ -9,7 +9,7 @@
 
 namespace tactile_clay::device {
 
-/// What the gate looks at.
+/// Rules of the gate.
 enum class Rule {
   emergency_stop,
   not_started,
@@ -24,21 +24,21 @@ enum class Rule {
   head_level
 };
 
-/// Name of a rule, such as "hand_lost"; the rule of a name.
+/// Name of a rule, such as "hand_lost"; and the rule with a name.
 /// @throws std::invalid_argument listing the names
 std::string nameOf(Rule rule);
 Rule ruleOf(const std::string& name);
 
 struct SafetyGateConfig {
-  /// s, of focal points and of hands
+  /// s, for focal points and for messages about the hands
   double stale_timeout = silence_times::seconds(silence_times::stale);
-  Eigen::Vector3d low{-0.20, -0.20, 0.05};  // corners of the workspace, m, frame of the array
-  Eigen::Vector3d high{0.20, 0.20, 0.40};   // its faces belong to it
+  Eigen::Vector3d low{-0.20, -0.20, 0.05};  // lower corner of the workspace, m, frame of the array
+  Eigen::Vector3d high{0.20, 0.20, 0.40};   // upper corner; the faces belong to the workspace
   double intensity_cap = 1.0;               // at most 1
   double intensity_slew = 20.0;             // 1/s, rise of a point's intensity
   double pressure_cap = 2000.0;             // Pa, peak acoustic pressure anywhere in the workspace
   double head_spl_cap = 110.0;              // dB re 20 uPa rms at the head, unmodulated
-  std::set<Rule> without;                   // rules that are left out; for arrays that are not there
+  std::set<Rule> without;                   // rules that are left out; only for arrays that do not exist
 
   /// @throws std::invalid_argument naming the parameter, its value and its range
   void validate() const;
@@ -48,7 +48,7 @@ struct SafetyGateConfig {
 struct Limit {
   const char* name;
   double SafetyGateConfig::*value;
-  double low, high;  // where it may lie
+  double low, high;  // allowed range
   const char* meaning;
 };
 inline constexpr std::array<Limit, 5> limits = {{

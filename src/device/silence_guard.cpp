@@ -25,10 +25,11 @@ using namespace std::chrono_literals;
 
 constexpr auto longest_write = static_cast<int>(silence_times::guard_port_patience.count());  // ms
 
-// From here to guardProcess: only what is safe after fork() in a program of several threads.
+// From here to guardProcess: only calls that are safe after fork() in a program with several threads.
 
 void writeAll(int port, const std::uint8_t* bytes, std::size_t count) {
-  // What the driver has left in the port would delay the silence; the silence starts a frame of its own.
+  // Bytes that the driver left in the port would delay the silence. The silence starts a frame of its own, so
+  // the old frame may be cut.
   ::tcflush(port, TCOFLUSH);
   while (count > 0) {
     const ssize_t taken = ::write(port, bytes, count);
@@ -83,7 +84,7 @@ SilenceGuard::SilenceGuard(int port, const std::vector<std::uint8_t>& silence,
                            std::chrono::milliseconds patience)
     : patience_(patience) {
   int ends[2];
-  // A socket pair, for writing to it can be told not to raise SIGPIPE.
+  // A socket pair, because a write to it can be asked not to raise SIGPIPE.
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
     throw std::runtime_error(std::string("silence guard: no pipe: ") + std::strerror(errno));
   rlimit limit{};
@@ -120,8 +121,8 @@ SilenceGuard::State SilenceGuard::beat() noexcept {
   const std::uint8_t sign = 1;
   const bool broken =
       count == 0 || (::send(pipe_, &sign, 1, MSG_NOSIGNAL | MSG_DONTWAIT) != 1 && errno != EAGAIN);
-  // Since the first sign without an answer, and not since the last answer: a driver that was stopped itself
-  // finds a guard that has answered all that it was told.
+  // The time counts from the first sign without an answer, not from the last answer: after the driver itself
+  // was stopped, the guard has answered all of its signs.
   if (!unanswered_) unanswered_ = now;
   state_ = broken ? State::gone : now - *unanswered_ > patience_ ? State::frozen : State::there;
   return state_;

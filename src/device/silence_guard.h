@@ -9,31 +9,32 @@
 
 namespace tactile_clay::device {
 
-/// A small process that outlives its driver: it writes the bytes of silence to the port when the driver dies,
-/// however it dies, or hangs. It waits on a pipe whose other end only the driver holds; the kernel closes
-/// that end. It has a session of its own, so that what ends the driver's process group does not end it, and
-/// holds no file of the driver but the port.
+/// A small process that outlives its driver. It writes the bytes of silence to the port when the driver hangs
+/// or dies for any reason. It waits on a pipe; only the driver has the other end open, and the kernel closes
+/// that end when the driver dies. The guard has a session of its own, so a signal that ends the driver's
+/// process group does not end it. The port is the only file of the driver that it keeps open.
 ///
-/// Each supervises the other: the guard answers every sign of life of the driver, and where it does not, the
-/// driver has to be silent.
+/// Driver and guard supervise each other: the guard answers every sign of life of the driver. If it does not
+/// answer, the driver has to be silent.
 class SilenceGuard {
  public:
   enum class State { there, frozen, gone };
 
   /// Starts the process.
   /// @param port descriptor to write to
-  /// @param silence what to write
-  /// @param patience without a sign of life after which the driver, or the guard, counts as frozen
-  /// @throws std::runtime_error where the system gives no process
+  /// @param silence bytes to write
+  /// @param patience time without a sign of life after which the driver, or the guard, counts as frozen
+  /// @throws std::runtime_error if the system cannot start a process
   SilenceGuard(int port, const std::vector<std::uint8_t>& silence, std::chrono::milliseconds patience);
 
-  /// Lets the process go. It writes the silence once more; one that is frozen is killed.
+  /// Closes the pipe: the process writes the silence once more and ends. If it is frozen or too slow, it is
+  /// killed.
   ~SilenceGuard();
   SilenceGuard(const SilenceGuard&) = delete;
   SilenceGuard& operator=(const SilenceGuard&) = delete;
 
-  /// A sign of life of the driver, to be given several times within the patience.
-  /// @return how the guard is: frozen where a sign has had no answer for the patience
+  /// Sends a sign of life of the driver; to be called several times within the patience.
+  /// @return state of the guard: frozen if a sign had no answer for the patience
   State beat() noexcept;
 
   pid_t process() const { return process_; }

@@ -18,8 +18,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr char self[] = "sonic_surface";
 constexpr auto retry = 250ms;           // between tries to open a lost port
-constexpr auto open_patience = 1000ms;  // for the guard of a driver that has just died
-constexpr std::size_t max_points = 16;  // of a board, at a time: 16 transducers each
+constexpr auto open_patience = 1000ms;  // lets the guard of a driver that has just died finish
+constexpr std::size_t max_points = 16;  // of a board, at the same time: 16 transducers each
 
 Clock::duration duration(double seconds) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
@@ -34,7 +34,7 @@ SonicSurface::~SonicSurface() {
     changed_.notify_all();
   }
   if (thread_.joinable()) thread_.join();
-  guard_.reset();  // before the port, on which it writes its last silence
+  guard_.reset();  // before the port, because the guard writes its last silence to it
 }
 
 void SonicSurface::open(const std::map<std::string, std::string>& options) {
@@ -81,9 +81,9 @@ void SonicSurface::open(const std::map<std::string, std::string>& options) {
 }
 
 Capabilities SonicSurface::capabilities() const {
-  // Bytes of a frame; boards of the stock firmware are selected by one byte each.
+  // Bytes of a frame. One byte selects a board of the stock firmware.
   const std::size_t bytes = boards_.count == 2 ? 517 : boards_.firmware == Firmware::stock ? 259 : 258;
-  // Steps of lateral modulation and STM would need 160 and more.
+  // Lateral modulation and STM would need 160 frames per second or more for their steps.
   Capabilities capabilities;
   capabilities.input = Input::drives;
   capabilities.layout = array_.layout;
@@ -147,7 +147,7 @@ void SonicSurface::connect() {
     guard_ = std::make_unique<SilenceGuard>(port_->descriptor(), sonic_surface::silence(boards_),
                                             silence_times::guard_patience);
   wire_free_ = Clock::now();
-  silence();  // whatever the boards played before
+  silence();  // the boards may still play something
 }
 
 void SonicSurface::run() {
@@ -169,7 +169,7 @@ void SonicSurface::run() {
       }
       try {
         connect();
-      } catch (const std::exception&) {  // still away, as fault() says
+      } catch (const std::exception&) {  // still away, as fault() reports
         guard_.reset();
         port_.reset();
       }
@@ -189,11 +189,11 @@ void SonicSurface::silence() {
   sounding_ = false;
 }
 
-/// Sooner than by a frame of silence alone.
+/// Silences the boards sooner than a frame of silence alone would.
 /// @param silence_behind whether the buffer that does not play is silent
 void SonicSurface::hush(bool silence_behind) {
   if (port_->waiting() > 0) {
-    port_->drop();  // of an upload: without its end it is never played
+    port_->drop();  // an upload; without its end it is never played
     wire_free_ = Clock::now();
   } else if (silence_behind) {
     write({sonic_surface::swap_byte});
@@ -201,8 +201,9 @@ void SonicSurface::hush(bool silence_behind) {
   silence();
 }
 
-/// A guard that is gone or frozen cannot silence the boards any more, so they are silenced while that can be
-/// done. The one that is gone stays so: what ended it may end the next one unseen. The mutex is held.
+/// A guard that is gone or frozen cannot silence the boards any more. So the driver silences them while it
+/// still can. A guard that is gone is not started again: whatever ended it may end the next one unnoticed.
+/// The mutex is locked.
 void SonicSurface::superviseGuard() {
   switch (guard_->beat()) {
     case SilenceGuard::State::there:
@@ -217,10 +218,10 @@ void SonicSurface::superviseGuard() {
   }
 }
 
-/// Sends a pattern, which plays as soon as it has come whole. The mutex is not held.
+/// Sends a pattern. It plays as soon as it has arrived completely. The mutex is not locked.
 void SonicSurface::upload(const Pattern& pattern, Playing& playing) {
   const bool modulate = pattern.half_period.count() > 0;
-  // Modulation needs silence behind the pattern: that is so after silence and between modulated patterns.
+  // Modulation needs a silent buffer behind the pattern, as after silence and between modulated patterns.
   if (modulate && !playing.modulated() && sounding_) silence();
   sounding_ = true;
   const auto start = std::max(Clock::now(), wire_free_);
@@ -243,7 +244,7 @@ void SonicSurface::play() {
       checked = now;
       port_->check();
       if (guard_) superviseGuard();
-      // The guard may have silenced boards that this thread believes to play.
+      // The guard may have silenced the boards while this thread believes that they play.
       if (now - last_beat > silence_times::guard_patience / 2) {
         sounding_ = true;
         playing.pattern.reset();
@@ -283,7 +284,7 @@ void SonicSurface::play() {
       const Clock::duration half = playing.pattern->half_period;
       playing.next_swap = std::max(playing.next_swap, now - half) + half;
     } else {
-      // An emission that is newer than the next time to act only renews, or waits for it.
+      // Until the next time to act, an emission that comes only renews the pattern, or waits for that time.
       auto until = now + silence_times::guard_beat / 2;
       if (modulated) until = std::min(until, playing.next_swap);
       if (other) until = std::min(until, std::max({playing.next_upload, wire_free_, now + 500us}));

@@ -54,7 +54,7 @@ ultrasound::Drive SonicSurfaceBoards::drive() const {
   ultrasound::Drive drive;
   for (const Board& board : boards_) {
     for (const std::uint8_t value : board.front) {
-      const int level = tactile_ ? value & 0x1E : value;  // the lowest bit is left out
+      const int level = tactile_ ? value & 0x1E : value;  // the firmware ignores the lowest bit
       drive.phase.push_back(value == off ? 0.0f : static_cast<float>(level * (2.0 * M_PI / 32.0)));
       drive.amplitude.push_back(value == off || !clocks_ ? 0.0f : 1.0f);
     }
@@ -82,8 +82,8 @@ double SonicSurfaceBoards::modulation() const {
 }
 
 ultrasound::ArrayLayout SonicSurfaceBoards::layout() {
-  // Channels of the four columns and two rows that a register serves; registers follow each other down a
-  // strip of four columns, then strip by strip.
+  // Channels of the four columns and two rows that one shift register serves. The registers follow each other
+  // down a strip of four columns, then strip by strip.
   constexpr std::size_t side = 16;
   constexpr std::size_t registers[2][4] = {{0, 7, 1, 2}, {4, 3, 6, 5}};
   ultrasound::ArrayLayout layout;

@@ -9,34 +9,38 @@
 
 namespace tactile_clay::device {
 
-/// What SonicSurface boards do with the bytes that they are sent: a state machine of the table of their
-/// protocol. It shares nothing with the driver's encoder, so that each tests the other.
+/// Simulates what SonicSurface boards do with the bytes that they receive: a state machine of the protocol
+/// table below. It shares no code with the driver's encoder, so that each tests the other.
 ///
 /// | byte | meaning |
 /// | --- | --- |
-/// | 0xFE | the next channel is the first; not on a board that is deselected |
-/// | 0-31 | phase of the next channel, in 32nds of a turn; 32: channel off |
-/// | 0xFD | the two buffers change places, the next channel is the first; on all boards |
-/// | 0xC0, 0xC1 | selects the boards of the primary, of the secondary firmware, and deselects the others: for
-/// good (stock firmware) | | 150, 151 | shift clocks off, on, of all boards: without them nothing sounds
-/// (stock firmware) | | 0xA0 + s | modulation of 1250 / (s + 1) Hz (tactile firmware) | | others | taken for
-/// a phase, by their five lowest bits: a fault |
+/// | 0xFE | the next channel is the first; ignored by a deselected board |
+/// | 0-31 | phase of the next channel, in 32nds of a turn |
+/// | 32 | the next channel is off |
+/// | 0xFD | all boards swap their two buffers; the next channel is the first |
+/// | 0xC0 | selects the board of the primary firmware, deselects the other (stock firmware) |
+/// | 0xC1 | selects the board of the secondary firmware, deselects the other (stock firmware) |
+/// | 150 | shift clocks of all boards off: no sound (stock firmware) |
+/// | 151 | shift clocks of all boards on (stock firmware) |
+/// | 0xA0 + s | modulation of 1250 / (s + 1) Hz (tactile firmware) |
+/// | others | a fault; the five lowest bits are taken for a phase |
 ///
-/// At power-on all boards are selected. Their buffers are silent here, as after a program that ended well.
+/// A selection lasts until the next one. At power-on all boards are selected. Their buffers are silent at the
+/// start, as after a program that ended properly.
 class SonicSurfaceBoards {
  public:
   /// @param boards 1 or 2
-  /// @param tactile firmware: 16 phases, modulated by the board
+  /// @param tactile whether the boards have the tactile firmware: 16 phases, modulated by the board
   /// @param first firmware of a single board: 0 primary, 1 secondary
   explicit SonicSurfaceBoards(std::size_t boards = 1, bool tactile = false, std::size_t first = 0);
 
   /// @return whether the byte made the boards swap their buffers
   bool feed(std::uint8_t byte);
 
-  /// What plays: the channels of all boards, one board after the other.
+  /// The drive that plays: the channels of all boards, one board after the other.
   ultrasound::Drive drive() const;
-  bool sounds() const;     // any channel plays
-  bool may_sound() const;  // or will, after a swap or with clocks on
+  bool sounds() const;     // whether any channel plays
+  bool may_sound() const;  // whether any channel plays now, or after a swap or with clocks on
   bool selected(std::size_t board) const { return boards_.at(board).selected; }
   bool clocks() const { return clocks_; }
   double modulation() const;  // Hz, of the tactile firmware; stock: 0
@@ -61,7 +65,7 @@ class SonicSurfaceBoards {
   std::size_t first_;
   bool clocks_ = true;
   unsigned modulation_step_ = 10;
-  std::size_t faults_ = 0;  // bytes that no board should be sent
+  std::size_t faults_ = 0;  // bytes that no board should receive
 };
 
 }  // namespace tactile_clay::device

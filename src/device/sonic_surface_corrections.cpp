@@ -28,7 +28,8 @@ std::string readAll(const std::string& path) {
   }
 }
 
-/// The whole of a text as a number.
+/// The number that the whole text is.
+/// @return nothing if the text is no number
 std::optional<double> number(const std::string& text) {
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);

@@ -12,9 +12,9 @@
 namespace tactile_clay::device::sonic_surface {
 namespace {
 
-constexpr unsigned patterns = 64;      // of channels that are on, to choose from
-constexpr double near_focus = 0.0019;  // m, in which a focus has its peak
-constexpr int fewest = 4;              // channels that make a focus; three or two make fringes, one a wave
+constexpr unsigned patterns = 64;      // patterns of channels that are on, to choose from
+constexpr double near_focus = 0.0019;  // m, maximum distance of a focus from its peak
+constexpr int fewest = 4;  // channels that make a focus; two or three make fringes, one makes a wave
 
 ultrasound::PhaseSolverOptions solverOptions(Firmware firmware) {
   ultrasound::PhaseSolverOptions options;
@@ -22,7 +22,7 @@ ultrasound::PhaseSolverOptions solverOptions(Firmware firmware) {
   return options;
 }
 
-/// The transducers that sound, and which of the layout each of them is.
+/// The transducers that sound, and the index of each in the layout.
 std::pair<ultrasound::ArrayLayout, std::vector<std::size_t>> channelsThatAreOn(
     const ultrasound::ArrayLayout& layout, const ultrasound::Drive& drive) {
   std::pair<ultrasound::ArrayLayout, std::vector<std::size_t>> on;
@@ -35,8 +35,8 @@ std::pair<ultrasound::ArrayLayout, std::vector<std::size_t>> channelsThatAreOn(
   return on;
 }
 
-/// Phases of the channels that are on, for without the others the foci would be neither as strong nor where
-/// they were.
+/// Solves the phases of the channels that are on. With the phases for all channels the foci would be weaker
+/// and at other places.
 /// @param target amplitude of each point, Pa
 void solveAnew(const Playable& array, std::vector<ultrasound::FocalPoint> points,
                const std::vector<double>& target, ultrasound::Drive& drive) {
@@ -46,13 +46,13 @@ void solveAnew(const Playable& array, std::vector<ultrasound::FocalPoint> points
     points[k].intensity = target[k] / ultrasound::focusPressure(on, array.acoustics, points[k].position);
     strongest = std::max(strongest, points[k].intensity);
   }
-  for (ultrasound::FocalPoint& point : points) point.intensity /= strongest;  // all that the channels give
+  for (ultrasound::FocalPoint& point : points) point.intensity /= strongest;  // as strong as the channels can
   const ultrasound::Drive part =
       ultrasound::solvePhases(on, array.acoustics, points, solverOptions(array.firmware)).drive;
   for (std::size_t n = 0; n < channel.size(); ++n) drive.phase[channel[n]] = part.phase[n];
 }
 
-/// Drive for points that are there at once, before it is made what the boards can emit.
+/// Drive for points that sound at the same time, before it is rounded to what the boards can emit.
 ultrasound::Drive solve(const Playable& array, const std::vector<ultrasound::FocalPoint>& points) {
   const auto whole =
       ultrasound::solvePhases(array.layout, array.acoustics, points, solverOptions(array.firmware));
@@ -84,7 +84,7 @@ ultrasound::Drive solve(const Playable& array, const std::vector<ultrasound::Foc
   return best;
 }
 
-/// Phases of the channels that are on, for the same field as strong as they can give it.
+/// Solves the phases of the channels that are on, for the same field, as strong as they can.
 /// @param wanted amplitude at each target, Pa
 void solveAnew(const Playable& array, std::vector<ultrasound::FocalPoint> targets,
                const std::vector<double>& wanted, ultrasound::FieldSolverOptions options,

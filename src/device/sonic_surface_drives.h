@@ -14,7 +14,7 @@
 namespace tactile_clay::device::sonic_surface {
 
 /// The boards that the options `firmware`, `boards` and `board` of the device SonicSurface name.
-/// @throws std::runtime_error with one line where there are no such boards
+/// @throws std::runtime_error with one line if such boards do not exist
 Boards boardsOf(const std::map<std::string, std::string>& options);
 
 /// Transducers of the boards, in the order of their channels, in the frame of the first board.
@@ -24,19 +24,20 @@ ultrasound::ArrayLayout layoutOf(std::size_t boards, const Eigen::Isometry3d& se
 
 /// The array as its boards can play it: phases in steps, channels on or off.
 ///
-/// The boards know no amplitude: a weaker emission switches channels off, evenly over the board. The fewer
-/// are on, the stronger are the side lobes, in which a weak focal point can be lost; which one it is differs
-/// with the channels, so of some patterns of them the first is taken in which all foci are peaks, or the
-/// one with the most. Emissions so weak that fewer than four channels were on are silent: they have no focus.
+/// The boards cannot set an amplitude: for a weaker emission channels are switched off, evenly over the
+/// board. The fewer channels are on, the stronger are the side lobes. A weak focal point can be lost in them.
+/// Which point is lost depends on the channels that are on. So several patterns of channels are tried: the
+/// first one in which all foci are peaks is taken, or else the one with the most peaks. An emission so weak
+/// that fewer than four channels would be on is silent, because they make no focus.
 ///
-/// A field is one pattern of all channels, which AM swaps with silence as it does focal points. Where it has
-/// to be weaker, channels are off in the same way, the same ones in each frame, and the others are solved
-/// anew.
+/// A field is one pattern of all channels. AM swaps it with silence, as it does with focal points. If the
+/// field has to be weaker, channels are off in the same way, the same ones in each frame. The phases of the
+/// other channels are solved anew.
 struct Playable {
   Firmware firmware = Firmware::stock;
   ultrasound::ArrayLayout layout;
   ultrasound::Acoustics acoustics;
-  std::vector<double> added;  // turns, to the phases of each channel on the way to the wire; empty: none
+  std::vector<double> added;  // turns added to the phase of each channel before it is sent; empty: none
 
   /// As ArrayDevice::drive.
   /// @throws std::invalid_argument as ultrasound::solvePhases

@@ -11,15 +11,16 @@ namespace {
 
 constexpr int side = 16;
 
-/// The level nearest to a phase (rad) and some turns.
+/// The level nearest to the sum of a phase (rad) and some turns.
 int level(float phase, double turns, int levels) {
   const auto nearest = std::lround((phase / (2.0 * M_PI) + turns) * levels);
   return static_cast<int>(((nearest % levels) + levels) % levels);
 }
 
-/// Amplitude above which each channel of a board is on: (rank + 1/2) / 256 in the order of the additive
-/// sequence R2 (Roberts 2018, generalised golden ratio), which spreads over the plane at every length.
-/// @param pattern shifts that sequence by the golden ratio each
+/// Amplitude above which each channel of a board is on. It is (rank + 1/2) / 256 in the order of the additive
+/// sequence R2 (Roberts 2018, generalised golden ratio), which is evenly spread over the plane at every
+/// length.
+/// @param pattern each step shifts the sequence by the golden ratio
 std::array<float, channels> thresholds(unsigned pattern) {
   const auto order = channelOrder();
   std::array<double, channels> value{};
@@ -40,7 +41,7 @@ std::array<float, channels> thresholds(unsigned pattern) {
 }  // namespace
 
 std::array<std::pair<int, int>, channels> channelOrder() {
-  // The shift registers of a board each serve 4 columns by 2 rows, from the upper left downwards.
+  // Each shift register of a board serves 4 columns by 2 rows, beginning at the upper left, then downwards.
   constexpr std::array<std::pair<int, int>, 8> of_register = {
       {{0, 1}, {2, 1}, {3, 1}, {1, 0}, {0, 0}, {3, 0}, {2, 0}, {1, 1}}};
   std::array<std::pair<int, int>, channels> order;
@@ -82,7 +83,7 @@ std::vector<std::uint8_t> frame(const ultrasound::Drive& drive, const Boards& bo
       bytes.push_back(start_byte);
     }
     const double more = added.empty() ? 0.0 : added[n];
-    // The tactile firmware leaves out the lowest bit.
+    // The tactile firmware ignores the lowest bit.
     bytes.push_back(drive.amplitude[n] > threshold[n % channels]
                         ? static_cast<std::uint8_t>(boards.firmware == Firmware::stock
                                                         ? level(drive.phase[n], more, 32)
@@ -103,7 +104,7 @@ std::vector<std::uint8_t> silence(const Boards& boards) {
   };
   std::vector<std::uint8_t> bytes = twice(boards);
   if (boards.firmware == Firmware::tactile)
-    return bytes;  // has neither clocks to switch nor boards to select
+    return bytes;  // this firmware has no clocks to switch and no boards to select
   bytes.insert(bytes.begin(), clocks_off_byte);
   if (boards.count == 1) {
     const std::vector<std::uint8_t> other = twice({boards.firmware, 1, 1 - boards.first});

@@ -20,8 +20,8 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::chrono::duration<double> byte_time(10.0 / 230400.0);
-constexpr std::size_t remembered = 24;  // swaps
-constexpr auto steady = 100ms;          // without a swap: what plays is not modulated by swaps
+constexpr std::size_t remembered = 24;  // number of swaps
+constexpr auto steady = 100ms;          // after this time without a swap, nothing is modulated by swaps
 constexpr int look = 50;                // ms, between looks at `ending_`
 
 double median(std::vector<double>& values) {
@@ -82,7 +82,7 @@ void SonicSurfaceTerminal::run() {
       const bool sounded = boards_.sounds();
       const bool swapped = boards_.feed(bytes[i]);
       if (sounded && (swapped || !boards_.sounds()))
-        sounded_until_ = wire_;  // clocks that are off end it too
+        sounded_until_ = wire_;  // switching the clocks off ends a sound, too
       if (!swapped) continue;
       ++swaps_;
       last_.push_back({wire_, boards_.sounds(), boards_.drive()});
@@ -108,7 +108,7 @@ SonicSurfaceTerminal::State SonicSurfaceTerminal::state() const {
   const auto newest =
       std::find_if(last_.rbegin(), last_.rend(), [](const Swap& swap) { return swap.sounds; });
   if (newest == last_.rend()) return state;
-  // Intervals between swaps in which the newest pattern plays, and the others: s, with what plays.
+  // Intervals between swaps, s: those with the newest pattern, and the others with their pattern.
   std::vector<double> its, others;
   std::optional<ultrasound::Drive> other;
   for (std::size_t i = 0; i + 1 < last_.size(); ++i) {
@@ -124,7 +124,7 @@ SonicSurfaceTerminal::State SonicSurfaceTerminal::state() const {
   const double on = median(its), off = median(others);
   state.frequency = 1.0 / (on + off);
   state.patterns.push_back({newest->drive, on / (on + off)});
-  // The pattern before the newest one is on its way out; two that take turns for good are both heard.
+  // Two patterns that alternate permanently both sound. Otherwise the older one is ending.
   const bool both_sound = last_.back().sounds && last_[last_.size() - 2].sounds;
   if (other && both_sound) state.patterns.push_back({*other, off / (on + off)});
   return state;

@@ -11,10 +11,10 @@ namespace {
 
 constexpr double other_clock = silence_times::seconds(silence_times::other_clock);
 
-/// s; clocks that somebody has set are not that far apart, and recordings are seldom played so soon.
+/// s; a clock that somebody has set is not that wrong, and recordings are seldom played so soon.
 constexpr double recorded_before = 3600.0;
 
-/// Stamps that are late in a row, at 60 Hz half a second: no hiccup.
+/// Number of late stamps in a row, half a second at 60 Hz: too many for a short delay.
 constexpr unsigned steadily = 30;
 
 std::string apart(double behind, const char* also) {

@@ -13,7 +13,7 @@ namespace {
 
 namespace sdk = ::Ultraleap::Haptics;
 
-/// @throws std::runtime_error with one line where the SDK did not do it
+/// @throws std::runtime_error with one line if the SDK call failed
 template <class Result>
 void require(const Result& result, const std::string& what, const std::string& expected) {
   if (!result)
@@ -38,7 +38,7 @@ void Ultraleap::open(const std::map<std::string, std::string>& options) {
   require(array, "no array", "one that streams, connected");
   emitter_ = std::make_unique<sdk::StreamingEmitter>(*library_);
   require(emitter_->addDevice(array.value()), "the array cannot be used", "one that no other program uses");
-  // How many points it can do is its own matter: the maximum that it grants, up to the wanted number.
+  // The array decides how many points it can play: the highest number that it accepts, up to the wanted one.
   std::size_t count = wanted;
   while (count > 1 && !emitter_->setControlPointCount(count, sdk::AdjustRate::All)) --count;
   require(emitter_->setControlPointCount(count, sdk::AdjustRate::All), "no control points", "at least 1");
@@ -96,7 +96,7 @@ void Ultraleap::stop() noexcept {
   try {
     if (emitter_) (void)emitter_->pause();
   } catch (...) {
-    // The callback is silent by now.
+    // The callback gives silent samples already.
   }
 }
 
@@ -114,7 +114,7 @@ void Ultraleap::fill(sdk::OutputInterval& interval) {
   for (auto& sample : interval) {
     const sdk::LocalTimePoint& at = sample;
     const bool held = at - renewed_ > hold_;
-    // Counted on, so that another frequency does not make the modulation jump.
+    // The phases go on from the last sample, so that a new frequency does not make the modulation jump.
     const double passed = std::chrono::duration<double>(at - played_).count();
     phase_ += emission_.modulation_frequency * passed;
     phase_ -= std::floor(phase_);

@@ -10,16 +10,18 @@
 
 namespace tactile_clay::device {
 
-/// Arrays of Ultraleap through the vendor's Haptics SDK 3, which computes the phases: the device takes focal
-/// points. Compiled only where CMake finds the SDK.
+/// Arrays of Ultraleap through the vendor's Haptics SDK 3. The SDK computes the phases: the device takes
+/// focal points. Compiled only if CMake finds the SDK.
 ///
-/// Amplitude modulation is the raised cosine (1 - cos(2 pi f t)) / 2 in the SDK's own sample times, and so is
-/// the vibration of slip; lateral modulation, circles and STM move the control points from instant to instant
-/// of their period. The SDK asks for samples in a thread of its own; they are silent when no emission was
-/// submitted for `hold`.
+/// Amplitude modulation is the raised cosine (1 - cos(2 pi f t)) / 2, slip vibration is ultrasound::slipWave;
+/// both are computed at the sample times of the SDK. Lateral modulation, circles and STM move the control
+/// points from instant to instant of their period. The SDK asks for samples in a separate thread. The samples
+/// are silent if no emission was submitted for `hold`.
 ///
-/// Options: `max_points` to ask the array for (default 8; it may grant fewer), `hold` in s (default 0.2),
-/// `callback_rate` in Hz, how often the SDK asks for samples (default 500: an emission is 2 ms late at most).
+/// Options:
+/// - `max_points`: number of points to ask the array for, default 8; the array may grant fewer
+/// - `hold`: s, default 0.2
+/// - `callback_rate`: Hz, how often the SDK asks for samples, default 500: an emission is at most 2 ms late
 class Ultraleap : public ArrayDevice {
  public:
   ~Ultraleap() override;
@@ -37,18 +39,18 @@ class Ultraleap : public ArrayDevice {
   void fill(::Ultraleap::Haptics::OutputInterval& interval);
 
   std::unique_ptr<::Ultraleap::Haptics::Library> library_;
-  std::size_t max_points_ = 0;  // that the array granted
+  std::size_t max_points_ = 0;  // number that the array granted
   std::chrono::duration<double> hold_{0.0};
   bool playing_ = false;
 
-  mutable std::mutex mutex_;  // of what follows
+  mutable std::mutex mutex_;  // protects the members below, up to renewed_
   Emission emission_;
   std::vector<std::vector<ultrasound::FocalPoint>> period_;  // points of each instant; none: silence
-  double phase_ = 0.0;       // of the modulation, periods, at the sample of `played_`
-  double slip_phase_ = 0.0;  // the same of the vibration of slip
+  double phase_ = 0.0;       // of the modulation, in periods, at the time `played_`
+  double slip_phase_ = 0.0;  // of the slip vibration, likewise
   ::Ultraleap::Haptics::LocalTimePoint played_, renewed_;
 
-  std::unique_ptr<::Ultraleap::Haptics::StreamingEmitter> emitter_;  // goes first: it calls fill()
+  std::unique_ptr<::Ultraleap::Haptics::StreamingEmitter> emitter_;  // destroyed first: it calls fill()
 };
 
 }  // namespace tactile_clay::device

@@ -12,7 +12,7 @@ constexpr double mm = 1e-3;
 
 PalmAnatomy palmAnatomy(const Eigen::Vector3d& base, const Eigen::Vector3d& knuckle,
                         const Eigen::Vector3d& axis, double bone_length) {
-  // The positions are rounded measurements: the length is the table's, the axis square to the bone.
+  // The positions are rounded measurements. The table gives the length; the axis is made square to the bone.
   const Eigen::Vector3d direction = (knuckle - base).normalized();
   return {knuckle * mm - direction * bone_length, knuckle * mm,
           (axis - axis.dot(direction) * direction).normalized()};

@@ -12,7 +12,7 @@ namespace tactile_clay::hand {
 struct JointAnatomy {
   const char* name;    // as in OpenXR, lower case
   Joint parent;        // the wrist for the palm and the metacarpals; the wrist is its own parent
-  double bone_length;  // m from the parent; 0 where the two are not the ends of one bone
+  double bone_length;  // m from the parent; 0 if the two are not the ends of one bone
   double radius;       // m to the skin
 };
 
@@ -33,9 +33,9 @@ inline constexpr std::array<FingerJoints, finger_count> fingers = {{{thumb_metac
                                                                     {ring_metacarpal, 5},
                                                                     {little_metacarpal, 5}}};
 
-/// The metacarpals do not move in the palm, so that the palm is one rigid piece: position of the first two
-/// joints of a finger and its flexion axis (+X), in the palm's frame of a right hand, scale 1. The thumb's
-/// own first two joints move; its `knuckle` is where it points at zero angles.
+/// The metacarpals do not move in the palm, so the palm is one rigid piece. Positions of a finger's first two
+/// joints and its flexion axis (+X), in the palm's frame of a right hand, scale 1. The thumb's first two
+/// joints do move: its `knuckle` is the place at zero angles.
 struct PalmAnatomy {
   Eigen::Vector3d base;          // m, metacarpal joint
   Eigen::Vector3d knuckle;       // m, proximal joint
@@ -44,7 +44,7 @@ struct PalmAnatomy {
 extern const std::array<PalmAnatomy, finger_count> palm_anatomy;
 extern const Eigen::Vector3d wrist_in_palm;  // m
 
-/// What does not move in the palm.
+/// Joints that do not move in the palm.
 inline constexpr std::array<Joint, 11> palm_joints = {palm,
                                                       wrist,
                                                       thumb_metacarpal,
@@ -57,7 +57,7 @@ inline constexpr std::array<Joint, 11> palm_joints = {palm,
                                                       little_metacarpal,
                                                       little_proximal};
 
-/// Where the palm of a right hand of scale 1 has one of these, m.
+/// Position of one of these joints in the palm's frame of a right hand, scale 1, m.
 Eigen::Vector3d placeInPalm(Joint joint);
 
 /// Ranges of motion, rad. Flexion: MCP, PIP, DIP; of the thumb CMC, MP, IP. Abduction is positive toward the
@@ -68,14 +68,14 @@ struct FingerLimits {
 };
 extern const std::array<FingerLimits, finger_count> finger_limits;
 
-/// Size of a person relative to the reference hand: the median over the bones with both ends known of
-/// measured to reference length. The median, because some trackers use other proportions in single bones. 0
-/// if no bone is known.
+/// Size of a person relative to the reference hand: the median of (measured length / reference length) over
+/// all bones whose two ends are known. The median, because some trackers use other proportions in single
+/// bones. 0 if no bone is known.
 double personScale(const std::array<std::optional<Eigen::Vector3d>, joint_count>& positions);
-double personScale(const TrackedHand& hand);  // without missing joints
-/// Sizes between which hands are taken for hands, and simulated.
+double personScale(const TrackedHand& hand);  // missing joints are ignored
+/// Range of sizes in which a hand is accepted and simulated.
 inline constexpr double smallest_hand = 0.4, largest_hand = 2.0;
-/// The same within them.
+/// The size of a person, clamped to `smallest_hand` ... `largest_hand`.
 double handScale(const TrackedHand& hand);
 
 }  // namespace tactile_clay::hand

@@ -30,7 +30,7 @@ Vector3d closestShare(const Vector3d& p, const Vector3d& a, const Vector3d& b, c
   return {va / sum, vb / sum, vc / sum};
 }
 
-// m, and so how far any point of a triangle is from any corner of it.
+// Longest edge, m: no point of a triangle is farther than this from a corner of it.
 double longestEdge(const FleshMesh& mesh) {
   double longest = 0.0;
   for (const auto& t : mesh.triangles)
@@ -39,7 +39,7 @@ double longestEdge(const FleshMesh& mesh) {
   return longest;
 }
 
-// Axes of a sample: along the smooth normal, and along an edge as far as it is square to it.
+// Axes of a sample: along the smooth normal, and along the part of an edge that is square to it.
 Eigen::Matrix3f frameOf(const Vector3f& normal, const Vector3f& edge) {
   Eigen::Matrix3f frame;
   frame.col(2) = normal;
@@ -60,9 +60,9 @@ std::vector<Vector3f> smoothNormals(const FleshMesh& mesh, const std::vector<Fle
   return normals;
 }
 
-// What the round skin stands out of a flat triangle: half of the way to the tangent planes of its corners
-// (Boubekeur & Alexa 2008, Phong tessellation), which on a ball is the ball. Flesh that is pressed flat has
-// flat skin.
+// How far the round skin stands out of a flat triangle: half of the way to the tangent planes of its corners
+// (Boubekeur & Alexa 2008, Phong tessellation). On a ball the result is the ball. Flesh that is pressed flat
+// has flat skin.
 Vector3f bulge(const FleshPoint& point, const std::vector<FleshNode>& nodes,
                const std::vector<Vector3f>& normals) {
   const Vector3f x = point.position(nodes);

@@ -10,11 +10,11 @@
 namespace tactile_clay::hand {
 namespace {
 
-// m, root mean square of what points have beside a line, below which they are one: a triangle of 5 cm sides
-// has 20 mm, and 2 mm of error in a touch then turn the tracker by 0.1 rad.
+// m; points with a smaller root mean square distance from a line count as one line. A triangle of 5 cm sides
+// has 20 mm. An error of 2 mm in a touch then turns the tracker by 0.1 rad.
 constexpr double narrowest = 0.02;
 
-// Root of the second largest variance: what the points have beside their longest direction.
+// Root of the second largest variance: the spread of the points beside their longest direction.
 double spread(const Eigen::Matrix3Xd& points) {
   const Eigen::Matrix3Xd centred = points.colwise() - points.rowwise().mean();
   return Eigen::JacobiSVD<Eigen::Matrix3Xd>(centred).singularValues()[1] /
@@ -52,7 +52,7 @@ RigidFit fitRigid(const std::vector<Eigen::Vector3d>& from, const std::vector<Ei
 
 std::optional<Eigen::Vector3d> TouchDetector::add(double time, const Eigen::Vector3d& tip) {
   samples_.push_back({time, tip});
-  // What is left of the past is just long enough to tell.
+  // Only as many old samples stay as `seconds` needs.
   const auto old = std::find_if(samples_.rbegin(), samples_.rend(),
                                 [&](const Sample& sample) { return sample.time <= time - config_.seconds; });
   if (old == samples_.rend()) return std::nullopt;
@@ -69,14 +69,14 @@ std::optional<Eigen::Vector3d> TouchDetector::add(double time, const Eigen::Vect
 
 Eigen::Vector3d rollPitchYaw(const Eigen::Matrix3d& r) {
   const double pitch = std::atan2(-r(2, 0), std::hypot(r(2, 1), r(2, 2)));
-  // Looking straight up or down, roll and yaw are one: it is given to yaw.
+  // Looking straight up or down, roll and yaw are one rotation. All of it is given to yaw.
   if (std::hypot(r(2, 1), r(2, 2)) < 1e-9) return {0.0, pitch, std::atan2(-r(0, 1), r(1, 1))};
   return {std::atan2(r(2, 1), r(2, 2)), pitch, std::atan2(r(1, 0), r(0, 0))};
 }
 
 std::string trackerPoseLine(const Eigen::Isometry3d& pose) {
   const Eigen::Vector3d p = pose.translation(), angles = rollPitchYaw(pose.linear());
-  // No "-0.00000".
+  // Avoids "-0.00000".
   const auto rounded = [](double number) { return std::round(number * 1e5) / 1e5 + 0.0; };
   char line[160];
   std::snprintf(line, sizeof line, "tracker_pose: [%.5f, %.5f, %.5f, %.5f, %.5f, %.5f]", rounded(p.x()),

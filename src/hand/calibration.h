@@ -8,19 +8,19 @@
 namespace tactile_clay::hand {
 
 struct RigidFit {
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  // of the frame of `from` in that of `to`
-  double rms = 0.0;                                        // m, of the distances that remain
-  double worst = 0.0;                                      // m
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  // pose of the frame of `from` in that of `to`
+  double rms = 0.0;                                        // m, root mean square of the remaining distances
+  double worst = 0.0;                                      // m, the largest remaining distance
 };
 
 /// Rotation and translation, without scale, that bring points `from` onto points `to` with the least sum of
 /// squares (Umeyama 1991).
-/// @throws std::invalid_argument with one line where the lists differ in length, hold fewer than three points
-/// or a number that is not finite, or where the points lie on one line
+/// @throws std::invalid_argument with one line if the lists differ in length or contain fewer than three
+/// points or a number that is not finite, or if the points lie on one line
 RigidFit fitRigid(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to);
 
-/// Finds where a fingertip rests: it stays within `radius` of its mean for `seconds`, and was `apart` from
-/// the place found before.
+/// Finds places where a fingertip rests: for `seconds` it stays within `radius` of its mean position. This
+/// position is at least `apart` from the place found before.
 class TouchDetector {
  public:
   struct Config {
@@ -32,9 +32,9 @@ class TouchDetector {
   TouchDetector() : TouchDetector(Config{}) {}
 
   /// @param time s, increasing
-  /// @return the mean place where one was found with this sample
+  /// @return the mean position, if the sample completes such a rest
   std::optional<Eigen::Vector3d> add(double time, const Eigen::Vector3d& tip);
-  /// The finger is not seen.
+  /// To be called if the finger is not seen.
   void lose() { samples_.clear(); }
 
  private:

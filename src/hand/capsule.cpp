@@ -26,7 +26,7 @@ double Capsule::distance(const Eigen::Vector3d& point) const {
   const Eigen::Vector3d axis = (to - from) / l;
   const double along = (point - from).dot(axis);
   const double across = (point - from - along * axis).norm();
-  // The normal through the point leaves the axis where along - across * tan(taper angle) says.
+  // The normal through the point leaves the axis at along - across * tan(taper angle).
   const double u = std::clamp((along - across * k / std::sqrt(1.0 - k * k)) / l, 0.0, 1.0);
   return (point - centre(u)).norm() - radius(u);
 }

@@ -21,7 +21,7 @@ bool repeats(int times) {
   return times > 0 && times <= max_repeats;
 }
 
-// What changes while a hand kneads.
+// State of a hand that kneads.
 struct Stroke {
   double grip;   // 0 open to 1 curled, stretched below 0
   double pitch;  // rad, fingers down
@@ -35,8 +35,8 @@ HandPose strokePose(Side side, double scale, double y, const Stroke& stroke) {
                 palmDown(stroke.pitch), palm, {stroke.x, y, stroke.z});
 }
 
-// Between two strokes the lowest skin moves evenly too, which interpolated wrist poses would not give: the
-// hand rolls.
+// Between two strokes the lowest skin moves evenly, too. Interpolated wrist poses would not do that, because
+// the hand rolls.
 void addMotion(std::vector<Keyframe>& keys, double scale, double y, const Stroke& from, const Stroke& to,
                double seconds) {
   constexpr int steps = 8;
@@ -50,7 +50,7 @@ void addMotion(std::vector<Keyframe>& keys, double scale, double y, const Stroke
   }
 }
 
-// Down from `approach` above a pose that just touches, `depth` beyond it, and up again.
+// From `approach` above a pose that just touches, down to `depth` below it, and up again.
 Score press(const HandPose& touching, const PressFinger& p) {
   if (!(p.speed > 0.0 && p.depth >= 0.0 && p.hold >= 0.0 && p.approach > 0.0 && p.scale > 0.0))
     throw std::invalid_argument(
@@ -72,7 +72,7 @@ Score press(const HandPose& touching, const PressFinger& p) {
   return score;
 }
 
-// Fingers that pinch, from open, 0, to closed, 1; the two that do not grip are folded away.
+// A hand that pinches, from open (0) to closed (1). The two fingers that do not grip are folded away.
 HandPose grip(double scale, double closed) {
   HandPose pose = curled(Side::right, scale, (30 + 25 * closed) * degree, (25 + 30 * closed) * degree,
                          (15 + 10 * closed) * degree);
@@ -87,7 +87,7 @@ Vector3d fingertips(const TrackedHand& hand) {
   return 0.5 * (hand.joints[index_tip].position + hand.joints[middle_tip].position);
 }
 
-// Between the skins of thumb and fingers, m.
+// Gap between the skins of thumb and fingers, m.
 double gapOf(const TrackedHand& hand) {
   return (fingertips(hand) - hand.joints[thumb_tip].position).norm() - hand.joints[thumb_tip].radius -
          hand.joints[index_tip].radius;
@@ -170,16 +170,16 @@ Score pressFinger(const PressFinger& p) {
 }
 
 Score flatPress(const PressFinger& p) {
-  // Only the skin over the block touches it: heel and ball of the thumb are lower, but hang beside the block,
-  // which the front of the palm is level with.
+  // Only the skin over the block touches it. Heel and ball of the thumb are lower, but hang beside the block,
+  // which is level with the front of the palm.
   constexpr double half_width = 0.02;  // m
   HandPose pose = placed(curled(Side::right, p.scale, 0.0, 0.0, 0.0), palmDown(0.0), palm,
                          {p.centre.x() - 0.015 * p.scale, p.centre.y(), 0.0});
   const double lowest = smallest(forwardKinematics(pose), [&](const Vector3d& centre, double radius) {
     const Eigen::Vector2d beside =
         ((centre.head<2>() - p.centre).cwiseAbs().array() - half_width).cwiseMax(0.0);
-    const double square =
-        radius * radius - beside.squaredNorm();  // of the sphere's depth over the block's nearest point
+    // Square of the sphere's depth over the nearest point of the block.
+    const double square = radius * radius - beside.squaredNorm();
     return square > 0.0 ? centre.z() - std::sqrt(square) : std::numeric_limits<double>::infinity();
   });
   return press(lifted(pose, p.block_height - lowest), p);
@@ -192,12 +192,12 @@ Score potter(const Potter& p) {
   for (const Side side : {Side::left, Side::right}) {
     const double away = side == Side::left ? 1.0 : -1.0;  // the right hand is at -y
     HandPose open = curled(side, p.scale, 10 * degree, 15 * degree, 10 * degree);
-    // Fingers forward, palm to the axis, thumb up; opened by the angle at which the two hands do not wedge
-    // the clay out forward or back.
+    // Fingers forward, palm to the axis, thumb up. The hands are opened by the angle at which they do not
+    // squeeze the clay out to the front or to the back.
     Eigen::Matrix3d rotation;
     rotation << Vector3d(0.0, 0.0, away), Vector3d(0.0, away, 0.0), -Vector3d::UnitX();
     rotation = AngleAxisd(away * 4 * degree, Vector3d::UnitZ()) * rotation;
-    // The closest skin at `distance` from the axis, the lowest at height z.
+    // The pose with the closest skin at `distance` from the axis, and the lowest skin at height z.
     const auto around = [&](double distance, double z) {
       HandPose pose = placed(open, Eigen::Isometry3d(rotation), middle_proximal, {0.0, 0.0, z});
       const auto gap = [&](double y) {

@@ -12,10 +12,10 @@ namespace tactile_clay::hand {
 struct Knead {
   double scale = 1.05;          // of the person
   double block_height = 0.045;  // m, 35 to 50 mm
-  double depth = 0.025;         // m below the block's top that the lowest skin goes
-  double aside = 0.07;          // m, of each palm from the plane y = 0
+  double depth = 0.025;         // m, how far the lowest skin goes below the block's top
+  double aside = 0.07;          // m, distance of each palm from the plane y = 0
   double draw = 0.01;           // m, how far the clay is drawn back
-  int strokes = 2;              // of each hand, 4.4 s each
+  int strokes = 2;              // for each hand, 4.4 s each
 };
 Score knead(const Knead& parameters = {});
 
@@ -25,13 +25,13 @@ struct PressFinger {
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();  // m, of the block
   double block_height = 0.04;                        // m
   double approach = 0.06;                            // m above the block's top at start and end
-  double depth = 0.01;                               // m below it
+  double depth = 0.01;                               // m below the block's top
   double speed = 0.03;                               // m/s, from touch to depth
   double hold = 0.5;                                 // s
 };
 Score pressFinger(const PressFinger& parameters = {});
 
-/// The whole right palm presses a block from above and leaves it; the same times and distances.
+/// The whole right palm presses a block from above and leaves it, with times and distances as in pressFinger.
 Score flatPress(const PressFinger& parameters = {});
 
 /// Two hands close on an upright cylinder around the origin that stands on z = 0, press it narrower over two
@@ -50,13 +50,13 @@ struct Pinch {
   double scale = 1.05;
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();  // m, of the block
   double block_height = 0.04;                        // m
-  double approach = 0.06;                            // m above its place at start and end
-  double reach = 0.012;                              // m below the block's top that the fingertips go
+  double approach = 0.06;                            // m above the place of the grip, at start and end
+  double reach = 0.012;                              // m, how far the fingertips go below the block's top
   double width = 0.03;                               // m, of the block between thumb and fingers
-  double depth = 0.006;                              // m that this becomes narrower
+  double depth = 0.006;                              // m, by how much the block becomes narrower
   int times = 2;
 };
-/// @throws std::invalid_argument too where a hand of this scale cannot open or close so far
+/// @throws std::invalid_argument also if a hand of this scale cannot open or close so far
 Score pinch(const Pinch& parameters = {});
 
 /// The flat right palm presses on a block and rolls it forth and back.
@@ -65,7 +65,7 @@ struct Roll {
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();  // m, of the block
   double block_height = 0.04;                        // m
   double approach = 0.06;                            // m above the block's top at start and end
-  double depth = 0.008;                              // m below it
+  double depth = 0.008;                              // m below the block's top
   double travel = 0.03;                              // m, to each side of the centre
   int times = 3;                                     // forth and back, 1.6 s each
 };

@@ -9,8 +9,8 @@ using namespace std::chrono_literals;
 
 constexpr DeviceClock::Time window = 10s;
 constexpr DeviceClock::Time longest_silence = 1s;
-constexpr DeviceClock::Time late = 50ms;       // what no drift is,
-constexpr DeviceClock::Time too_long = 250ms;  // and no burst after a stall of the network
+constexpr DeviceClock::Time late = 50ms;       // more than any drift
+constexpr DeviceClock::Time too_long = 250ms;  // longer than a burst after a stall of the network
 
 }  // namespace
 
@@ -35,7 +35,7 @@ DeviceClock::Time DeviceClock::operator()(Time device, Time received) {
     last_device_ = device;
     last_received_ = received;
   }
-  // A lower envelope moves the offset down: the stamp still goes on.
+  // If the envelope falls, the offset falls, too. Stamps have to increase all the same.
   if (last_result_ != Time::min()) result = std::max(result, last_result_ + 1us);
   return last_result_ = result;
 }

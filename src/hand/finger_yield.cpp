@@ -7,11 +7,11 @@
 namespace tactile_clay::hand {
 namespace {
 
-// Where flesh is inside out for as long, the pose is one that no hand takes.
+// If flesh is inside out for so long, no hand can take the pose.
 constexpr double patience = 0.1;     // s
-constexpr double forgetting = 0.02;  // s of it that a second takes away in which none is
-constexpr double yielding = 3.0;     // share of its reach that a finger gives up, or gets back, in a second
-constexpr double elsewhere = 5e-3;   // m that a joint moves in the palm, so that the pose is another one
+constexpr double forgetting = 0.02;  // s, taken off this time in each second without flesh inside out
+constexpr double yielding = 3.0;     // share of its reach that a finger gives up, or gets back, per second
+constexpr double elsewhere = 5e-3;   // m; if a joint moves by more in the palm, the pose is another one
 
 }  // namespace
 

@@ -17,10 +17,11 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-// A node moves onto the surface where an edge is cut nearer to it than this share of the edge.
+// A node moves onto the surface if an edge is cut nearer to it than this share of the edge.
 constexpr double snap = 0.3;
 
-// The lattice: nodes at whole and at half coordinates, in half cells all even or all odd.
+// The lattice has nodes at whole and at half coordinates. Counted in half cells, the coordinates of a node
+// are all even or all odd.
 class Stuffing {
  public:
   Stuffing(const std::vector<Capsule>& capsules, double cell) : capsules_(capsules), half_(0.5 * cell) {
@@ -94,7 +95,7 @@ class Stuffing {
       Vector3d to;
     };
     std::vector<Snap> snaps(value_.size());
-    std::set<std::pair<int, int>> seen;  // an edge stands in many tetrahedra
+    std::set<std::pair<int, int>> seen;  // an edge is part of many tetrahedra
     for (const std::array<int, 4>& t : cells_)
       for (int i = 0; i < 4; ++i)
         for (int k = 0; k < 4; ++k) {
@@ -126,8 +127,8 @@ class Stuffing {
     if (v < 0.0) std::swap(t[2], t[3]);
     if (std::abs(v) > 1e-3 * half_ * half_ * half_) mesh_.tetrahedra.push_back(t);
   }
-  // A prism with the ends a and b; each side is split at its lowest node, so neighbours agree and the splits
-  // never turn in a circle.
+  // A prism with the ends a and b. Each side is split at its lowest node, so neighbours agree and the splits
+  // never form a circle.
   void addPrism(std::array<int, 3> a, std::array<int, 3> b) {
     // Turned so that the lowest node of all is a[0].
     int lowest = 0;
@@ -153,7 +154,7 @@ class Stuffing {
     add({apex, base[0], base[2], base[3]});
   }
 
-  // What is inside of one lattice tetrahedron.
+  // The inner part of one lattice tetrahedron.
   void clip(const std::array<int, 4>& t) {
     std::vector<int> in, on, out;
     for (const int n : t) (value_[n] < 0.0 ? in : value_[n] > 0.0 ? out : on).push_back(n);
@@ -176,7 +177,7 @@ class Stuffing {
     }
   }
 
-  // Leaves out nodes of no tetrahedron; keeps the order.
+  // Removes nodes that belong to no tetrahedron; the order stays.
   void compact() {
     std::vector<int> renamed(mesh_.nodes.size(), -1);
     for (const auto& t : mesh_.tetrahedra)

@@ -16,7 +16,7 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 constexpr int joint_sweeps = 8;
-// What stays where it is in the palm, and so tells its pose.
+// Joints that do not move in the palm, and so determine its pose.
 constexpr std::array<Joint, 9> palm_body_joints = {
     wrist,           index_metacarpal, index_proximal,    middle_metacarpal, middle_proximal,
     ring_metacarpal, ring_proximal,    little_metacarpal, little_proximal};
@@ -36,7 +36,7 @@ Vector3d atMost(double length, const Vector3d& v) {
   return v * std::min(1.0, length / std::max(1e-12, v.norm()));
 }
 
-// Integral of min(x, reach): what a coupling of 1 N/m stores.
+// Integral of min(x, reach): the energy of a coupling of 1 N/m.
 double stored(double x, double reach) {
   return x < reach ? 0.5 * x * x : reach * (x - 0.5 * reach);
 }
@@ -47,7 +47,7 @@ Matrix3d cross(const Vector3d& v) {
   return m;
 }
 
-// The turn about their centres that brings `from` nearest to `to`.
+// The rotation about their centres that brings `from` nearest to `to`.
 template <typename Points>
 Quaterniond turnOf(const Points& from, const Vector3d& from_centre, const Points& to,
                    const Vector3d& to_centre) {
@@ -118,7 +118,7 @@ BodyPose palmPose(const TrackedHand& hand, const TrackedHand& rest) {
   const Eigen::Matrix3Xd some_from = from.leftCols(seen), some_to = to.leftCols(seen);
   const Vector3d from_centre = some_from.rowwise().mean(), to_centre = some_to.rowwise().mean();
   const Quaterniond turn = turnOf(some_from, from_centre, some_to, to_centre);
-  // The centre is that of all joints.
+  // The centre is that of all joints, seen or not.
   const double scale = handScale(hand) / handScale(rest);
   return {to_centre + scale * (turn * (bodyCentres(rest)[palm_body] - from_centre)), turn};
 }

@@ -15,9 +15,9 @@ namespace tactile_clay::hand {
 inline constexpr int body_count = 1 + 3 * finger_count;
 inline constexpr int palm_body = 0;
 
-/// A rigid part and the joint that hangs it on its parent.
+/// A rigid part and the joint that connects it to its parent.
 struct BodyAnatomy {
-  int bone;    // in `bones`; of the palm that of the middle finger's metacarpal
+  int bone;    // in `bones`; for the palm the middle finger's metacarpal
   int parent;  // body; -1 for the palm
   Joint from, to;
 };
@@ -26,7 +26,7 @@ extern const std::array<BodyAnatomy, body_count> body_anatomy;
 /// The body that a bone of `bones` belongs to.
 int bodyOfBone(int bone);
 
-/// The first body of a finger, at its root, and the finger of a body, which is not the palm.
+/// The first body of a finger, at its root; and the finger of a body other than the palm.
 constexpr int firstBodyOf(int finger) {
   return 1 + 3 * finger;
 }
@@ -34,60 +34,62 @@ constexpr int fingerOf(int moving_body) {
   return (moving_body - 1) / 3;
 }
 
-/// Where the body's centre is, and how it is turned from its rest pose.
+/// Position of the body's centre, and its rotation from the rest pose.
 struct BodyPose {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
 };
 using BodyPoses = std::array<BodyPose, body_count>;
 
-/// Centres of the bodies of a hand: the middle of each bone; of the palm the mean of its joints. m
+/// Centres of the bodies of a hand, m: the middle of each bone; for the palm the mean of its joints.
 std::array<Eigen::Vector3d, body_count> bodyCentres(const TrackedHand& hand);
 
-/// Poses of a tracked hand's bodies relative to those of `rest` (of any size). The palm's is the best fit
-/// (Umeyama 1991) of its joints, so it does not depend on how a tracker turns the palm's frame. A part
-/// between joints that are missing is turned as the palm, and has no place.
+/// Poses of a tracked hand's bodies relative to those of `rest` (of any size). The pose of the palm is the
+/// best fit (Umeyama 1991) of its joints, so it does not depend on how a tracker turns the palm's frame. A
+/// body between missing joints is turned like the palm, and its position has no meaning.
 BodyPoses bodyPoses(const TrackedHand& hand, const TrackedHand& rest);
-BodyPose palmPose(const TrackedHand& hand, const TrackedHand& rest);  // of them the palm's
-/// Whether a palm is farther from its last pose than one moves from a sample to the next: 0.5 m, 2 rad.
+BodyPose palmPose(const TrackedHand& hand, const TrackedHand& rest);  // the palm alone
+/// Whether a palm moved farther than a palm can move from one tracker sample to the next: 0.5 m or 2 rad.
 bool palmLeaps(const BodyPose& last, const BodyPose& now);
 
-/// Stiffness of the couplings that pull bodies to the tracked pose; damping is critical. Farther away than
-/// `reach` they pull no harder, as muscles do: however deep the tracked hand is in hard clay, the clay can
-/// hold the virtual one.
+/// Stiffness of the couplings that pull bodies to the tracked pose; damping is critical. Beyond `reach` they
+/// pull no harder, as muscles do. So hard clay can stop the virtual hand, however deep the tracked one is in
+/// it.
 struct Couplings {
   double palm = 2500.0;   // N/m
   double finger = 500.0;  // N/m, of each moving bone
-  double reach = 0.01;    // m; of a turn, at the body's radius of gyration
+  double reach = 0.01;    // m; for rotations at the body's radius of gyration
 };
 
 /// Rigid bodies on critically damped springs to a moving target pose, held together by ball joints.
 ///
 /// A spring acts as if at the body's radius of gyration g, so that turning and moving have one time constant.
-/// It is integrated implicitly: a step minimises (m + h c + h^2 k)/2 |x - x_predicted|^2, and that is the
-/// mass with which the body answers to the flesh and to its joints. Any stiffness is stable.
+/// It is integrated implicitly: a step minimises (m + h c + h^2 k)/2 |x - x_predicted|^2. The factor before
+/// the square is the mass with which the body answers to the flesh and to its joints. Any stiffness is
+/// stable.
 class HandBodies {
  public:
   /// @param mass kg, of each body with its flesh
-  /// @param gyration m
+  /// @param gyration m, radius of gyration of each body
   HandBodies(const Couplings& couplings, const std::array<double, body_count>& mass,
              const std::array<double, body_count>& gyration);
 
   /// Puts the bodies at rest at a pose.
   void place(const BodyPoses& poses);
-  /// Joints of bodies and parents, m in the world, for bodies at `poses`.
+  /// Sets the places of the joints in bodies and parents, from a hand whose bodies are at `poses`.
   void joints(const TrackedHand& hand, const BodyPoses& poses);
 
-  /// First half of a step of h s: moves the bodies freely toward the target, which itself moves as given.
-  /// @param flesh N/m, of each body: it answers as one that flesh of this stiffness carries along. That slows
-  /// the way back to the target, not a target's steady motion, and changes no force at rest
+  /// First half of a step of h s: moves the bodies freely toward the target, which itself moves from
+  /// `target_before` to `target`.
+  /// @param flesh N/m, stiffness with which flesh carries each body along; h times it adds to the damping.
+  /// This slows the way back to the target, but not a steady motion with it, and changes no force at rest
   void predict(const BodyPoses& target, const BodyPoses& target_before, double h,
                const std::array<double, body_count>& flesh);
   /// Moves body b by an impulse times h (kg m) and its moment about the centre (kg m^2).
   void push(int b, const Eigen::Vector3d& impulse, const Eigen::Vector3d& moment);
   /// Closes the joints.
   void closeJoints();
-  /// Second half of a step: velocities.
+  /// Second half of a step: computes the velocities.
   void finish(double h);
 
   const BodyPoses& poses() const { return pose_; }
@@ -101,7 +103,7 @@ class HandBodies {
   std::array<double, body_count> mass_, gyration_, stiffness_, effective_mass_;
   BodyPoses pose_, before_;
   std::array<Eigen::Vector3d, body_count> velocity_, spin_;      // m/s, rad/s
-  std::array<Eigen::Vector3d, body_count> in_body_, in_parent_;  // m, joints in the bodies' frames
+  std::array<Eigen::Vector3d, body_count> in_body_, in_parent_;  // m, joints in body and parent
 };
 
 }  // namespace tactile_clay::hand

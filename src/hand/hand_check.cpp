@@ -15,13 +15,14 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double farthest = 10.0;       // m from the origin
-constexpr double squarest_norm = 1e-6;  // of a quaternion
-// Trackers have proportions of their own: bones of six recordings are 0.82 to 1.14 times those of the table,
-// places in the palm 11 mm off. Hands of other trackers differ more, a joint that was not located far more.
-constexpr double shortest_bone = 0.4, longest_bone = 2.0;  // of the table's at the hand's size
+constexpr double squarest_norm = 1e-6;  // minimum norm of a quaternion
+// Trackers have proportions of their own: in six recordings bones are 0.82 to 1.14 times those of the table,
+// and places in the palm are 11 mm off. Hands of other trackers differ more, joints that were not located far
+// more.
+constexpr double shortest_bone = 0.4, longest_bone = 2.0;  // over the table's, at the hand's size
 constexpr double off_in_palm = 0.035;                      // m, at scale 1
 // A hand that fades out has half its radii (hand_cleaner.cpp).
-constexpr double thinnest = 0.2, thickest = 4.0;  // of the table's radius at the hand's size
+constexpr double thinnest = 0.2, thickest = 4.0;  // over the table's radius, at the hand's size
 constexpr int min_fingers = 3;                    // of a hand
 
 std::string range(double low, double high, const char* unit) {
@@ -78,7 +79,7 @@ class Judgement {
     return fault.empty() ? fault : "hand " + std::to_string(hand_.id) + ": " + fault;
   }
 
-  /// As it was judged: with joints made missing, and radii replaced.
+  /// The judged hand: joints were made missing, and radii replaced.
   const TrackedHand& hand() const { return hand_; }
 
  private:
@@ -113,7 +114,7 @@ class Judgement {
     }
   }
 
-  // A joint is somewhere else where most other joints of the palm say so.
+  // A joint is in the wrong place if its distance to most other joints of the palm is wrong.
   void judgePlaces() {
     for (const Joint joint : palm_joints) {
       if (!there(joint)) continue;
@@ -147,7 +148,7 @@ class Judgement {
     }
   }
 
-  // Makes joints missing that are wrong or hang on wrong ones.
+  // Makes joints missing that are wrong, or beyond wrong ones.
   void takeOutFingers() {
     for (int f = 0; f < finger_count; ++f) {
       const int palm_part = f == 0 ? 0 : 2;  // joints of a finger that belong to the palm
@@ -169,7 +170,7 @@ class Judgement {
     return left;
   }
 
-  // That of the finger that lacks most, or of one that was missing before.
+  // The first fault of a joint. If there is none, fingers were missing before.
   std::string firstFault() const {
     for (const std::string& fault : faults_)
       if (!fault.empty()) return fault + "; less than three fingers are left";

@@ -12,18 +12,18 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-// Of a radius, at the end of a fade. On a finger thinner than that, the skins of its two sides are both in
-// reach of one particle of clay, and push it about.
+// Factor of the radii at the end of a fade. On a thinner finger, the skins of its two sides are both in reach
+// of one particle of clay, and push it about.
 constexpr double thinnest = 0.5;
-constexpr double velocity_cutoff = 10.0;  // Hz, of the motion that predicts
-// Of a slow tracker: its next frame is late after this many periods, and the hand is gone in time
+constexpr double velocity_cutoff = 10.0;  // Hz, of the motion that is used for prediction
+// For a slow tracker: its next frame is late after this many periods. The hand is then gone in time
 // for the array to be silent after 0.15 s.
 constexpr double late = 1.15;
 constexpr double longest_hold = 0.07, shortest_fade = 0.03;  // s
-constexpr double newest_period = 0.2;                        // share in the mean
-// m/s^2, by which a hand speeds up or slows down at most: a stroke of half a metre in a sixth of a second.
+constexpr double newest_period = 0.2;                        // share of the newest period in the mean
+// m/s^2, maximum by which a hand speeds up or slows down: a stroke of half a metre in a sixth of a second.
 constexpr double quickest_start = 100.0;
-constexpr double catching_up = 1.15;  // of the tracked palm's fastest: what was held is not to leap after it
+constexpr double catching_up = 1.15;  // of the tracked palm's fastest motion: a held hand must not leap
 
 double seconds(std::chrono::nanoseconds time) {
   return std::chrono::duration<double>(time).count();
@@ -164,9 +164,9 @@ void HandCleaner::see(std::optional<Track>& track, const TrackedHand& hand, std:
   }
 }
 
-// Of a hand that the tracker is sure of, nothing is. A stroke is as fast as it was before, or its mean speed
-// since it was seen is that with which it goes on; a leap is neither: it comes from rest and rests where it
-// went.
+// A hand with enough confidence is never an artefact. A stroke is none either: its mean velocity since the
+// hand was last seen agrees with the velocity before, or with that after. A leap agrees with neither: it
+// comes from rest and ends at rest.
 bool HandCleaner::isArtefact(const Track& track, const TrackedHand& hand,
                              std::chrono::nanoseconds stamp) const {
   if (hand.confidence >= config_.artefact_confidence) return false;
@@ -178,13 +178,13 @@ bool HandCleaner::isArtefact(const Track& track, const TrackedHand& hand,
     return (mean - speed).norm() <= std::max(config_.artefact_speed, acceleration * te);
   };
   if (!track.left_out) return !near(track.velocity, quickest_start);
-  // A mean speed is off by half of what it changes.
+  // A mean velocity is off by half of the change of the velocity.
   const double half = 0.5 * quickest_start;
   const Vector3d now = (at - track.left_out->palm) / seconds(stamp - track.left_out->stamp);
   return !near(track.velocity, half) && !near(now, half);
 }
 
-// A moving hand is expected where its motion takes it, so that a change of id alone makes no step.
+// A moving hand is expected where its motion takes it. So a change of id alone makes no step.
 void HandCleaner::startBlend(Track& track, const TrackedHand& hand, std::chrono::nanoseconds stamp) {
   const double te = seconds(stamp - track.stamp);
   track.steps.emplace();
@@ -212,7 +212,7 @@ void HandCleaner::goOn(Track& track, const TrackedHand& hand, std::chrono::nanos
   if (step.norm() > farthest)
     for (JointPose& joint : track.clean.joints) joint.position += (farthest / step.norm() - 1.0) * step;
   track.stamp = stamp;
-  // What had begun to fade comes back as fast as it went.
+  // A hand that had begun to fade comes back as fast as it faded.
   track.presence =
       std::min(1.0, track.presence + seconds(stamp - track.updated) / (config_.gone - config_.hold));
   track.updated = stamp;
@@ -227,7 +227,7 @@ void HandCleaner::goOn(Track& track, const TrackedHand& hand, std::chrono::nanos
     }
 }
 
-// From what is seen to what is blended and filtered.
+// Makes the blended and the filtered hand from the seen one.
 void HandCleaner::filter(Track& track, const TrackedHand& hand, std::chrono::nanoseconds stamp) {
   const double te = seconds(stamp - track.stamp);
   double step_left = 0.0;

@@ -12,7 +12,7 @@ Quaterniond bend(double flexion, double abduction = 0.0) {
   return AngleAxisd(abduction, Vector3d::UnitY()) * AngleAxisd(-flexion, Vector3d::UnitX());
 }
 
-// Joints in the palm's frame of a right hand.
+// Places the joints of a finger in the palm's frame of a right hand.
 void placeFinger(int finger, const HandPose& pose, TrackedHand& hand) {
   const FingerJoints& joints = fingers[finger];
   const FingerAngles& angles = pose.fingers[finger];
@@ -42,7 +42,7 @@ Quaterniond boneOrientation(const Vector3d& direction, const Vector3d& flexion_a
   Eigen::Matrix3d frame;
   frame.col(2) = -direction.normalized();
   const Vector3d x = flexion_axis - flexion_axis.dot(frame.col(2)) * frame.col(2);
-  // Along the axis itself there is no nearest X: any perpendicular one serves.
+  // If the direction is that of the axis, no X is nearest: any perpendicular one serves.
   frame.col(0) = x.norm() > 1e-6 ? x.normalized() : Vector3d(frame.col(2).unitOrthogonal());
   frame.col(1) = frame.col(2).cross(frame.col(0));
   return Quaterniond(frame);

@@ -29,10 +29,10 @@ TrackedHand forwardKinematics(const HandPose& pose);
 /// Whether every angle is inside finger_limits.
 bool withinLimits(const HandPose& pose);
 
-/// Frame of a bone: -Z along `direction`, +X as near to `flexion_axis` as it can be.
+/// Frame of a bone: -Z along `direction`, +X as near to `flexion_axis` as possible.
 Eigen::Quaterniond boneOrientation(const Eigen::Vector3d& direction, const Eigen::Vector3d& flexion_axis);
 
-/// Mirror image in the plane x = 0, for a rotation the one whose frame is right-handed again.
+/// Mirror image in the plane x = 0. For a rotation, the frame of the image is right-handed again.
 inline Eigen::Vector3d mirrored(const Eigen::Vector3d& v) {
   return {-v.x(), v.y(), v.z()};
 }

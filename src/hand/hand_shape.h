@@ -12,7 +12,7 @@ namespace tactile_clay::hand {
 struct Bone {
   Joint from, to;
   Joint frame;   // the joint whose orientation turns the bone
-  Joint region;  // of its skin
+  Joint region;  // region of its skin
 };
 
 inline constexpr int chain_bone_count = 19;
@@ -21,7 +21,7 @@ inline constexpr int chain_bone_count = 19;
 /// and the thumb's web, which close the palm.
 extern const std::array<Bone, chain_bone_count + 5> bones;
 
-/// Whether `next` goes on where `bone` ends, in one finger.
+/// Whether `next` begins where `bone` ends, in one finger.
 inline bool follows(int bone, int next) {
   return bone < chain_bone_count && next < chain_bone_count && bones[next].from == bones[bone].to;
 }

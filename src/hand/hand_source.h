@@ -7,7 +7,7 @@
 
 namespace tactile_clay::hand {
 
-/// What a source is opened with; every value as given at launch, empty where not given.
+/// Options to open a source with. Each value is as given at launch; empty if not given.
 struct SourceOptions {
   std::string file;   // of a recording
   std::string url;    // of a networked tracker
@@ -15,9 +15,9 @@ struct SourceOptions {
   bool loop = false;  // a recording starts again at its end
 };
 
-/// Where tracked hands come from. One implementation a tracker or recording format; loaded by pluginlib under
-/// this base class. A source neither filters nor places hands: it speaks in its own frame, clock and units of
-/// m.
+/// Where tracked hands come from. There is one implementation per tracker or recording format, loaded by
+/// pluginlib under this base class. A source neither filters nor places hands: it uses its own coordinate
+/// frame and clock, and the unit m.
 class HandSource {
  public:
   enum class Read {
@@ -32,18 +32,18 @@ class HandSource {
   /// @throws std::runtime_error with one line: what, where, what was expected
   virtual void open(const SourceOptions& options) = 0;
 
-  /// Next frame. A recording returns its frames one after the other without waiting; pacing them by
-  /// `frame.stamp` is the caller's. A live source waits at most `timeout` and returns the newest frame.
+  /// Next frame. A recording returns its frames one after the other without waiting; the caller paces them by
+  /// `frame.stamp`. A live source waits at most `timeout` and returns the newest frame.
   virtual Read read(TrackedFrame& frame, std::chrono::milliseconds timeout) = 0;
 
-  /// True where frames come from a file, each with its own time stamp, and can be replayed at any speed.
+  /// True if frames come from a file, each with its own time stamp, and can be replayed at any speed.
   virtual bool recorded() const = 0;
 
-  /// True where the hands were cleaned before, as recorded `hands/tracked` are; asked once it is open.
+  /// True if the hands were cleaned before, as recorded `hands/tracked` are. Called after open().
   virtual bool cleaned() const { return false; }
 
-  /// What went wrong since the last call, the newest in one line: a tracker that cannot be reached, a message
-  /// that is none. Empty if nothing did. Called by the thread that reads.
+  /// The newest fault since the last call, in one line: for example a tracker that cannot be reached, or an
+  /// invalid message. Empty if there was none. Called by the thread that reads.
   virtual std::string takeFault() { return {}; }
 };
 

@@ -10,8 +10,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Sines of angles: of the palm's +Y against the plane of wrist and knuckles, and how far fingers bend back in
-// the mean.
+// Sines of angles: the lowest one of the palm's +Y to the plane of wrist and knuckles, and the highest mean
+// one by which fingers bend back.
 constexpr double contrary_palm = -0.2, bent_back = 0.6;
 
 }  // namespace
@@ -22,7 +22,7 @@ std::string faultOfSide(const TrackedHand& hand, double scale) {
   std::vector<int> knuckles;
   for (int f = 1; f < finger_count; ++f)
     if (there(fingers[f][1])) knuckles.push_back(f);
-  // With three fingers in all there are at least two knuckles.
+  // Three fingers have at least two knuckles beside that of the thumb.
   const Vector3d across = at(fingers[knuckles.back()][1]) - at(fingers[knuckles.front()][1]);
   Vector3d middle = Vector3d::Zero();
   for (const int f : knuckles) middle += at(fingers[f][1]) / static_cast<double>(knuckles.size());

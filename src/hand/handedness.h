@@ -6,11 +6,11 @@
 
 namespace tactile_clay::hand {
 
-/// Whether palm and knuckles lie before the wrist, the knuckles in their order, and the palm's +Y, and the
-/// side to which fingers bend, are those of a hand of its side.
-/// @param hand with palm, wrist and three fingers at least, in which all places are a hand's
-/// @param scale of it
-/// @return empty if so, else one line
+/// Checks the side of a hand. Palm and knuckles are on the same side of the wrist, and the knuckles are in
+/// order. The palm's +Y, and the side to which fingers bend, are those of a hand of its side.
+/// @param hand with palm, wrist and at least three fingers, whose places are all those of a hand
+/// @param scale size of the hand
+/// @return empty if all is right, else one line
 std::string faultOfSide(const TrackedHand& hand, double scale);
 
 }  // namespace tactile_clay::hand

@@ -7,10 +7,10 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr float healing = 0.3F;   // of the way back, a step and inverted tetrahedron
-constexpr int healing_time = 16;  // steps, before flesh that stays inside out counts as caught
-constexpr int trial = 8;          // steps, in which its minimum volume is to help what is caught
-constexpr float room = 0.6F;      // volume, of that at rest, with which flesh no longer turns inside out
+constexpr float healing = 0.3F;   // share of the way back, per step and tetrahedron inside out
+constexpr int healing_time = 16;  // steps; flesh that stays inside out for longer is caught
+constexpr int trial = 8;          // steps in which the minimum volume has to help caught flesh
+constexpr float room = 0.6F;  // volume, over that at rest, with which flesh does not turn inside out again
 
 bool hasRoomAtHome(const NeoHookean& flesh, int tetrahedron, const InvertedFlesh::Home& home) {
   std::array<Vector3f, 4> at;

@@ -13,32 +13,33 @@
 
 namespace tactile_clay::hand {
 
-/// Tetrahedra that were turned inside out, as by a pose that no hand can take: they are led back to where
-/// their bones would put them. In the fold of a bent finger that would be inside out as well: what stays so,
-/// though it had time to heal, is caught, and needs its minimum volume (NeoHookean::limit) until it has room
-/// by itself and its bones leave it some. Where they do and it finds none, as in a tangle, it is led back
-/// again.
+/// Moves tetrahedra that were turned inside out, as by a pose that no hand can take, back to where their
+/// bones would put them. In the fold of a bent finger that place can be inside out as well. So a tetrahedron
+/// that stays inside out for `healing_time` steps counts as caught. It is then not moved, but gets its
+/// minimum volume (NeoHookean::limit), until it has room by itself and its bones leave it room. It is moved
+/// back again if it is still inside out after `trial` steps, or if its bones leave it room and it still has
+/// none, as in a tangle.
 class InvertedFlesh {
  public:
-  /// Where its bones would put a node, m.
+  /// Place of a node by the poses of its bones, m.
   using Home = std::function<Eigen::Vector3f(int node)>;
 
-  /// A step: finds what is inside out, and leads it back.
+  /// A step: finds tetrahedra that are inside out, and moves them back.
   /// @param bindings of the nodes
-  /// @param pressed bodies with a load: flesh is not led back there, which would carry the load beside the
-  /// bone
+  /// @param pressed bodies with a load. Their flesh is not moved back, because this would carry the load past
+  /// the bone
   /// @return the fingers that have flesh inside out
   std::array<bool, finger_count> step(const NeoHookean& flesh, const std::vector<NodeBinding>& bindings,
                                       const Home& home, const std::array<bool, body_count>& pressed,
                                       std::vector<FleshNode>& nodes);
 
-  /// Whether any is caught.
+  /// Whether a tetrahedron is caught.
   bool caught() const;
-  /// The flesh is placed anew.
+  /// To be called when the flesh is placed anew.
   void clear() { steps_.clear(); }
 
  private:
-  std::map<int, int> steps_;  // by tetrahedron, for how many it has been
+  std::map<int, int> steps_;  // number of steps so far, by tetrahedron
 };
 
 }  // namespace tactile_clay::hand

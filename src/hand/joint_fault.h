@@ -8,11 +8,11 @@
 
 namespace tactile_clay::hand {
 
-/// For lines about them.
+/// Names of the fingers in log lines.
 inline constexpr std::array<const char*, finger_count> finger_names = {
     "thumb", "index finger", "middle finger", "ring finger", "little finger"};
 
-/// The line about a joint that is wrong: what of it, its value, what was expected.
+/// The line about a wrong joint: which quantity, its value, what was expected.
 template <typename Value>
 std::string jointFault(int joint, const char* what, const Value& value, const std::string& expected) {
   std::ostringstream line;

@@ -6,8 +6,8 @@
 namespace tactile_clay::hand {
 namespace {
 
-constexpr double fastest_palm = 20.0;   // m/s: no hand is as fast
-constexpr double shortest_jump = 0.05;  // m, in which the stamps of two samples may be off
+constexpr double fastest_palm = 20.0;   // m/s; no hand is faster
+constexpr double shortest_jump = 0.05;  // m; over a shorter way the stamps of two samples may be too wrong
 
 }  // namespace
 

@@ -8,19 +8,19 @@
 
 namespace tactile_clay::hand {
 
-/// Whether a palm that is at `to` was not at `from` `dt` s before: no hand goes farther than 0.05 m at more
-/// than 20 m/s.
+/// Whether a palm jumped from `from` to `to` in `dt` s: by more than 0.05 m, at more than 20 m/s.
 bool palmJumps(const TrackedHand& from, const TrackedHand& to, double dt);
 
-/// Leaves out hands that jump: a hand that is suddenly elsewhere is there from its second sample on, as
-/// another hand, and one that jumps to and fro is nowhere.
+/// Leaves out hands that jump. A hand that is suddenly elsewhere is there from its second sample on, as
+/// another hand. A hand that jumps to and fro is left out everywhere.
 class JumpCheck {
  public:
-  /// Of hands at a time that does not go back.
+  /// Leaves out the hands of a frame that jump.
+  /// @param stamp time of the frame, which does not go back
   LeftOut leaveOutJumps(std::vector<TrackedHand>& hands, std::chrono::nanoseconds stamp);
 
  private:
-  std::vector<TrackedHand> last_;  // as they came
+  std::vector<TrackedHand> last_;  // hands of the last frame, as they came
   std::chrono::nanoseconds stamp_{0};
 };
 

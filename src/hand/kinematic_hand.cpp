@@ -13,10 +13,10 @@ namespace tactile_clay::hand {
 namespace {
 
 constexpr double person_change = 0.1;  // relative
-constexpr double scale_step = 0.05;    // persons between two steps share a template, and so a result
+constexpr double scale_step = 0.05;    // sizes are rounded to it, so persons of about one size get one result
 
-// How far a sample withdraws to its axis, 0 to 1: wholly where it is deeper in other flesh than
-// `withdrawn_below` of its radius. \param depth m
+// How far a sample withdraws to its axis, 0 to 1. It is 1 from `withdrawn_below` of the radius on.
+// `depth`: m, of the sample in other flesh.
 float withdrawal(double depth, float radius) {
   constexpr double withdrawn_below = 0.1;
   return static_cast<float>(std::min(1.0, depth / (withdrawn_below * radius)));
@@ -25,7 +25,7 @@ float withdrawal(double depth, float radius) {
 }  // namespace
 
 SkinTemplates::SkinTemplates(double spacing, SkinKind kind) : spacing_(spacing), kind_(kind) {
-  // Made now, most adults' hands cost nothing when they appear.
+  // Made here, the skins of most adults cost nothing when their hands appear.
   constexpr double adult = 1.05;
   SkinTemplate right = makeSkinTemplate(Side::right, adult, spacing, kind);
   templates_[0] = std::make_shared<SkinTemplate>(mirroredTemplate(right));
@@ -72,12 +72,12 @@ void KinematicHands::append(Skin& skin, const TrackedHand& hand, std::chrono::na
     const PosedSkin::Sample sample = posed(bound);
     const double depth = posed.depth(bound, sample.surface);
     const float deep = i < skin_template.bare_at_rest ? 0.0F : withdrawal(depth, sample.radius);
-    // As fast as the bone, not as it withdraws: clay is met by skin that was there before.
+    // The velocity is the bone's, not that of withdrawing: the clay meets skin that was there before.
     const Eigen::Vector3f step =
         (1.0F - deep) * (sample.surface - tracked->surface[i]) + deep * (sample.axis - tracked->axis[i]);
     hand::append(skin, posed, bound, sample, hand.side);
     skin.position.back() = (1.0F - deep) * sample.surface + deep * sample.axis;
-    // What lies within the hand touches nothing that could be felt.
+    // A sample within the hand touches nothing that could be felt.
     if (depth > bare_within || deep * sample.radius > bare_within) skin.area.back() = 0.0F;
     const bool anew =
         tracked->bare[bound.bone] || tracked->bare[bound.neighbour] != posed.absentBones()[bound.neighbour];

@@ -14,14 +14,14 @@
 
 namespace tactile_clay::hand {
 
-/// Skins of the persons that are seen, by side.
+/// Skin templates of the persons who are seen, by side.
 class SkinTemplates {
  public:
   /// @param spacing of the samples, m
-  /// @throws std::invalid_argument outside 1 to 20 mm
+  /// @throws std::invalid_argument if `spacing` is outside 1 to 20 mm
   SkinTemplates(double spacing, SkinKind kind);
 
-  /// The skin for a hand that appears: that of the hand before it, or made anew where this person's size is
+  /// The skin for a hand that appears: that of the hand before it. It is made anew if this person's size is
   /// more than a tenth off.
   std::shared_ptr<const SkinTemplate> of(const TrackedHand& hand);
 
@@ -32,29 +32,29 @@ class SkinTemplates {
 };
 
 /// Skin of kinematic hands: samples follow position, length and radius of the tracked bones. While a hand
-/// stays tracked its samples keep their number and order, even where the tracker rescales the person; the
+/// stays tracked its samples keep their number and order, even if the tracker rescales the person. The
 /// samples of a hand that comes back are made anew if its person's size is more than a tenth off. A sample
-/// that another bone covers withdraws to the axis of its own, where no clay is, or it would push clay off the
-/// skin that covers it. Bones between joints that are missing have no skin.
+/// that another bone covers withdraws to the axis of its own bone, where no clay is. Otherwise it would push
+/// clay off the skin that covers it. Bones between missing joints have no skin.
 class KinematicHands {
  public:
   /// @param spacing of the samples, m
   /// @param kind of the skin
-  /// @throws std::invalid_argument outside 1 to 20 mm
+  /// @throws std::invalid_argument if `spacing` is outside 1 to 20 mm
   explicit KinematicHands(double spacing, SkinKind kind = SkinKind::kinematic) : templates_(spacing, kind) {}
 
-  /// Skin at the next sample of the tracker: the left hand's samples, then the right one's, of hands that are
-  /// present; of two hands of one side the more confident one. Velocities are finite differences from the
-  /// sample before; zero when a hand appears, when its palm leaps (`palmLeaps`), and when the stamp does not
-  /// advance.
-  /// @throws std::invalid_argument with the line of `faultOfNumbers` where it has one; the state is then
-  /// unchanged
+  /// Skin at the next tracker sample: the samples of the left hand, then those of the right hand, if they are
+  /// present. Among two hands of one side the more confident one counts. Velocities are finite differences to
+  /// the sample before. They are zero when a hand appears, when its palm leaps (`palmLeaps`), and when the
+  /// stamp does not advance.
+  /// @throws std::invalid_argument with the line of `faultOfNumbers` if a hand has such a fault; the state is
+  /// then unchanged
   Skin update(const std::vector<TrackedHand>& hands_in_world, std::chrono::nanoseconds stamp);
 
  private:
   struct Tracked {
     std::shared_ptr<const SkinTemplate> skin;
-    std::vector<Eigen::Vector3f> surface, axis;  // m, of the samples
+    std::vector<Eigen::Vector3f> surface, axis;  // m, of each sample
     std::bitset<bones.size()> bare;              // bones without skin
     BodyPose palm;
     std::chrono::nanoseconds stamp;
@@ -63,7 +63,7 @@ class KinematicHands {
   void append(Skin& skin, const TrackedHand& hand, std::chrono::nanoseconds stamp);
 
   SkinTemplates templates_;
-  // By side; what the poses of palms are told from.
+  // Reference for the poses of palms, by side.
   std::array<TrackedHand, 2> rest_ = {restHand(Side::left, 1.0), restHand(Side::right, 1.0)};
   std::array<std::optional<Tracked>, 2> tracked_;  // by side, while the hand is present
 };

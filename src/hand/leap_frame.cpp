@@ -21,8 +21,8 @@ using leap::Json;
 using Positions = std::array<std::optional<Vector3d>, joint_count>;
 
 struct Pointables {
-  std::map<std::string, std::vector<const Json*>> of_hand;  // by its id
-  std::string fault;  // of those that do not say whose they are: one line, empty where there is none
+  std::map<std::string, std::vector<const Json*>> of_hand;  // by the id of the hand
+  std::string fault;  // one line about those that name no hand; empty: there are none
 };
 
 Pointables sorted(const Json& pointables) {
@@ -37,7 +37,7 @@ Pointables sorted(const Json& pointables) {
   return result;
 }
 
-// Metres in our axes; a direction comes out at 1/1000, which its user normalises away.
+// Metres in our axes. A direction gets a length of 1/1000; its user normalises it.
 Vector3d fromLeap(const Vector3d& v) {
   return Vector3d(-v.z(), -v.x(), v.y()) * 1e-3;
 }
@@ -57,7 +57,7 @@ Vector3d requiredVector(const Json& object, const char* key) {
   return *value;
 }
 
-// Rigid frame of the palm, and what is fixed to it, for either side.
+// Rigid frame of the palm, and places that are fixed to it, for either side.
 struct PalmFrame {
   Side side;
   Vector3d origin;
@@ -87,7 +87,7 @@ Eigen::Matrix3d palmRotation(const Json& hand) {
   return rotation;
 }
 
-// What the pointables of a hand say of its joints.
+// Joint positions that the pointables of a hand contain.
 Positions knownJoints(const Pointables& pointables, const std::string& hand_id,
                       std::array<const Json*, finger_count>& found) {
   Positions positions;
@@ -123,7 +123,7 @@ Side sideOf(const Json& hand, const Positions& positions, const Eigen::Matrix3d&
   return across.dot(rotation.col(0)) > 0.0 ? Side::right : Side::left;
 }
 
-// `direction` of a pointable is that of the phalanx before the last one; `tipPosition` may be off along the
+// `direction` of a pointable is that of the phalanx before the last one. `tipPosition` may be wrong along the
 // last bone, but lies in its direction.
 Vector3d boneTip(const Json& pointable, const Vector3d& pip, const Vector3d& dip, double length) {
   constexpr double shortest = 1e-3;  // m, below which a difference has no direction
@@ -164,7 +164,7 @@ std::array<JointPose, joint_count> jointPoses(const PalmFrame& frame, const Posi
     const Vector3d axis = frame.flexionAxis(finger);
     for (int i = 0; i + 1 < joints.count; ++i) {
       const Vector3d bone = poses[joints[i + 1]].position - poses[joints[i]].position;
-      // A bone without a length goes on in the direction of the one before.
+      // A bone of length 0 has the orientation of the bone before.
       poses[joints[i]].orientation = bone.norm() > 1e-6 ? boneOrientation(bone, axis)
                                      : i > 0            ? poses[joints[i - 1]].orientation
                                                         : poses[palm].orientation;
@@ -192,8 +192,8 @@ TrackedHand readHand(const Json& hand, const std::string& id, const Pointables& 
   fillMissing(frame, found, hand, positions);
   tracked.joints = jointPoses(frame, positions);
   tracked.confidence = std::clamp(leap::number(hand, "confidence").value_or(1.0), 0.0, 1.0);
-  TrackedHand judged =
-      tracked;  // what is wrong with single fingers is told where hands of all sources are judged
+  // Faults of single fingers are reported where the hands of all sources are judged.
+  TrackedHand judged = tracked;
   const HandFaults faults = judge(judged);
   if (!faults.usable) throw std::runtime_error(faults.lines.front());
   return tracked;

@@ -14,7 +14,7 @@ std::runtime_error wrongType(const char* key, const char* expected) {
   return std::runtime_error(std::string("field ") + key + " is not " + expected);
 }
 
-// Replaces what is a number to a recorder, but not to JSON: NaN, Infinity, and 1e999.
+// Replaces numbers of some recorders that JSON does not have by null: NaN, Infinity, and 1e999.
 std::string withoutNonFinite(const std::string& text) {
   std::string clean;
   bool quoted = false;
@@ -45,7 +45,7 @@ std::string withoutNonFinite(const std::string& text) {
   return clean;
 }
 
-// Counts before anything is built: a text of 4 MB can ask for 600.
+// Counts before anything is built, because a text of 4 MB can need 600 MB.
 void requireWithin(const std::string& text, const Limits& limits) {
   const auto require = [](std::size_t found, const char* what, std::size_t maximum) {
     if (found > maximum)
@@ -87,7 +87,7 @@ const Json* find(const Json& object, const char* key) {
   return field == object.end() ? nullptr : &*field;
 }
 
-/// What stands for the key, or where nothing does, `none`, whose type it must have.
+/// The value of the key, which must have the type of `none`. If there is no such key, `none`.
 const Json& childOf(const Json& parent, const char* key, const Json& none, const char* expected) {
   const Json* value = find(parent, key);
   if (value == nullptr) return none;
@@ -164,7 +164,8 @@ int fingerType(const Json& pointable) {
 }
 
 std::chrono::nanoseconds timestamp(const Json& frame) {
-  constexpr double latest = 9e12;  // us, a hundred days; what int64 holds in ns is a thousand times more
+  // us, a hundred days. The limit below is 1e3 times this, about the most that int64 can store in ns.
+  constexpr double latest = 9e12;
   const auto microseconds = number(frame, "timestamp");
   if (!microseconds || !(*microseconds >= 0.0 && *microseconds < 1e3 * latest))
     throw wrongType("timestamp", "a time in microseconds");

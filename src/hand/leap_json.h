@@ -7,14 +7,13 @@
 #include <optional>
 #include <string>
 
-/// Fields of Leap v6 messages. A missing field is std::nullopt, as is a vector that is null; a number that
-/// cannot be one (NaN, or the null that JSON makes of it) is NaN, and a field of another type throws
-/// std::runtime_error that names it.
+/// Fields of Leap v6 messages. A missing field is std::nullopt, and so is a vector that is null. A number
+/// that is null is NaN, because JSON has no NaN. A field of another type throws std::runtime_error naming it.
 namespace tactile_clay::hand::leap {
 
 using Json = nlohmann::json;
 
-/// Maxima of a message; a frame of two hands has 20 kB, 900 values, and is 6 deep.
+/// Maxima of a message. A frame of two hands has 20 kB and 900 values, and is 6 levels deep.
 struct Limits {
   std::size_t bytes = 1U << 20U;
   std::size_t values = 50'000;  // each may cost a hundred bytes of memory
@@ -28,20 +27,20 @@ Json parse(const std::string& text, const Limits& limits = {});
 std::optional<double> number(const Json& object, const char* key);
 std::optional<Eigen::Vector3d> vector(const Json& object, const char* key);
 
-/// @param fallback where it is missing
+/// @param fallback value if the field is missing
 bool flag(const Json& object, const char* key, bool fallback);
 
-/// An object, empty where it is missing.
+/// An object; empty if it is missing.
 const Json& object(const Json& parent, const char* key);
 
-/// An array, empty where it is missing.
+/// An array; empty if it is missing.
 const Json& array(const Json& object, const char* key);
 
-/// Ids are numbers in some services and strings in others.
+/// An id. Some services write numbers, others strings.
 /// @return digits; empty if missing
 std::string id(const Json& object, const char* key);
 
-/// "left", "right", what else it says, or empty if missing.
+/// "left", "right", another text of the field, or empty if it is missing.
 std::string handType(const Json& hand);
 
 /// Finger 0 (thumb) to 4 of a pointable, by its type or else by its id; -1 for a tool.

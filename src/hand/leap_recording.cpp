@@ -15,14 +15,14 @@ namespace tactile_clay::hand {
 namespace {
 
 constexpr std::size_t longest_line = leap::Limits().bytes;
-// Between two frames: a gz of newlines unpacks to a thousand times its size, and would hold its reader as
-// long.
+// Limits between two frames: a gzipped file of newlines unpacks to a thousand times its size, and would block
+// its reader for as long.
 constexpr int max_lines = 10'000;
 constexpr std::size_t max_bytes = 16U << 20U;
-constexpr std::size_t longest_leapjs = 256U
-                                       << 20U;  // bytes; its recorders take 20 MB of two hands in a minute
-constexpr std::size_t beginning = 64U << 10U;   // bytes by which its format is told
-// That are looked through for a hand with bones: 10 s or more of a recording, but no longer of anything else.
+// Bytes; the recorders write 20 MB per minute for two hands.
+constexpr std::size_t longest_leapjs = 256U << 20U;
+constexpr std::size_t beginning = 64U << 10U;  // bytes from which the format is recognised
+// Limits of the search for a hand with bones: 10 s or more of a recording, but not more of any other file.
 constexpr int frames_without_bones = 600;
 constexpr z_off_t bytes_without_bones = 64U << 20U;
 
@@ -79,7 +79,7 @@ void LeapRecording::openLeapjs() {
   toBegin();
 }
 
-// Told at once, and not hand by hand while the rig runs.
+// Reported at once, not hand by hand while the rig runs.
 void LeapRecording::requireBones() {
   bool boneless = false;
   try {
@@ -89,7 +89,7 @@ void LeapRecording::requireBones() {
       boneless = frame->without_bones;
     }
   } catch (const std::runtime_error&) {
-    // It is told where the frame is read.
+    // The error is reported where the frame is read.
   }
   if (boneless)
     fail("its fingers have no bones, as in Leap's " +

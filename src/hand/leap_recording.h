@@ -14,13 +14,13 @@
 
 namespace tactile_clay::hand {
 
-/// A recording of Leap v6 messages, one JSON a line (`leapd`'s websocket written to a file), or as
-/// leapjs-playback saves it (leapjs_recording.h), plain or gzipped. Lines are streamed: one is in memory.
-/// Looped, its clock goes on by the mean frame time from the last to the first.
+/// A recording of Leap v6 messages: one JSON per line (`leapd`'s websocket written to a file), or as
+/// leapjs-playback saves it (leapjs_recording.h), plain or gzipped. Lines are streamed: only one is in
+/// memory. In a loop the clock goes on by the mean frame time from the last frame to the first.
 class LeapRecording : public HandSource {
  public:
-  /// @throws std::runtime_error if `options.file` cannot be read, holds no frame at all, or is of a protocol
-  /// whose hands have no bones
+  /// @throws std::runtime_error if `options.file` cannot be read, contains no frame at all, or is of a
+  /// protocol whose hands have no bones
   void open(const SourceOptions& options) override;
 
   /// Does not wait.
@@ -29,7 +29,7 @@ class LeapRecording : public HandSource {
 
   bool recorded() const override { return true; }
 
-  /// The newest hand that had to be left out.
+  /// The newest line about a hand that was left out.
   std::string takeFault() override { return std::exchange(new_drop_, {}); }
 
   std::uint64_t droppedHands() const { return dropped_hands_; }
@@ -48,10 +48,10 @@ class LeapRecording : public HandSource {
   std::string path_;
   std::unique_ptr<gzFile_s, files::CloseGzip> file_;
   bool loop_ = false;
-  std::uint64_t line_ = 0;                 // or message
-  std::optional<LeapjsRecording> leapjs_;  // else a message is a line of the file
-  std::optional<int> protocol_;            // as the recording says
-  std::optional<LeapFrame> first_;         // read by open, not yet handed out
+  std::uint64_t line_ = 0;                 // number of the last line or message
+  std::optional<LeapjsRecording> leapjs_;  // none: each line of the file is a message
+  std::optional<int> protocol_;            // as the recording states it
+  std::optional<LeapFrame> first_;         // read by open(), not returned yet
 
   LoopStamps stamps_;
 

@@ -34,11 +34,11 @@ constexpr auto silence_patience = 4s;  // without a frame or the answer to a pin
 constexpr auto goodbye_patience = 300ms;
 constexpr std::size_t longest_message = leap::Limits().bytes;
 
-// The server compares whole messages, so each goes alone and without a space.
+// The server compares whole messages, so each one is sent alone and without a space.
 constexpr std::array<const char*, 3> greetings = {R"({"background":true})", R"({"optimizeHMD":false})",
                                                   R"({"focused":true})"};
 
-// One connection, with what its pending operations need until they end.
+// One connection, with all that its pending operations need until they end.
 struct Session {
   explicit Session(asio::io_context& io) : stream(io) {}
 
@@ -65,7 +65,7 @@ WebsocketUrl parseWebsocketUrl(const std::string& text) {
   return url;
 }
 
-// Everything but the mailbox belongs to the thread.
+// Only the thread uses the members, except those that the mutex protects.
 class LeapWebsocket::Client {
  public:
   explicit Client(WebsocketUrl url) : url_(std::move(url)), thread_([this] { run(); }) {}
@@ -183,7 +183,7 @@ class LeapWebsocket::Client {
     came_.notify_one();
   }
 
-  // True where the operation failed, or belongs to a session that is over.
+  // True if the operation failed, or belongs to a session that is over.
   bool broken(const SessionPtr& s, error_code error) {
     if (s != session_) return true;
     if (!error || leaving_) return leaving_;
@@ -219,7 +219,7 @@ class LeapWebsocket::Client {
   SessionPtr session_;
   bool leaving_ = false;
 
-  mutable std::mutex mutex_;
+  mutable std::mutex mutex_;  // protects the members below, up to counts_
   std::condition_variable came_;
   std::optional<TrackedFrame> newest_;
   std::string connection_fault_, message_fault_;

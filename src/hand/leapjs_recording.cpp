@@ -14,14 +14,14 @@ using leap::Json;
 
 constexpr char blank[] = " \t\r\n";
 
-/// What stands in a JSON text, found by its brackets alone.
+/// Structure of a JSON text, found by its brackets alone.
 struct Contents {
   std::vector<std::string> keys;                           // of the outermost object, in their order
   std::vector<std::pair<std::size_t, std::size_t>> items;  // of its array "frames", or of the outermost array
-  bool closed = false;                                     // the outermost bracket
+  bool closed = false;                                     // whether the outermost bracket is closed
 };
 
-/// Past the string that begins at `i`.
+/// Index after the string that begins at `i`.
 std::size_t afterString(const std::string& text, std::size_t i) {
   for (++i; i < text.size() && text[i] != '"'; ++i)
     if (text[i] == '\\') ++i;
@@ -33,7 +33,7 @@ Contents contentsOf(const std::string& text) {
   std::size_t i = text.find_first_not_of(blank);
   if (i == std::string::npos || (text[i] != '{' && text[i] != '[')) return contents;
   std::size_t depth = 0, item = 0;
-  // Depth at which items of interest lie; 0 outside of them.
+  // Depth of the items; 0 outside of their array.
   std::size_t inside = text[i] == '[' ? 1 : 0;
   for (; i < text.size() && !contents.closed; ++i) {
     const char c = text[i];
@@ -59,7 +59,7 @@ Contents contentsOf(const std::string& text) {
   return contents;
 }
 
-/// The first JSON value of the text holds one of the keys that only a recording has.
+/// Whether the first JSON value of the text has one of the keys that only a recording has.
 bool holdsFrames(const std::string& begin) {
   const Contents contents = contentsOf(begin);
   return std::any_of(contents.keys.begin(), contents.keys.end(),
@@ -67,13 +67,13 @@ bool holdsFrames(const std::string& begin) {
 }
 
 bool isBase64(const std::string& text) {
-  constexpr std::size_t shortest = 32;  // not to take a word for it
+  constexpr std::size_t shortest = 32;  // a shorter text may be a word
   constexpr char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/=\r\n";
   return text.size() >= shortest && text.find_first_not_of(letters) == std::string::npos;
 }
 
-/// An object of values in the order of `names`: names, {"list": [names]} for a list of such objects,
-/// {"object": names} for one.
+/// Makes an object of values in the order of `names`. A name is a text, {"list": [names]} for a list of such
+/// objects, or {"object": names} for one.
 Json unpacked(const Json& names,
               const Json& values) {  // NOLINT(misc-no-recursion): as deep as the names, which are checked
   if (!names.is_array() || !values.is_array() || values.size() > names.size())
@@ -82,7 +82,7 @@ Json unpacked(const Json& names,
   Json object = Json::object();
   for (std::size_t i = 0; i < values.size(); ++i) {
     const Json& name = names[i];
-    const bool missing = values[i].is_null();  // in the frame that was packed
+    const bool missing = values[i].is_null();  // missing in the frame that was packed
     if (name.is_string()) {
       if (!missing) object[name.get<std::string>()] = values[i];
       continue;

@@ -6,14 +6,13 @@
 
 namespace tactile_clay::hand {
 
-/// Stamps of a recording that starts again at its end: each pass goes on a mean interval after the one
-/// before.
+/// Stamps of a recording that starts again at its end: each pass begins a mean interval after the last one.
 class LoopStamps {
  public:
   using Time = std::chrono::nanoseconds;
 
   /// The stamp of the next frame.
-  /// @param recorded what the recording says
+  /// @param recorded stamp in the recording
   Time operator()(Time recorded) {
     recorded = std::clamp(recorded, Time(0), Time(latest));
     if (frames_++ == 0) first_ = recorded;
@@ -21,11 +20,11 @@ class LoopStamps {
     return recorded + offset_;
   }
 
-  /// The recording starts again.
+  /// To be called when the recording starts again.
   void rewind() {
     using namespace std::chrono_literals;
     const Time period = frames_ > 1 ? (last_ - first_) / (frames_ - 1) : 16'666'667ns;
-    // A pass that takes a year, by what its frames say, does not count: sums would wrap around.
+    // A pass that takes a year by its stamps counts as one interval only: sums would overflow.
     const Time pass = last_ - first_ + std::max<Time>(period, 1us);
     offset_ = std::clamp(offset_ + (pass < longest_pass ? pass : period), Time(0), Time(latest));
     frames_ = 0;
@@ -37,7 +36,7 @@ class LoopStamps {
 
   Time offset_{0};           // of this pass
   Time first_{0}, last_{0};  // of this pass, as recorded
-  std::int64_t frames_ = 0;  // of this pass
+  std::int64_t frames_ = 0;  // number of frames in this pass
 };
 
 }  // namespace tactile_clay::hand

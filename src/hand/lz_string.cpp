@@ -13,7 +13,7 @@ namespace {
 using Letter = std::uint16_t;  // a unit of UTF-16
 using Letters = std::vector<Letter>;
 
-/// Bits out of base64, six a letter, the highest first.
+/// Bits out of base64, six per letter, the highest first.
 class Bits {
  public:
   explicit Bits(std::string base64) : text_(std::move(base64)) {}
@@ -54,7 +54,7 @@ class Bits {
   unsigned left_ = 0;
 };
 
-/// Words by their codes, each the one before it and a letter. The first three codes mean something else.
+/// Words by their codes. Each is an earlier word and one letter. The first three codes mean something else.
 class Dictionary {
  public:
   std::uint32_t size() const { return static_cast<std::uint32_t>(words_.size()); }
@@ -77,7 +77,7 @@ class Dictionary {
   std::vector<Word> words_{3};
 };
 
-/// UTF-8 out of units of UTF-16, which come one after the other.
+/// Makes UTF-8 of units of UTF-16, which come one after the other.
 class Utf8 {
  public:
   explicit Utf8(std::size_t max_bytes) : maximum_(max_bytes) {}
@@ -96,7 +96,7 @@ class Utf8 {
     const bool low = unit >= 0xDC00 && unit < 0xE000;
     if (low && high_ != 0) unit = 0x10000 + ((high_ - 0xD800) << 10U) + (unit - 0xDC00);
     high_ = unit >= 0xD800 && unit < 0xDC00 ? unit : 0;
-    if (high_ != 0) return;                              // the other half is to come
+    if (high_ != 0) return;                              // the other half follows
     if (unit >= 0xD800 && unit < 0xE000) unit = 0xFFFD;  // a half alone
     const auto byte = [this](std::uint32_t value) {
       text_ += static_cast<char>(static_cast<unsigned char>(value));
@@ -121,7 +121,7 @@ std::string unpackLzString(const std::string& base64, std::size_t max_bytes) {
   Dictionary dictionary;
   Utf8 text(max_bytes);
   unsigned width = 2;
-  std::uint32_t room = 2;  // words until codes are one bit longer
+  std::uint32_t room = 2;  // words until codes become one bit longer
   Letters last;
   std::uint32_t last_code = Dictionary::none;
   const auto grow = [&] {
@@ -135,7 +135,7 @@ std::string unpackLzString(const std::string& base64, std::size_t max_bytes) {
       code = dictionary.size() - 1;
       grow();
     }
-    // A word may be its own: the last one and its first letter.
+    // A code may be that of the word it adds: the last word and its first letter.
     const bool own = code == dictionary.size() && !last.empty();
     if (code >= dictionary.size() && !own) throw std::runtime_error("has a word that nobody knows");
     Letters word = own ? last : dictionary.word(code);

@@ -5,11 +5,11 @@
 
 namespace tactile_clay::hand {
 
-/// Unpacks what LZString.compressToBase64 of pieroxy's lz-string made: LZ78 whose codes are one bit longer
-/// each time the dictionary has doubled, lowest bit first, in base64. White space is passed over.
-/// @param max_bytes of the result
+/// Unpacks the output of LZString.compressToBase64 of pieroxy's lz-string: LZ78, lowest bit first, in base64.
+/// Its codes become one bit longer each time the dictionary has doubled. White space is ignored.
+/// @param max_bytes maximum size of the result
 /// @return the text in UTF-8
-/// @throws std::runtime_error with a few words where it is none, or is longer
+/// @throws std::runtime_error with a few words if the text is not of this form, or if the result is longer
 std::string unpackLzString(const std::string& base64, std::size_t max_bytes);
 
 }  // namespace tactile_clay::hand

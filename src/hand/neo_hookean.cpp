@@ -11,14 +11,14 @@
 namespace tactile_clay::hand {
 namespace {
 
-// Of the square of a strain: below the rounding of single precision, and a tetrahedron at rest divides by it.
+// Added to the square of a strain, because a tetrahedron at rest divides by it; below the rounding of floats.
 constexpr float tiny_shear = 1e-9F;
 constexpr float small_shear = 1e-3F;
-// Of squeezed flesh. What is left of the volume has to last while bones move, until the next step.
-constexpr float squeezed_below = 0.95F;  // of the volume at rest, when visited: neighbours may squeeze it yet
+// For squeezed flesh. The volume that is left has to last while bones move, until the next step.
+constexpr float squeezed_below = 0.95F;  // of the volume at rest when visited; neighbours may squeeze it more
 constexpr float min_volume = 0.3F;       // of the volume at rest
 constexpr float close_to_least = 0.6F;   // of the volume at rest
-constexpr float min_compliance = 0.001F;  // of the material's
+constexpr float min_compliance = 0.001F;  // of the material's compliance
 constexpr int limit_sweeps = 40;          // at most
 
 Eigen::Matrix3d edges(const std::array<int, 4>& t, const std::vector<FleshNode>& nodes) {
@@ -38,7 +38,7 @@ NeoHookean::NeoHookean(const FleshMesh& mesh, const Elasticity& material)
     volume_.push_back(volume(mesh, t));
   }
   const std::vector<std::vector<int>> members = fleshBatches(tetrahedra_, width);
-  // Tetrahedra in the order of their batches, so that batch b holds those from 8 b on, padded with -1.
+  // Tetrahedra in the order of their batches.
   std::vector<std::array<int, 4>> sorted;
   std::vector<Eigen::Matrix3d> sorted_edges;
   std::vector<double> sorted_volume;
@@ -108,7 +108,7 @@ TACTILE_CLAY_INLINE Lane quadratic(const Symmetric& l, const Lane& p, const Lane
 
 }  // namespace
 
-/// det F - 1, the square of C_S, the gradients of det F and of half that square by the nodes, their mobility.
+/// det F - 1; the square of C_S; the gradients of det F and of C_S^2 / 2 by the nodes; the nodes' mobility.
 struct NeoHookean::Gradients {
   Lane swelling, shear;
   LaneVector h[4], s[4];
@@ -132,7 +132,7 @@ TACTILE_CLAY_INLINE NeoHookean::Gradients NeoHookean::gradients(const Batch& b, 
   add(s.x, times(cofactors, h.x));
   add(s.y, times(cofactors, h.y));
   add(s.z, times(cofactors, h.z));
-  // Near rest the terms cancel to rounding; there C_S^2 is half the square of its half's derivative by F.
+  // Near rest the terms cancel to rounding. There C_S^2 is half the squared derivative of C_S^2 / 2 by F.
   const Symmetric l = loadSymmetric(b.edges);
   const Lane derivative = quadratic(l, s.x.x, s.y.x, s.z.x) + quadratic(l, s.x.y, s.y.y, s.z.y) +
                           quadratic(l, s.x.z, s.y.z, s.z.z);
@@ -153,7 +153,7 @@ TACTILE_CLAY_INLINE NeoHookean::Gradients NeoHookean::gradients(const Batch& b, 
 TACTILE_CLAY_MULTIVERSION
 unsigned NeoHookean::projectBatch(const Batch& b, float* nodes) {
   const Gradients g = gradients(b, nodes);
-  // J W J^T of the two; C_S taken times itself, so that nothing is divided by it where it is zero
+  // J W J^T of the two constraints. C_S is taken times itself, so that nothing is divided by it at zero.
   Lane ss{}, sh{}, h2{};
   for (int k = 0; k < 4; ++k) {
     ss += g.w[k] * dot(g.s[k], g.s[k]);
@@ -195,7 +195,7 @@ void NeoHookean::limit(const std::vector<int>& squeezed, std::vector<FleshNode>&
                        std::vector<Eigen::Vector3f>& reaction) const {
   using Eigen::Vector3f;
   std::vector<int> close;
-  bool all_of_them = true;  // or the close ones alone
+  bool all_of_them = true;  // false: the close ones alone
   for (int sweep = 1; sweep <= limit_sweeps; ++sweep) {
     if (all_of_them) close = squeezed;
     bool all_have_it = true;
@@ -219,7 +219,7 @@ void NeoHookean::limit(const std::vector<int>& squeezed, std::vector<FleshNode>&
       g[0] = -(g[1] + g[2] + g[3]);
       float w = 0.0F;
       for (int k = 0; k < 4; ++k) w += nodes[n[k]][3] * g[k].squaredNorm();
-      if (!(w > 0.0F)) continue;  // between bones alone
+      if (!(w > 0.0F)) continue;  // all nodes are of bone
       all_have_it = false;
       w += min_compliance * b.compliance_h[lane];
       for (int k = 0; k < 4; ++k) {

@@ -4,11 +4,11 @@
 
 namespace tactile_clay::hand {
 
-/// Parameters of the One-Euro filter (Casiez, Roussel & Vogel 2012). `beta` has the unit of 1 over the
-/// signal's: 0.1 per mm is 100 per m.
+/// Parameters of the One-Euro filter (Casiez, Roussel & Vogel 2012). The unit of `beta` is 1 / (unit of the
+/// signal): 0.1 per mm is 100 per m.
 struct OneEuroConfig {
   double min_cutoff = 1.0;         // Hz, of a signal at rest; infinite: no filter
-  double beta = 0.0;               // Hz a unit of speed, that is 1 over the unit of the signal
+  double beta = 0.0;               // Hz per unit of speed, that is 1 / (unit of the signal)
   double derivative_cutoff = 1.0;  // Hz
 };
 
@@ -16,9 +16,9 @@ struct OneEuroConfig {
 /// 1 / (1 + 1/(2 pi cutoff te)).
 double lowPassGain(double cutoff, double te);
 
-/// One-Euro filter of a vector. All coordinates share the cutoff of the speed's norm, so that the result does
-/// not depend on the axes; for one coordinate it is the authors' filter. The derivative is that of the sample
-/// against the last filtered value, as in the authors' reference.
+/// One-Euro filter of a vector. All coordinates share one cutoff, by the norm of the speed, so that the
+/// result does not depend on the axes. With one coordinate it is the authors' filter. The derivative is taken
+/// between the sample and the last filtered value, as in the authors' reference.
 template <int N>
 class OneEuro {
  public:
@@ -43,8 +43,8 @@ class OneEuro {
   Vector derivative_ = Vector::Zero();
 };
 
-/// One-Euro filter of a rotation, in the rotation vector (quaternion log) from the last filtered one; `beta`
-/// is per rad.
+/// One-Euro filter of a rotation, applied to the rotation vector (quaternion log) from the last filtered
+/// rotation; `beta` is per rad.
 class OneEuroRotation {
  public:
   void reset(const Eigen::Quaterniond& q) {
@@ -61,7 +61,7 @@ class OneEuroRotation {
 
 /// Rotation vector, rad, of the shorter way that q turns.
 Eigen::Vector3d rotationVector(const Eigen::Quaterniond& q);
-/// Its inverse.
+/// The rotation with this rotation vector.
 Eigen::Quaterniond rotation(const Eigen::Vector3d& vector);
 
 }  // namespace tactile_clay::hand

@@ -20,11 +20,12 @@ HandPose curled(Side side, double scale, double mcp, double pip, double dip);
 double smallest(const TrackedHand& hand,
                 const std::function<double(const Eigen::Vector3d& centre, double radius)>& measure);
 
-/// The hand turned so that `joint` is over (x, y) of the target, and its lowest skin at z of it, m.
+/// The hand turned to `orientation`, with `joint` over (x, y) of the target and its lowest skin at z of the
+/// target, m.
 HandPose placed(HandPose pose, const Eigen::Isometry3d& orientation, Joint joint,
                 const Eigen::Vector3d& target);
 
-/// The hand higher by z, m.
+/// The hand raised by z, m.
 HandPose lifted(HandPose pose, double z);
 
 }  // namespace tactile_clay::hand

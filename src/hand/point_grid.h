@@ -40,7 +40,7 @@ class PointGrid {
   Eigen::Vector3i cellOf(const Eigen::Vector3d& position) const {
     return (position / cell_).array().floor().cast<int>();
   }
-  // 21 bits a coordinate: exact for every cell within a million of the origin.
+  // 21 bits per coordinate: exact for every cell within a million of the origin.
   static std::uint64_t key(const Eigen::Vector3i& cell) {
     std::uint64_t k = 0;
     for (int axis = 0; axis < 3; ++axis) k = k << 21U | static_cast<std::uint64_t>(cell[axis] + (1 << 20));

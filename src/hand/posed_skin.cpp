@@ -37,7 +37,7 @@ Eigen::Vector3f PosedSkin::normal(const BoundSample& sample) const {
   const Eigen::Vector3f blended =
       (1.0F - sample.neighbour_weight) * normal +
       sample.neighbour_weight * (poses_[sample.neighbour].rotation * sample.normal_in_neighbour);
-  // Only a knuckle folded right over cancels the two; then the bone itself decides.
+  // Only a completely folded knuckle cancels the two normals. Then the normal of the bone counts.
   const float norm = blended.norm();
   if (norm > 1e-3F) normal = blended / norm;
   return normal;

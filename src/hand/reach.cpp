@@ -16,14 +16,14 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-// rad, how far a bone turns from the middle of its reach: the thumb's metacarpal, any other. Tracked ones of
-// six recordings come to 46 and 74 degrees; the flesh about a thumb has no room a little farther in the palm.
+// rad, how far a bone may turn from the middle of its reach: the thumb's metacarpal, any other bone. In six
+// recordings they turn by up to 46 and 74 degrees. A little farther in the palm a thumb's flesh has no room.
 constexpr double thumb_root_reach = 46.0 * M_PI / 180.0, joint_reach = 75.0 * M_PI / 180.0;
-constexpr double twist_reach = 30.0 * M_PI / 180.0;  // of it about the bone itself
-// How far hands differ in their proportions, at scale 1: m, of the root of the thumb and of a finger from
-// where the palm has it; lengths of bones. Tracked ones come to 11 mm, 4.4 mm, and 0.87 to 1.14.
+constexpr double twist_reach = 30.0 * M_PI / 180.0;  // rad, about the bone's own axis
+// Allowed differences of hands in their proportions, at scale 1: m, of the root of the thumb and of a finger
+// from its place in the palm; lengths of bones. Tracked hands reach 11 mm, 4.4 mm, and 0.87 to 1.14.
 constexpr double thumb_root_off = 0.014, finger_root_off = 0.006, shortest = 0.8, longest = 1.25;
-// m, at scale 1, from the middle of the thumb's metacarpal to the index finger's: tracked ones come to 20.
+// m, at scale 1, from the middle of the thumb's metacarpal to the index finger's; tracked hands reach 20 mm.
 constexpr double thumb_closest = 0.018;
 
 TrackedHand middleOfReach(Side side) {
@@ -47,13 +47,13 @@ struct Middle {
   }
 };
 
-/// A tracked hand whose fingers are led.
+/// A tracked hand whose fingers are moved into their reach.
 class LedHand {
  public:
   explicit LedHand(const TrackedHand& tracked)
       : scale_(handScale(tracked)), hand_(tracked), poses_(bodyPoses(tracked, middle().hand)) {}
 
-  /// How far a finger is from any person's in its proportions: up to 1 it may be one's.
+  /// How far a finger's proportions are from those of any person. Up to 1 it may be a person's.
   double strangeness(int finger) const {
     const int root = rootOf(finger);
     double stretch = 0.0;
@@ -112,8 +112,8 @@ class LedHand {
     return scale_ * (joints[body_anatomy[b].to].position - joints[body_anatomy[b].from].position).norm();
   }
 
-  // Of the thumb's metacarpal to the index finger's: 0 in the middle of its reach, up to 1 it may be a
-  // hand's.
+  // Closeness of the thumb's metacarpal to the index finger's: 0 in the middle of its reach. Up to 1 it may
+  // be that of a hand.
   double closeness() const {
     const Vector3d centre = 0.5 * (at(thumb_metacarpal) + at(thumb_proximal));
     const Vector3d usual_centre = 0.5 * (usualPlace(thumb_metacarpal) + usualPlace(thumb_proximal));
@@ -122,7 +122,7 @@ class LedHand {
     return (usual - index.distance(centre)) / (usual - scale_ * thumb_closest);
   }
 
-  // What is beyond a joint moves and turns with it.
+  // The joints beyond a joint move and turn with it.
   void move(int finger, int first, const Vector3d& by) {
     for (int j = first; j <= fingers[finger].tip(); ++j) at(j) += by;
   }
@@ -135,7 +135,7 @@ class LedHand {
     }
     for (int c = b; c <= bodiesOf(finger).back(); ++c) poses_[c].rotation = by * poses_[c].rotation;
   }
-  // What turns a bone to the middle of its reach.
+  // The rotation that turns a bone to the middle of its reach.
   Quaterniond toMiddle(int b) const {
     return poses_[body_anatomy[b].parent].rotation * poses_[b].rotation.conjugate();
   }
@@ -154,7 +154,7 @@ class LedHand {
 
   double scale_;
   TrackedHand hand_;
-  BodyPoses poses_;  // relative to those of the middle
+  BodyPoses poses_;  // relative to those of middle()
 };
 
 }  // namespace

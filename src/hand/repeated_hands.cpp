@@ -11,7 +11,7 @@ using namespace std::chrono_literals;
 
 constexpr RepeatedHands::Time stands_still = 50ms;  // longer than a driver takes to send a sample twice
 
-// Numbers that are none are the same, too.
+// Two NaN count as the same, too.
 bool same(double a, double b) {
   return a == b || (a != a && b != b);
 }

@@ -10,20 +10,20 @@
 
 namespace tactile_clay::hand {
 
-/// Leaves out hands that a live tracker only repeats. A live hand trembles and its tracker has noise, so that
-/// no two samples of it have the same bits in all of its joints: where they have, the tracker has seen
-/// nothing new, whatever its clock, ids and confidence say, and its hand counts as not seen. Recordings and
-/// scripted hands may hold still: this is no check for them.
+/// Leaves out hands that a live tracker only repeats. A live hand trembles and its tracker has noise, so no
+/// two samples of it have the same bits in all joints. If two have, the tracker has seen nothing new,
+/// whatever its clock, ids and confidence are, and the hand counts as not seen. Recordings and scripted hands
+/// may stand still, so this check is not for them.
 class RepeatedHands {
  public:
   using Time = std::chrono::nanoseconds;
 
-  /// @param patience for which a repeated hand stays: some drivers send each sample twice, and where nobody
-  /// bridges what is not seen (hand_cleaner.h), their hands would flicker
+  /// @param patience time for which a repeated hand stays. Some drivers send each sample twice. Without
+  /// hand_cleaner.h, which bridges missing samples, their hands would flicker
   explicit RepeatedHands(Time patience) : patience_(patience) {}
 
-  /// @param now when the hands came, by a clock that runs on. A line is told once a hand stood still for 50
-  /// ms
+  /// @param now when the hands came, by a clock that never goes back
+  /// @return its lines name hands that stood still for 50 ms
   LeftOut leaveOutRepeats(std::vector<TrackedHand>& hands, Time now);
 
  private:

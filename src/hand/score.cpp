@@ -36,7 +36,7 @@ void addNoise(const TrackerNoise& noise, double t, HandPose& pose) {
                      static_cast<std::uint32_t>(microseconds),
                      static_cast<std::uint32_t>(microseconds >> 32U)};
   std::mt19937 random(seed);
-  // Box-Muller, for std::normal_distribution differs between libraries.
+  // Box-Muller, because std::normal_distribution differs between libraries.
   const auto normal = [&random] {
     const double u = (static_cast<double>(random()) + 1.0) / 4294967297.0;
     const double v = static_cast<double>(random()) / 4294967296.0;
@@ -85,7 +85,7 @@ Score inTurn(const std::vector<Score>& scores, double pause) {
       if (mine == all.hands.end()) {
         mine = all.hands.emplace(all.hands.end());
       } else if (start - pause > mine->back().time) {
-        // It rested: it sets out when the others do.
+        // This hand rested. It starts to move together with the others.
         const HandPose rest = mine->back().pose;
         mine->push_back({start - pause, rest});
       }

@@ -25,12 +25,12 @@ constexpr int max_angles = 5;     // of a finger
 constexpr int max_steps = 30;     // of Levenberg-Marquardt
 constexpr double settled = 1e-6;  // rad, of a step
 
-// The thumb's frame at zero angles, in that of its metacarpal in palm_anatomy: the rotation vector with which
-// the ranges of motion hold its tracked directions best. Fitted to six recordings of both sides; leaving out
-// any one changes the mean error of its thumb by less than 1.2 mm.
+// The thumb's frame at zero angles, in that of its metacarpal in palm_anatomy, as a rotation vector. With it
+// the ranges of motion contain the thumb's tracked directions best. Fitted to six recordings of both sides.
+// Leaving out any one changes the mean error of its thumb by less than 1.2 mm.
 const Vector3d thumb_straight(0.24, 0.23, -0.48);  // rad
 
-// As positions of a right hand, a left one seen in a mirror.
+// Positions as of a right hand; a left hand is mirrored.
 Positions rightHanded(const TrackedHand& hand) {
   Positions positions;
   for (int j = 0; j < joint_count; ++j)
@@ -106,7 +106,7 @@ void fitFinger(const Skeleton::Finger& finger, int number, const Targets& target
     for (int k = 0; k < n; ++k)
       for (int i = 0; i < bone_count; ++i)
         j.block<3, 1>(3 * i, k) = at.axis[k].cross(at.joint[i + 1] - at.origin[k]);
-    // A joint bends only what lies behind it.
+    // A joint bends only the bones behind it.
     for (int k = 0; k < n; ++k)
       for (int i = 0; i < placeOf(first + k).bone; ++i) j.block<3, 1>(3 * i, k).setZero();
     Square normal = j.transpose() * j;
@@ -183,7 +183,7 @@ Skeleton measureSkeleton(const std::vector<TrackedHand>& samples) {
   if (!(skeleton.scale >= 0.4 && skeleton.scale <= 2.0))
     throw std::invalid_argument("bones of a hand are " + std::to_string(skeleton.scale) +
                                 " times an adult's, expected 0.4 to 2 times");
-  // Of fingers that are bent, the direction in the palm's plane says little.
+  // The direction of bent fingers in the palm's plane has little meaning.
   ahead.y() = 0.0;
   const bool known = -ahead.z() > 0.4 * static_cast<double>(2 * samples.size());
   const Quaterniond turn(AngleAxisd(known ? std::atan2(ahead.x(), -ahead.z()) : 0.0, Vector3d::UnitY()));

@@ -17,7 +17,7 @@ const std::array<const char*, bone_count> names_of_fingers = {"mcp", "pip", "dip
 
 JointPlace placeOf(int joint) {
   const int finger = joint < firstAngle(1) ? 0 : (joint - 1) / 4;
-  int first = firstAngle(finger);  // of the bone
+  int first = firstAngle(finger);  // first joint of the bone
   for (int bone = 0;; ++bone) {
     const int flexion = first + (hasAbduction(finger, bone) ? 1 : 0);
     if (joint <= flexion) return {finger, bone, joint < flexion};

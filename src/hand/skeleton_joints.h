@@ -7,12 +7,12 @@
 
 namespace tactile_clay::hand {
 
-/// How the joints of a skeleton are numbered: finger by finger from the root, of each bone first abduction,
-/// where it has that, then flexion.
+/// How the joints of a skeleton are numbered: finger by finger from the root; for each bone first abduction,
+/// if it has one, then flexion.
 
 constexpr int bone_count = 3;  // moving bones of a finger
 
-/// Where a finger begins in the list of joints, and how many it has there.
+/// Number of a finger's first joint in the list of joints, and how many joints it has there.
 constexpr int firstAngle(int finger) {
   return finger == 0 ? 0 : 4 * finger + 1;
 }
@@ -32,7 +32,7 @@ JointPlace placeOf(int joint);
 /// The moving joints of a finger: of bone i from movingJoint(finger, i) to movingJoint(finger, i + 1).
 Joint movingJoint(int finger, int i);
 
-/// With which all names of links and joints of a side begin.
+/// Prefix of all names of links and joints of a side.
 std::string skeletonPrefix(Side side);
 
 /// Name of a finger, such as `index`.

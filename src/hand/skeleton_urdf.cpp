@@ -73,7 +73,7 @@ std::string skeletonUrdf(const Skeleton& skeleton) {
     const bool ends_bone = !place.abduction;  // flexion follows abduction
     if (first) parent = root;
     const std::string name = skeletonJointName(skeleton.side, k), link = name + "_link";
-    // Where a bone ends the next joint begins; two angles of one joint are in one place.
+    // The next joint begins where a bone ends. The two angles of one joint are at one place.
     const bool new_place = !first && (place.abduction || !hasAbduction(place.finger, place.bone));
     const Vector3d shift = first       ? position(finger.root)
                            : new_place ? Vector3d(0.0, 0.0, -finger.bone[place.bone - 1])

@@ -16,9 +16,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Random sequential packing covers 0.547 of a plane with disks of half their distance: one sample a spacing^2
-// at a distance of sqrt(4 * 0.547 / pi) = 0.835 spacings. On the hand's curved skin and our finite cover it
-// is 0.795.
+// Random sequential packing covers 0.547 of a plane with disks that have the samples' distance as diameter.
+// So one sample per spacing^2 has a distance of sqrt(4 * 0.547 / pi) = 0.835 spacings. On the hand's curved
+// skin and our finite cover it is 0.795.
 constexpr double poisson_distance = 0.795;
 constexpr double pad_spacing = 0.4;  // spacings, of samples on the pads of soft fingers
 constexpr int candidates_a_sample = 32;
@@ -121,7 +121,7 @@ std::vector<int> chooseSamples(const std::vector<SurfacePoint>& cover, double wi
                                const std::vector<SurfacePoint>& present) {
   std::vector<int> order(cover.size());
   std::iota(order.begin(), order.end(), 0);
-  std::mt19937 random(20);  // with its own shuffle, for std::shuffle differs between libraries
+  std::mt19937 random(20);  // with its own shuffle, because std::shuffle differs between libraries
   for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
   PointGrid grid(widest), taken(widest);
   for (std::size_t i = 0; i < present.size(); ++i) taken.insert(static_cast<int>(i), present[i].position);
@@ -150,7 +150,7 @@ std::vector<double> voronoiAreas(const std::vector<SurfacePoint>& cover, const s
   for (const SurfacePoint& point : cover) {
     int closest = -1;
     double closest_distance = std::numeric_limits<double>::infinity();
-    // The set is maximal, so a sample that faces the same way is within the distance.
+    // The set is maximal: a sample that faces the same way is within this distance.
     grid.visit(point.position, sampleDistance(point.spacing), [&](int sample, double d) {
       if (cover[chosen[sample]].normal.dot(point.normal) <= 0.0 && chosen[sample] != &point - cover.data())
         return;

@@ -11,26 +11,26 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float strongest = 5.0F;  // N, on one sample
-constexpr float weakest = 1e-9F;   // N, of which a direction can be told
-// N, on a hand: in one frame, where leaning on a table is less, and in the end, where it is more than all its
-// couplings pull together: with less they would drive it through what holds it.
+constexpr float weakest = 1e-9F;   // N; a weaker force has no clear direction
+// N, on a hand: in one frame, more than leaning on a table, and in the end, more than all its couplings pull
+// together. If the limit were lower, the couplings would drive the hand through the clay that stops it.
 constexpr float strongest_of_all = 50.0F, strongest_in_the_end = 120.0F;
-constexpr float growth = 1.04F;            // of what is more than the former, a frame
-constexpr float friction = 1.0F;           // what a load may resist sideways, of its force inward
+constexpr float growth = 1.04F;            // per frame, of forces above the first limit
+constexpr float friction = 1.0F;           // maximum sideways force of a load, over its force inward
 constexpr float softest_clay = 200.0F;     // N/m at one sample
 constexpr float stiffest_clay = 10000.0F;  // N/m at one sample
 constexpr float first_guess = 1000.0F;     // N/m
-constexpr float forgetting = 0.97F;        // of the stiffness estimate, a frame
-// A place that let go is approached with care: a load of no force resists motion there with a share of the
-// clay's stiffness, less by this factor each frame, until it is next to nothing. Slower, and flesh hovers
-// over the clay.
+constexpr float forgetting = 0.97F;        // factor of the stiffness estimate, per frame
+// After the clay has let go of a place, a load of zero force resists motion there, with a share of the clay's
+// stiffness. The share falls by this factor in each frame, until it is nearly zero. If it fell more slowly,
+// flesh would hover over the clay.
 constexpr float forgiving = 0.25F;
 constexpr int longest_memory = 4;  // frames
-constexpr float newest = 0.8F;     // share of the newest answer of the clay in what acts
+constexpr float newest = 0.8F;     // share of the clay's newest answer in the loads
 
-// Forces on one sample added up, by rising index; none so strong that its norm is no number.
+// Adds up forces on one sample, by rising index. Each is limited so that its norm stays finite.
 std::vector<SkinForce> oneASample(std::vector<SkinForce> forces) {
-  constexpr float no_matter_how_strong = 1e6F;  // N in each direction, beyond `strongest`
+  constexpr float no_matter_how_strong = 1e6F;  // N in each direction, far above `strongest`
   std::stable_sort(forces.begin(), forces.end(),
                    [](const SkinForce& a, const SkinForce& b) { return a.index < b.index; });
   std::vector<SkinForce> sums;
@@ -87,8 +87,8 @@ void SkinLoads::give(const std::vector<SkinForce>& given, const std::vector<Vect
   average(next, at);
 }
 
-// The clay answers moving skin in jolts. Pairs of force and place are averaged, so that clay at rest is felt
-// as it is.
+// The clay answers moving skin in jolts. Pairs of force and place are averaged; clay at rest is felt as it
+// is.
 void SkinLoads::average(std::vector<Load>& next, const std::vector<Vector3f>& at) {
   if (at_.size() != at.size()) {
     at_ = at;
@@ -98,7 +98,7 @@ void SkinLoads::average(std::vector<Load>& next, const std::vector<Vector3f>& at
     for (std::size_t i = 0; i < at.size(); ++i) at_[i] += newest * (at[i] - at_[i]);
     for (Load& load : next) {
       load.at = at_[load.sample];
-      if (load.age > 0) continue;  // what is let go of is free at once
+      if (load.age > 0) continue;  // a sample that is let go is free at once
       load.force = load.now = (1.0F - newest) * before[load.sample] + newest * load.force;
       load.inward = load.force.stableNormalized();
     }
@@ -107,11 +107,12 @@ void SkinLoads::average(std::vector<Load>& next, const std::vector<Vector3f>& at
 }
 
 // Least squares of -df = K dx, along the forces, over the samples of a body that are loaded now or were
-// before. It rises at once and falls slowly: too high only makes the hand answer late, too low makes it ring.
+// before. The estimate rises at once and falls slowly. If it is too high, the hand only answers late. If it
+// is too low, the hand rings.
 void SkinLoads::estimateStiffness(const std::vector<Load>& next, const std::vector<Vector3f>& at) {
   std::array<float, body_count> with{}, square{};
   const auto compare = [&](int sample, const Vector3f& before, const Vector3f& now) {
-    const Vector3f direction = (before + now).stableNormalized();  // zero where neither presses
+    const Vector3f direction = (before + now).stableNormalized();  // zero if neither presses
     const float dx = direction.dot(at[sample] - at_[sample]);
     const int body = skin_[sample].body;
     with[body] -= dx * direction.dot(now - before);
@@ -152,7 +153,7 @@ void SkinLoads::project(std::vector<FleshNode>& nodes) {
     const float compliance = 1.0F / load.stiffness;
     const Vector3f residual = -(s.position(nodes) - load.at) - compliance * (load.now - load.force);
     Vector3f now = load.now + residual / (w + compliance);
-    // It presses or is gone; sideways it holds no more than friction does.
+    // The load presses or is zero. Sideways it is at most the friction.
     const Vector3f& inward = load.inward;
     const float pressing = now.dot(inward);
     if (pressing <= 0.0F) {

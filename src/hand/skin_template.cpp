@@ -21,8 +21,8 @@ using Eigen::Vector3d;
 constexpr double blended_length = 0.8;  // of the joint's radius, on either side of a knuckle
 
 // Dijkstra over the samples, from the pads: the palmar side of the middle of each distal phalanx. The
-// neighbourhood grows until it links the whole skin, which matters only for samples wider apart than a finger
-// is thick.
+// neighbourhood grows until it connects the whole skin. This matters only if samples are farther apart than a
+// finger is thick.
 std::vector<double> padDistances(const std::vector<SurfacePoint>& samples, const TrackedHand& hand,
                                  double spacing) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -61,7 +61,7 @@ std::vector<double> padDistances(const std::vector<SurfacePoint>& samples, const
   }
 }
 
-// Which bone a sample shares its normal with, and how much: a half at the knuckle, nothing from
+// The bone that a sample shares its normal with, and its weight: a half at the knuckle, 0 from
 // `blended_length` on.
 void blend(const SurfacePoint& point, const TrackedHand& hand, BoundSample& sample) {
   const Capsule capsule = boneCapsule(bones[point.bone], hand);
@@ -98,7 +98,7 @@ BoundSample boundSample(const SurfacePoint& point, const TrackedHand& hand,
   return sample;
 }
 
-// The same point of the skin where the hand is posed otherwise.
+// The same point of the skin in another pose of the hand.
 SurfacePoint moved(const SurfacePoint& point, const TrackedHand& from, const TrackedHand& to,
                    const RestDirections& rest_direction) {
   const Bone& bone = bones[point.bone];
@@ -122,8 +122,8 @@ HandPose restPose(Side side, double scale) {
   return pose;
 }
 
-// The ends of what thumbs do, and a fist. Tracked thumbs come farther out than the range of our tables,
-// -0.35.
+// Thumbs at the ends of their motion, and a fist. Tracked thumbs come farther out than the range of our
+// tables, -0.35.
 std::vector<TrackedHand> baringPoses(double scale) {
   std::vector<HandPose> poses;
   const auto addThumb = [&](double abduction, double cmc, double mp) {
@@ -145,8 +145,8 @@ std::vector<TrackedHand> baringPoses(double scale) {
   return hands;
 }
 
-// Adds samples of what thumb and fingers cover at rest and bare elsewhere. `samples` are those of the skin at
-// rest.
+// Adds samples of the skin that thumb and fingers cover at rest and bare in other poses. `samples` are those
+// of the skin at rest.
 void addCovered(const TrackedHand& rest, double spacing, const std::vector<SurfacePoint>& samples,
                 SkinTemplate& skin) {
   const double distance = sampleDistance(spacing);

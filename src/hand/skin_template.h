@@ -11,11 +11,12 @@
 
 namespace tactile_clay::hand {
 
-/// A skin sample bound to its bone: it lies at centre(u) + radius(u) n. Near a knuckle n is blended with what
-/// the neighbouring bone makes of it (linear blend skinning), so that a bent finger has no bare knuckle.
+/// A skin sample bound to its bone: it lies at centre(u) + radius(u) n. Near a knuckle n is blended with the
+/// normal that follows the neighbouring bone (linear blend skinning), so that a bent finger has no bare
+/// knuckle.
 struct BoundSample {
   std::uint8_t bone;
-  std::uint8_t neighbour;               // the bone itself where nothing is blended
+  std::uint8_t neighbour;               // the bone itself if nothing is blended
   float neighbour_weight;               // 0 to 0.5
   float u;                              // 0 at the bone's start, 1 at its end
   Eigen::Vector3f normal_in_bone;       // unit
@@ -25,19 +26,19 @@ struct BoundSample {
 };
 
 enum class SkinKind {
-  kinematic,  // of bare bones: also what they cover of each other at rest
-  soft        // of flesh, whole between thumb and palm, whose finger pads flatten: they have finer samples
+  kinematic,  // of bare bones, and of the parts that they cover of each other at rest
+  soft        // of flesh, whole between thumb and palm; finer samples on the pads, which flatten
 };
 
 /// Samples of one hand's skin in bone coordinates.
 struct SkinTemplate {
   Side side = Side::right;
   double scale = 1.0;  // of the person that it was made for
-  /// First those of the skin at rest, then those of what thumb and fingers cover there and bare in
+  /// First the samples of the skin at rest, then those of skin that thumb and fingers cover there and bare in
   /// other poses.
   std::vector<BoundSample> samples;
-  std::size_t bare_at_rest = 0;
-  std::array<Eigen::Vector3d, bones.size()> rest_direction;  // of each bone, in its frame joint
+  std::size_t bare_at_rest = 0;                              // number of the first ones
+  std::array<Eigen::Vector3d, bones.size()> rest_direction;  // direction of each bone, in its frame joint
 };
 
 /// Rotation from bone coordinates: the frame joint's orientation, turned the shortest way so that the bone's
@@ -49,14 +50,15 @@ Eigen::Matrix3d boneRotation(const Bone& bone, const Eigen::Vector3d& rest_direc
 /// either way.
 TrackedHand restHand(Side side, double scale);
 
-/// Samples the union of the hand's capsules: a maximal Poisson-disk set (no two samples on one side of the
-/// skin closer than 0.8 spacings, none missing where one would fit), in the mean one sample a spacing
-/// squared. A sample's area is the part of the skin that is closest to it. The same for what thumb and
-/// fingers cover and bare at the ends of their range, beside the samples that are there. A left hand is the
-/// mirror image of a right one. The finger pads of a soft hand, palmar side and tip of the last phalanges,
-/// have samples 0.4 spacings apart, so that the area on which they touch is told in small steps.
+/// Samples the union of the hand's capsules with a maximal Poisson-disk set, on average one sample per
+/// spacing squared: no two samples on one side of the skin are closer than 0.8 spacings, and no other sample
+/// would fit. A sample's area is the part of the skin that is closest to it. In a kinematic skin, the parts
+/// that thumb and fingers cover at rest and bare at the ends of their range are sampled in the same way,
+/// beside the other samples. A left hand is the mirror image of a right one. The finger pads of a soft hand
+/// (palmar side and tip of the last phalanges) have samples 0.4 spacings apart, so that their contact area
+/// changes in small steps.
 /// @param spacing m, 1 to 20 mm
-/// @throws std::invalid_argument
+/// @throws std::invalid_argument if `spacing` is outside this range
 SkinTemplate makeSkinTemplate(Side side, double scale, double spacing, SkinKind kind = SkinKind::kinematic);
 
 /// The same skin on the hand of the other side.

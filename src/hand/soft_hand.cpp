@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr double longest_frame = 0.1;  // s simulated for one sample
+constexpr double longest_frame = 0.1;  // s, the most that is simulated for one tracker sample
 constexpr double resize_from = 0.01;   // relative change of the person's size
 
 std::array<double, body_count> gyrations(const TrackedHand& rest) {
@@ -29,7 +29,7 @@ std::array<double, body_count> gyrations(const TrackedHand& rest) {
 // Bones and flesh of each body, kg.
 std::array<double, body_count> masses(const TrackedHand& rest, double density) {
   std::array<double, body_count> m;
-  m[palm_body] = 0.25;  // the palm, without what of the arm moves with it
+  m[palm_body] = 0.25;  // the palm, without the part of the arm that moves with it
   for (int b = 1; b < body_count; ++b) {
     const JointPose &from = rest.joints[body_anatomy[b].from], &to = rest.joints[body_anatomy[b].to];
     const double r = 0.5 * (from.radius + to.radius);
@@ -64,7 +64,7 @@ SoftHand::SoftHand(std::shared_ptr<const SoftHandTemplate> anatomy, const Skin& 
     ++rigid_nodes_[binding.body];
     square[binding.body] += (anatomy_->mesh.nodes[n] - centre_[binding.body]).squaredNorm();
   }
-  // So light that all nodes together turn and move no harder than the body: collecting them then only damps.
+  // So light that all nodes together turn and move no harder than the body. Collecting them then only damps.
   for (int b = 0; b < body_count; ++b) {
     const double g = bodies_.gyration(b);
     node_share_[b] = std::min(1.0 / rigid_nodes_[b], g * g / square[b]);
@@ -83,7 +83,7 @@ void SoftHand::resize(double scale) {
   for (std::size_t i = 0; i < rigid_.size(); ++i) {
     const int n = rigid_[i], b = anatomy_->bindings[n].body;
     in_body_[i] = scale * (anatomy_->mesh.nodes[n] - centre_[b]);
-    // So that a node of bone gives way in the mean as one of flesh does.
+    // A node of bone then gives way as a node of flesh does, on average.
     flesh_stiffness_[b] += parameters_.relaxation * stiffness[n] / (node_share_[b] * rigid_nodes_[b]);
   }
 }
@@ -166,7 +166,7 @@ void SoftHand::step(const BodyPoses& target, const BodyPoses& before, double h) 
   addStep(yields_, inverted_.step(flesh_, anatomy_->bindings, home, loads_.pressed(), nodes_), h);
 }
 
-// Flesh goes where its bones have gone since `from`.
+// Moves flesh with its bones, which have moved since `from`.
 void SoftHand::carryFlesh(const BodyPoses& from) {
   std::array<Eigen::Matrix3f, body_count> turn;
   std::array<Vector3f, body_count> shift;
@@ -194,9 +194,9 @@ void SoftHand::carryBones() {
   }
 }
 
-// What flesh and loads did to the nodes of bone, they do to the body. In the pass over the flesh each of
-// these nodes gives way by itself, more than the whole bone does: flesh that the clay squeezes against it
-// gets its minimum volume where the bone really is.
+// Applies to each body what flesh and loads did to its nodes of bone. In the pass over the flesh each of
+// these nodes gives way by itself, more than the whole bone does. So flesh that the clay squeezes against the
+// bone gets its minimum volume here, where the bone really is.
 void SoftHand::collect(double h) {
   std::array<Vector3d, body_count> impulse, moment;
   impulse.fill(Vector3d::Zero());
@@ -212,7 +212,7 @@ void SoftHand::collect(double h) {
   if (inverted_.caught() || (!loads_.empty() && !squeezed_.empty())) {
     reaction_.assign(nodes_.size(), Vector3f::Zero());
     flesh_.limit(squeezed_, nodes_, reaction_);
-    // Flesh hands on what presses it; what it lacks for another reason, as in a leap, throws no bone.
+    // Flesh passes on what presses it. Volume that it lacks for another reason, as in a leap, throws no bone.
     std::array<Vector3d, body_count> sum;
     sum.fill(Vector3d::Zero());
     for (const int n : rigid_) sum[anatomy_->bindings[n].body] += reaction_[n].cast<double>();

@@ -20,12 +20,12 @@ struct SoftHandParameters {
   double young = 30e3;      // Pa, of the flesh
   double poisson = 0.45;    // of the flesh
   double density = 1050.0;  // kg/m^3, of bones and flesh
-  /// How little a node of flesh moves in a step for what pulls at it, in shares of its own stiffness. Flesh
-  /// has no momentum beside its bones', so this is no inertia: more takes more steps until flesh carries a
-  /// load, and then carries it nearer to the material's stiffness.
+  /// How little a node of flesh moves in a step: its mobility is 1 / (`relaxation` x its own stiffness).
+  /// Flesh has no momentum beside its bones', so this is no inertia. With more, flesh takes more steps until
+  /// it carries a load, and then carries it nearer to the material's stiffness.
   double relaxation = 0.3;
   double finger_cell = 6.5e-3;  // m, edge of the cubes that the tetrahedra of a finger are cut from
-  double palm_cell = 9e-3;      // m, the same of the palm
+  double palm_cell = 9e-3;      // m, the same for the palm
   double step = 1.0 / 239.0;    // s, longest time step
   Couplings couplings;
 };
@@ -41,9 +41,10 @@ class SoftHand {
   bool leaps(const TrackedHand& tracked) const;
   /// Puts the hand at rest at a tracked pose, without loads.
   void place(const TrackedHand& tracked);
-  /// Advances by dt s while the tracked hand moves to its new pose. Starts anew if it is lost in numbers.
+  /// Advances by dt s while the tracked hand moves to its new pose. Starts anew if a node of the flesh is 1 m
+  /// or more from the palm, or not finite.
   void advance(const TrackedHand& tracked, double dt);
-  /// Replaces all loads; `at` are the `loadPoints` when the skin was given to the clay.
+  /// Replaces all loads; `at` are the `loadPoints` when the clay was given the skin.
   void load(const std::vector<SkinForce>& forces, const std::vector<Eigen::Vector3f>& at) {
     loads_.give(forces, at);
   }
@@ -51,23 +52,25 @@ class SoftHand {
 
   /// Appends the skin as it is, with velocities zero.
   void appendTo(Skin& skin) const;
-  /// Points of the samples as loads measure them: within the last step, before the bones answered. A step
-  /// takes the bones to their target and the loads back, so that at rest the two differ by as much.
+  /// Points of the samples as the loads measure them: in the last step, before the bones answered. In each
+  /// step the bones move toward their target and the loads move them back. So at rest these points differ
+  /// from the skin by this motion.
   const std::vector<Eigen::Vector3f>& loadPoints() const { return points_; }  // m
   std::size_t samples() const { return skin_.size(); }
 
   const BodyPoses& bodies() const { return bodies_.poses(); }
-  /// Share of the reach that a finger has been left: less than 1 where flesh stayed inside out in its pose.
+  /// Share of its reach that is left to a finger: less than 1 if flesh stayed inside out in its pose.
   double reach(int finger) const { return yields_[finger].reach; }
-  /// Where the bodies hold the hand's joints, m: where nothing presses those of the tracked hand within
-  /// reach, as far as its proportions are the reference hand's.
+  /// Positions of the joints by the poses of the bodies, m. If nothing presses the hand, they are those of
+  /// the tracked hand within reach, apart from differences between this person's proportions and the
+  /// reference hand's.
   std::array<Eigen::Vector3d, joint_count> joints() const;
   Eigen::Vector3d force() const { return loads_.force(); }  // N, of the loads in the last step
   double energy() const;                                    // J, kinetic, elastic and of the couplings
   int inverted() const { return static_cast<int>(flesh_.inverted(nodes_).size()); }
   std::size_t tetrahedra() const { return flesh_.size(); }
   std::size_t nodes() const { return anatomy_->mesh.nodes.size(); }
-  /// Node of the flesh, m; as in the mesh of its template.
+  /// Position of a node of the flesh, m; numbered as in the mesh of the template.
   Eigen::Vector3f node(int n) const { return nodes_[n].head<3>(); }
   int restarts() const { return restarts_; }
 
@@ -83,24 +86,24 @@ class SoftHand {
 
   std::shared_ptr<const SoftHandTemplate> anatomy_;
   SoftHandParameters parameters_;
-  std::array<Eigen::Vector3d, body_count> centre_;  // of the bodies at rest, scale 1
+  std::array<Eigen::Vector3d, body_count> centre_;  // centres of the bodies at rest, scale 1
   double scale_ = 1.0;
   NeoHookean flesh_;
   HandBodies bodies_;
   std::vector<FleshNode> nodes_;
   std::vector<int> rigid_;                          // nodes of bone
-  std::array<int, body_count> rigid_nodes_{};       // of each body
-  std::array<double, body_count> node_share_;       // of a body's mass in each of its nodes
+  std::array<int, body_count> rigid_nodes_{};       // number of nodes of bone in each body
+  std::array<double, body_count> node_share_;       // share of a body's mass in each of its nodes
   std::array<double, body_count> flesh_stiffness_;  // N/m, with which flesh carries the body along
-  std::vector<Eigen::Vector3d> in_body_;            // m, of each node of bone
+  std::vector<Eigen::Vector3d> in_body_;            // m, of each node of bone, from the centre of its body
   BodyPoses target_;
   FingerYields yields_;
   InvertedFlesh inverted_;
-  std::vector<int> squeezed_;              // tetrahedra, in the last step
+  std::vector<int> squeezed_;              // tetrahedra squeezed in the last step
   std::vector<Eigen::Vector3f> reaction_;  // N, of squeezed flesh on the nodes of bone, in the last step
   BoundSkin skin_;
   SkinLoads loads_;
-  std::vector<Eigen::Vector3f> points_;  // m
+  std::vector<Eigen::Vector3f> points_;  // m, loadPoints()
   int restarts_ = 0;
 };
 

@@ -15,10 +15,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A bone fills half the radius, or all but 6 mm where the hand is thick.
+// A bone fills half the radius, or all but 6 mm if the hand is thick there.
 constexpr double bone_share = 0.5;
 constexpr double thickest_flesh = 6e-3;  // m
-// Bones end this share of the radius before a joint that bends, to leave flesh that can.
+// Bones end by this share of the radius before a joint that bends, so that the flesh there can bend.
 constexpr double joint_share = 0.6;
 
 struct Core {
@@ -30,8 +30,8 @@ double coreRadius(double radius) {
   return std::max(bone_share * radius, radius - thickest_flesh);
 }
 
-// Whether a part's flesh hangs on a body: that of the palm on palm and thumb's metacarpal, a finger's on its
-// own bones and on the one that it grows from.
+// Whether a part's flesh is bound to a body: flesh of the palm to the palm and the thumb's metacarpal, flesh
+// of a finger to its own bones and to the bone that it grows from.
 bool hangsOn(int part, int body) {
   if (part == 0) return body == palm_body || body == firstBodyOf(0);
   if (body == palm_body) return part > 1;
@@ -63,7 +63,7 @@ std::vector<Core> cores(const TrackedHand& hand) {
   return all;
 }
 
-/// @param may_be_bone else what is inside a bone is flesh too
+/// @param may_be_bone false: a node inside a bone is flesh, too
 NodeBinding bind(const Vector3d& x, const std::vector<Core>& all, bool may_be_bone) {
   std::array<double, body_count> distance;
   distance.fill(std::numeric_limits<double>::infinity());
@@ -74,7 +74,7 @@ NodeBinding bind(const Vector3d& x, const std::vector<Core>& all, bool may_be_bo
   *nearest = std::numeric_limits<double>::infinity();
   const auto next = std::min_element(distance.begin(), distance.end());
   const double e = *next;
-  // What lies inside two bones belongs to neither.
+  // A node inside two bones belongs to neither.
   if (may_be_bone && d < 0.0 && e >= 0.0) return {body, true, body, 0.0F};
   const double near = std::max(d, 1e-4), far = std::max(e, 1e-4);
   return {body, false, static_cast<int>(next - distance.begin()),
@@ -90,7 +90,7 @@ void append(SoftHandTemplate& hand, const FleshMesh& part, const std::vector<Cor
   const auto ofOneBody = [&](const std::array<int, 4>& t) {
     return std::all_of(t.begin(), t.end(), [&](int n) { return bindings[n].body == bindings[t[0]].body; });
   };
-  // Between two bones there is flesh, or nothing could keep it right side out.
+  // A tetrahedron between two bones is made flesh, because nothing else could keep it right side out.
   for (const auto& t : part.tetrahedra)
     if (inBones(t) && !ofOneBody(t))
       for (const int n : t) bindings[n] = bind(part.nodes[n], all, false);
@@ -137,7 +137,7 @@ SoftHandTemplate makeSoftHandTemplate(Side side, double finger_cell, double palm
     hand.part_begin[part] = static_cast<int>(hand.mesh.triangles.size());
     std::vector<Core> own;
     std::copy_if(all.begin(), all.end(), std::back_inserter(own), [&](const Core& core) {
-      // Of the palm a finger knows the metacarpals, which end before its first joint.
+      // A finger uses only the metacarpals of the palm, which end before its first joint.
       return hangsOn(part, core.body) && (part == 0 || core.bone < chain_bone_count);
     });
     append(hand, fillCapsules(capsules, part == 0 ? palm_cell : finger_cell), own);

@@ -8,7 +8,7 @@
 
 namespace tactile_clay::hand {
 
-/// How a node hangs on the bones.
+/// How a node is bound to the bones.
 struct NodeBinding {
   int body;           // the body that it belongs to
   bool rigid;         // inside the bone: it moves with the body
@@ -16,13 +16,14 @@ struct NodeBinding {
   float other_share;  // 0 to 0.5
 };
 
-/// Flesh of a hand of scale 1 in its rest pose, in metres. Palm and fingers are meshes of their own, which
-/// overlap at the knuckles: fingers side by side never grow together, and each has a cell size of its own.
+/// Flesh of a hand of scale 1 in its rest pose, in metres. Palm and fingers are separate meshes, which
+/// overlap at the knuckles. So fingers side by side never grow together, and palm and fingers have their own
+/// cell sizes.
 struct SoftHandTemplate {
   TrackedHand rest;
   FleshMesh mesh;                                    // without the tetrahedra inside of bones
   std::vector<NodeBinding> bindings;                 // of the nodes
-  std::array<int, 1 + finger_count + 1> part_begin;  // triangles [i, i + 1): palm, then the fingers
+  std::array<int, 1 + finger_count + 1> part_begin;  // first triangles of palm and fingers, and the end
 };
 
 /// @param finger_cell, palm_cell edges of the lattices' cubes, m

@@ -37,7 +37,7 @@ const SoftHandParameters& checked(double spacing, const SoftHandParameters& para
   return parameters;
 }
 
-// A finger that is missing rests beside the palm, and has no skin.
+// A missing finger rests beside the palm, and has no skin.
 std::vector<std::uint32_t> samplesOfSeenJoints(const Skin& skin, const TrackedHand& hand) {
   std::vector<std::uint32_t> seen;
   for (std::size_t i = 0; i < skin.size(); ++i) {
@@ -54,8 +54,8 @@ Skin skinOf(const SkinTemplate& skin_template, const TrackedHand& hand) {
   return skin;
 }
 
-// Where samples of a soft hand are on the tracked one: on its bones as they are tracked. On a bone that is
-// missing they are nowhere, and so not felt.
+// Places of the samples of a soft hand on the tracked hand: on its bones as they are tracked. Samples on a
+// missing bone have no place, and are not felt.
 void appendTracked(Skin& skin, const Skin& held, const std::vector<std::uint32_t>& shown,
                    const SkinTemplate& skin_template, const TrackedHand& tracked) {
   const PosedSkin posed(skin_template, tracked);
@@ -81,7 +81,7 @@ SoftHands::SoftHands(double spacing, const SoftHandParameters& parameters)
 
 Skin SoftHands::update(const std::vector<TrackedHand>& hands_in_world, std::chrono::nanoseconds stamp) {
   const std::vector<TrackedHand> hands = leftThenRight(hands_in_world);
-  // A clock that was set back leaves loads of a time to come.
+  // If the clock was set back, the loads may be of a later time.
   const bool stale =
       std::abs(seconds_a_nano * static_cast<double>((stamp - loads_stamp_).count())) > load_lifetime;
   Skin all;
@@ -155,7 +155,7 @@ std::size_t SoftHands::react(std::chrono::nanoseconds stamp, const std::vector<S
     of_side[side].push_back(f);
   }
   for (int side = 0; side < 2; ++side)
-    // A hand that came anew since then was not in that skin.
+    // A hand that appeared since then was not in that skin.
     if (hands_[side] && hands_[side]->since <= past->number)
       hands_[side]->soft.load(of_side[side], past->points[side]);
   loads_stamp_ = stamp;

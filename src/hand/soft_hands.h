@@ -13,23 +13,22 @@
 
 namespace tactile_clay::hand {
 
-/// Soft hands for those that are tracked: the interface of KinematicHands, and the way back. The flesh of a
-/// hand is made when it is seen, from a mesh and a skin that are there before. Flesh is whole between the
-/// thumb and the palm: it has no samples of what the thumb covers at rest.
+/// Soft hands for those that are tracked: the interface of KinematicHands, and the way back from the clay.
+/// The flesh of a hand is made when it is seen, from a mesh and a skin that were made before. Flesh is whole
+/// between the thumb and the palm, so it has no samples of the skin that the thumb covers at rest.
 class SoftHands {
  public:
-  /// @throws std::invalid_argument with one line where spacing (1 to 20 mm) or a parameter is out of range
+  /// @throws std::invalid_argument with one line if spacing (1 to 20 mm) or a parameter is out of range
   explicit SoftHands(double spacing, const SoftHandParameters& parameters = {});
 
-  /// As KinematicHands::update; the hand then is where flesh, clay and tracked pose let it be, and the skin
-  /// tells of each sample where it is on the tracked hand: there it is felt.
+  /// As KinematicHands::update. The hand is then where flesh, clay and tracked pose let it be. For each
+  /// sample the skin also contains its place on the tracked hand: there it is felt.
   Skin update(const std::vector<TrackedHand>& hands_in_world, std::chrono::nanoseconds stamp);
 
   /// Forces of the clay on the skin of `stamp`. They act until the next ones come, at most 0.1 s. Forces that
-  /// are not finite or of no sample are left out, stronger ones than 5 N cut, and all of a hand to 50 N or 4
-  /// % more than before, at most 120 N.
-  /// @return how many were left out; forces on a skin that is not remembered (the last 16 are) are all of
-  /// them
+  /// are not finite or of no sample are left out. A force above 5 N is reduced to 5 N. All forces on a hand
+  /// together are limited to 50 N or 4 % more than before, at most 120 N.
+  /// @return number of forces that were left out: all of them if the skin of `stamp` is not among the last 16
   std::size_t react(std::chrono::nanoseconds stamp, const std::vector<SkinForce>& forces);
 
   const SoftHand* hand(Side side) const {

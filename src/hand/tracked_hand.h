@@ -55,15 +55,15 @@ struct TrackedHand {
   Side side = Side::left;
   double confidence = 1.0;  // 0-1
   std::array<JointPose, joint_count> joints;
-  /// Joints of fingers that were not seen, or not where a hand has them (hand_check.h); never palm and wrist.
-  /// Their poses say nothing. In messages they lie at the wrist, with radius 0.
+  /// Joints of fingers that were not seen, or were not where a hand has them (hand_check.h); never palm and
+  /// wrist. Their poses have no meaning. In messages they lie at the wrist, with radius 0.
   std::bitset<joint_count> missing;
 };
 
 /// One sample of a tracker: every hand it sees, in the frame `frame_id`.
 struct TrackedFrame {
-  std::chrono::nanoseconds stamp{
-      0};  // of the source's own clock; ROS time where `frame_id` is a ROS recording's
+  /// By the source's own clock; ROS time if `frame_id` is that of a ROS recording.
+  std::chrono::nanoseconds stamp{0};
   std::string frame_id = "tracker";
   std::vector<TrackedHand> hands;
   std::chrono::steady_clock::time_point received;  // when it reached this machine; not set by recordings
