@@ -18,7 +18,7 @@
 namespace tactile_clay::files {
 namespace {
 
-// The first byte of what a process apart has to say.
+// First byte of the answer of the separate process.
 constexpr char done = 'd', failed = 'f';
 
 std::string tooLong(const Bounds& bounds) {
@@ -34,16 +34,17 @@ void limit(int what, rlim_t maximum) {
   ::setrlimit(static_cast<__rlimit_resource>(what), &both);
 }
 
-/// Of the process apart: never returns to what the other one was about to do.
+/// The whole run of the separate process. It never returns, so this process cannot go on with the work of its
+/// parent.
 [[noreturn]] void workApart(const std::function<std::string()>& work, const Bounds& bounds, int to) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL})
     ::signal(signal, SIG_DFL);
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, static_cast<rlim_t>(bounds.time.count()));
-#ifndef __SANITIZE_ADDRESS__  // which maps terabytes
+#ifndef __SANITIZE_ADDRESS__  // the address sanitizer maps terabytes
   std::ifstream statm("/proc/self/statm");
-  rlim_t pages = 0;  // that there are already
+  rlim_t pages = 0;  // that the process has already
   if (statm >> pages) limit(RLIMIT_AS, pages * static_cast<rlim_t>(::sysconf(_SC_PAGESIZE)) + bounds.memory);
 #endif
   std::string said;
@@ -62,7 +63,7 @@ void limit(int what, rlim_t maximum) {
   ::_exit(0);
 }
 
-/// All that comes from a pipe; nothing where it is not closed in time.
+/// All bytes from a pipe until it is closed; nothing if it is not closed in time.
 std::optional<std::string> listen(int from, std::chrono::steady_clock::time_point end) {
   std::string all;
   char buffer[1 << 16];
@@ -72,7 +73,7 @@ std::optional<std::string> listen(int from, std::chrono::steady_clock::time_poin
     if (left <= 0) return std::nullopt;
     pollfd waiting{from, POLLIN, 0};
     const int ready = ::poll(&waiting, 1, static_cast<int>(left));
-    if (ready <= 0) continue;  // late, or a signal
+    if (ready <= 0) continue;  // the time is up, or a signal came
     const ssize_t count = ::read(from, buffer, sizeof buffer);
     if (count == 0) return all;
     if (count > 0) all.append(buffer, static_cast<std::size_t>(count));
@@ -91,7 +92,7 @@ std::string runApart(const std::function<std::string()>& work, const Bounds& bou
   if (process < 0)
     throw std::runtime_error(std::string("no process for its reader: ") + std::strerror(errno));
   if (process == 0) workApart(work, bounds, to.get());
-  to = Descriptor();  // so that the pipe ends with the process
+  to = Descriptor();  // so that the pipe is closed when the process ends
   const std::optional<std::string> said =
       listen(from.get(), std::chrono::steady_clock::now() + 2 * bounds.time);
   if (!said) ::kill(process, SIGKILL);

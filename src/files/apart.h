@@ -9,17 +9,18 @@
 
 namespace tactile_clay::files {
 
-/// What a library may take for a file.
+/// Limits for the work of a library on one file.
 struct Bounds {
-  std::chrono::seconds time{20};  // of a processor, and twice that of the clock
+  std::chrono::seconds time{20};  // of processor time; of wall-clock time twice as much
   std::uint64_t memory = gibibyte;
 };
 
-/// For libraries that trust the files which they read: does the work in a process of its own, which may
-/// crash, never end or ask for all memory, and harms nobody. What it changes elsewhere is lost.
-/// @param work may throw std::exception; its words are thrown again
-/// @return what the work returns
-/// @throws std::runtime_error with the words of the work, or "crashes ...", "takes more than ..."
+/// Does work in a separate process, for libraries that trust the files which they read. That process may
+/// crash, run without end or ask for all memory, without harm to this process. Changes that the work makes to
+/// variables are lost.
+/// @param work may throw std::exception; its text is thrown again
+/// @return the result of the work
+/// @throws std::runtime_error with the text that the work threw, or "crashes ...", "takes more than ..."
 std::string runApart(const std::function<std::string()>& work, const Bounds& bounds = {});
 
 }  // namespace tactile_clay::files

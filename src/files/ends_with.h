@@ -4,7 +4,7 @@
 
 namespace tactile_clay::files {
 
-/// Whether a text, such as a file's name, ends like that.
+/// Whether a text, such as the name of a file, ends with `end`.
 inline bool endsWith(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }

@@ -53,17 +53,17 @@ int Descriptor::release() {
 
 Descriptor openInput(const std::string& file, std::uint64_t max_bytes) {
   if (file.find('\0') != std::string::npos)
-    // What can be printed of it.
+    // The part of the name that can be printed.
     fail(file.substr(0, file.find('\0')), "is a name with a zero in it, expected none");
   struct stat status {};
-  // By its name first: opening alone already changes some devices, such as the lines of a serial port.
+  // Checks by name first, because opening alone changes some devices, such as the lines of a serial port.
   if (::stat(file.c_str(), &status) != 0)
     fail(file, std::string("cannot be opened (") + std::strerror(errno) + "), expected a readable file");
   requireGood(file, status, max_bytes);
   Descriptor opened(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
   if (opened.get() < 0)
     fail(file, std::string("cannot be opened (") + std::strerror(errno) + "), expected a readable file");
-  // Somebody may have put another one in its place.
+  // Another file may have taken the name in the meantime.
   if (::fstat(opened.get(), &status) != 0) fail(file, std::strerror(errno));
   requireGood(file, status, max_bytes);
   return opened;

@@ -7,19 +7,19 @@ struct gzFile_s;
 
 namespace tactile_clay::files {
 
-/// The way in for every file that somebody names. Only a regular file that is not empty and has at most so
-/// many bytes is opened: a FIFO would hold its reader for ever, a device would be changed by being opened.
-/// Nothing here waits. Every error is a std::runtime_error with one line "FILE: what was found, what was
-/// expected".
+/// Opens every file that a user names. Only a regular file is opened that is not empty and not larger than a
+/// maximum: a FIFO would block its reader for ever, and opening alone changes some devices. Nothing here
+/// waits. Every error is a std::runtime_error with one line "FILE: what was found, what was expected".
 
 constexpr std::uint64_t mebibyte = 1ULL << 20U, gibibyte = 1ULL << 30U;
 
-/// Maximum bytes of files, by what they hold. Each is ten times or more what anybody has sent so far.
+/// Maximum sizes of files in bytes, by their content. Each is at least ten times as large as any file that
+/// was sent so far.
 namespace maximum {
 constexpr std::uint64_t text = 16 * mebibyte;        // scenes, materials, scores, URDF
 constexpr std::uint64_t recording = 64 * gibibyte;   // is read one frame at a time
-constexpr std::uint64_t whole_recording = gibibyte;  // is held in memory, uncompressed
-constexpr std::uint64_t sculpture = 4 * gibibyte;    // 60 bytes a particle, 16 a bond
+constexpr std::uint64_t whole_recording = gibibyte;  // is kept in memory, uncompressed
+constexpr std::uint64_t sculpture = 4 * gibibyte;    // 60 bytes per particle, 16 per bond
 }  // namespace maximum
 
 /// A file descriptor that closes itself.
@@ -38,27 +38,27 @@ class Descriptor {
 };
 
 /// Opens a file for reading.
-/// @param max_bytes that it may have
+/// @param max_bytes maximum size
 Descriptor openInput(const std::string& file, std::uint64_t max_bytes);
 
-/// For libraries that open files by their names.
-/// @throws std::runtime_error where openInput would
+/// Checks a file that a library will open by its name.
+/// @throws std::runtime_error if openInput would throw it
 void requireInput(const std::string& file, std::uint64_t max_bytes);
 
-/// All of a file.
+/// The whole content of a file.
 std::string readWhole(const std::string& file, std::uint64_t max_bytes);
 
-/// All of a file, unpacked where it is gzipped.
-/// @param max_bytes before and after
+/// The whole content of a file, unpacked if it is gzipped.
+/// @param max_bytes maximum size before and after unpacking
 std::string readUnpacked(const std::string& file, std::uint64_t max_bytes);
 
-/// Closes a file of zlib, in a std::unique_ptr.
+/// Closes a file of zlib; a deleter for std::unique_ptr.
 struct CloseGzip {
   void operator()(gzFile_s* file) const;
 };
 
 /// Opens a file, gzipped or not, for zlib.
-/// @return what gzclose closes
+/// @return the file, to be closed by gzclose
 gzFile_s* openGzip(const std::string& file, std::uint64_t max_bytes);
 
 }  // namespace tactile_clay::files

@@ -26,7 +26,7 @@ constexpr mode_t usual_mode = 0644;
                  "), expected a name in a folder to write to");
 }
 
-/// Where a link leads to, or the name itself.
+/// The file to which a link leads, or the name itself if it is no link.
 std::string target(const std::string& file) {
   struct stat status {};
   if (::lstat(file.c_str(), &status) != 0 || !S_ISLNK(status.st_mode)) return file;
@@ -36,7 +36,7 @@ std::string target(const std::string& file) {
   return resolved;
 }
 
-/// @return the mode that the file is to have
+/// @return the permissions for the new file
 mode_t judge(const std::string& file, Existing existing) {
   struct stat status {};
   if (::lstat(file.c_str(), &status) != 0) return usual_mode;
@@ -45,7 +45,7 @@ mode_t judge(const std::string& file, Existing existing) {
   return status.st_mode & 07777U;
 }
 
-/// A file under a name of its own, which goes away unless it was renamed.
+/// A temporary file under a name of its own. It is deleted unless it was renamed.
 class Part {
  public:
   explicit Part(const std::string& file)
@@ -71,7 +71,8 @@ class Part {
   void takeName(Existing existing) {
     const unsigned flags = existing == Existing::keep ? RENAME_NOREPLACE : 0U;
     int error = ::renameat2(AT_FDCWD, name_.c_str(), AT_FDCWD, file_.c_str(), flags) == 0 ? 0 : errno;
-    // A file system that cannot do it by itself: what came in the last microseconds may be lost there.
+    // This file system cannot check and rename in one operation: a file that took the name in the last
+    // microseconds may be lost.
     if (error == EINVAL) error = ::rename(name_.c_str(), file_.c_str()) == 0 ? 0 : errno;
     if (error == EEXIST) fail(file_, "is there already, expected a new name");
     if (error != 0) failToWrite(file_, error);
@@ -84,12 +85,13 @@ class Part {
   bool renamed_ = false;
 };
 
-/// The new name is on the disk too.
+/// Writes the folder to the disk, so that the new name is there, too.
 void syncFolderOf(const std::string& file) {
   const std::size_t slash = file.rfind('/');
   const std::string folder = slash == std::string::npos ? "." : file.substr(0, slash + 1);
   const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (opened.get() >= 0) ::fsync(opened.get());  // some file systems cannot; the file itself is safe
+  // Some file systems cannot do this for a folder; the file itself is safe.
+  if (opened.get() >= 0) ::fsync(opened.get());
 }
 
 }  // namespace

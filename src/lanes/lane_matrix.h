@@ -32,7 +32,7 @@ TACTILE_CLAY_INLINE Lane dot(const Columns& a, const Columns& b) {
 TACTILE_CLAY_INLINE Symmetric upperOf(const Columns& a) {
   return {a.x.x, a.y.y, a.z.z, a.z.y, a.z.x, a.y.x};
 }
-/// a where it holds, else zero.
+/// The lanes of a for which `holds` is true, else zero.
 TACTILE_CLAY_INLINE Symmetric where(const LaneOrder& holds, const Symmetric& a) {
   return {holds ? a.xx : Lane{}, holds ? a.yy : Lane{}, holds ? a.zz : Lane{},
           holds ? a.yz : Lane{}, holds ? a.zx : Lane{}, holds ? a.xy : Lane{}};
@@ -52,8 +52,8 @@ TACTILE_CLAY_INLINE void addOuter(Symmetric& to, const LaneVector& a, const Lane
   to.xy += a.x * b.y;
 }
 
-/// Sums over the pairs of each of eight particles: lanes of pairs go in, lanes of particles come out. T is
-/// made of lanes alone.
+/// Sums over the pairs of each of eight particles: the input is lanes of pairs, the output is lanes of
+/// particles. T consists of lanes only.
 template <typename T>
 struct Totals {
   static constexpr int size = sizeof(T) / sizeof(Lane);

@@ -54,8 +54,8 @@ TACTILE_CLAY_INLINE HalfLane sumOfHalves(const Lane& a) {
   std::memcpy(half, &a, sizeof a);
   return half[0] + half[1];
 }
-/// Four times lane k, and four times lane k + 4.
-/// @tparam k below four
+/// Lane k four times, then lane k + 4 four times.
+/// @tparam k less than four
 template <int k>
 TACTILE_CLAY_INLINE Lane spread(const Lane& a) {
   return TACTILE_CLAY_SHUFFLE(a, a, k, k, k, k, k + 4, k + 4, k + 4, k + 4);
@@ -71,7 +71,7 @@ TACTILE_CLAY_INLINE float sum(const Lane& a) {
   return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]));
 }
 
-/// Of a and b, the sums of lanes 0 and 4, 1 and 5, 2 and 6, 3 and 7; those of a come first.
+/// The sums of lanes 0 and 4, 1 and 5, 2 and 6, 3 and 7: first those of a, then those of b.
 TACTILE_CLAY_INLINE Lane sumHalves(const Lane& a, const Lane& b) {
   return TACTILE_CLAY_SHUFFLE(a, b, 0, 1, 2, 3, 8, 9, 10, 11) +
          TACTILE_CLAY_SHUFFLE(a, b, 4, 5, 6, 7, 12, 13, 14, 15);
@@ -86,13 +86,13 @@ TACTILE_CLAY_INLINE Lane sumPairs(const Lane& a, const Lane& b) {
   return TACTILE_CLAY_SHUFFLE(a, b, 0, 1, 8, 9, 4, 5, 12, 13) +
          TACTILE_CLAY_SHUFFLE(a, b, 2, 3, 10, 11, 6, 7, 14, 15);
 }
-/// The sums of eight lanes each, with the bits of `sum`.
+/// The sums of the eight lanes of each a[k], with the same bits as `sum`.
 TACTILE_CLAY_INLINE Lane sums(const Lane (&a)[lane_width]) {
   return sumPairs(sumQuarters(sumHalves(a[0], a[4]), sumHalves(a[1], a[5])),
                   sumQuarters(sumHalves(a[2], a[6]), sumHalves(a[3], a[7])));
 }
 
-/// Which lanes, in which order.
+/// Indices of lanes, in the order in which `select` takes them.
 using LaneOrder = std::int32_t __attribute__((vector_size(32)));
 template <typename L>
 TACTILE_CLAY_INLINE L select(const L& a, const LaneOrder& order) {
@@ -112,7 +112,7 @@ TACTILE_CLAY_INLINE LaneOrder load(const std::uint32_t* from) {
 TACTILE_CLAY_INLINE void store(std::uint32_t* to, const LaneOrder& lane) {
   std::memcpy(to, &lane, sizeof lane);
 }
-/// Bit k of the result tells whether a comparison holds in lane k.
+/// Bit k of the result is 1 if a comparison is true in lane k.
 TACTILE_CLAY_INLINE unsigned bits(const LaneOrder& holds) {
 #if defined(__SSE2__)
   __m128 low, high;
@@ -126,7 +126,8 @@ TACTILE_CLAY_INLINE unsigned bits(const LaneOrder& holds) {
 #endif
 }
 
-/// For each mask of `bits`, the order that brings the lanes that hold to the front; and how many those are.
+/// For each mask of `bits`: the order that brings the lanes whose bit is 1 to the front, and the number of
+/// these lanes.
 struct Selections {
   Selections() {
     for (unsigned mask = 0; mask < 256; ++mask) {
@@ -142,7 +143,7 @@ struct Selections {
 };
 inline const Selections selections;
 
-/// Three lanes of vectors.
+/// Eight vectors.
 struct LaneVector {
   Lane x, y, z;
 };
@@ -165,8 +166,8 @@ TACTILE_CLAY_INLINE void add(LaneVector& to, const LaneVector& v) {
   to.z += v.z;
 }
 
-/// Slots of 16 bytes, of a vector and a fourth number. A slot is named by its first number, 4 i for the slot
-/// of particle i, and so is a particle in loops over lanes: no address needs a shift then.
+/// A slot has 16 bytes: a vector and a fourth number. A slot is identified by the index of its first number,
+/// 4 i for particle i. Loops over lanes identify particles in the same way, so that no address needs a shift.
 constexpr std::uint32_t slot_size = 4;
 TACTILE_CLAY_INLINE HalfLane slot(const float* from) {
   HalfLane h;
@@ -177,7 +178,7 @@ TACTILE_CLAY_INLINE void storeSlot(float* to, const HalfLane& h) {
   std::memcpy(to, &h, sizeof h);
 }
 
-/// The sums of x, of y, of z and of w, with the bits of `sum`, as a slot.
+/// The sums of x, of y, of z and of w, with the same bits as `sum`, as a slot.
 TACTILE_CLAY_INLINE HalfLane sums(const LaneVector& v, const Lane& w = Lane{}) {
   const Lane halves = sumQuarters(sumHalves(v.x, v.z), sumHalves(v.y, w));
   const Lane slot = sumPairs(halves, halves);
@@ -213,14 +214,14 @@ TACTILE_CLAY_INLINE LaneVector gather(const float* numbers, const std::uint32_t*
           TACTILE_CLAY_SHUFFLE(ab_zw, cd_zw, 0, 1, 8, 9, 4, 5, 12, 13)};
 }
 
-/// Fetches eight vectors out of such slots.
+/// Fetches the vectors of eight slots.
 TACTILE_CLAY_INLINE LaneVector gather(const float* numbers, const std::uint32_t* slots) {
   Lane unused;
   return gather(numbers, slots, unused);
 }
 
-/// The opposite: eight vectors into slots that begin every `stride` numbers, with a zero as fourth number
-/// each.
+/// The opposite: writes eight vectors into slots that begin every `stride` numbers. The fourth number of each
+/// slot is zero.
 TACTILE_CLAY_INLINE void scatter(const LaneVector& v, float* slots, std::size_t stride) {
   const Lane xy_low = TACTILE_CLAY_SHUFFLE(v.x, v.y, 0, 8, 1, 9, 4, 12, 5, 13);
   const Lane xy_high = TACTILE_CLAY_SHUFFLE(v.x, v.y, 2, 10, 3, 11, 6, 14, 7, 15);
@@ -243,7 +244,7 @@ TACTILE_CLAY_INLINE Lane max(const Lane& a, const Lane& b) {
   return a > b ? a : b;
 }
 
-/// Fetches the numbers of eight particles, of which there is one each.
+/// Fetches one number per particle, for eight particles.
 /// @param slots of the particles
 TACTILE_CLAY_INLINE Lane gatherNumbers(const float* numbers, const std::uint32_t* slots) {
   static_assert(slot_size == sizeof(float), "the slot of a particle is the offset of its number in bytes");

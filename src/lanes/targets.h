@@ -1,12 +1,13 @@
 #pragma once
 
-/// TACTILE_CLAY_MULTIVERSION before a function compiles it for any x86-64, for AVX2, and for AVX-512 with its
-/// 32 registers, and the loader picks. The results are the same bits: widths of lanes belong to the data, not
-/// to the processor, and no compiler may fuse or reorder sums. What such a function calls is inlined into it
-/// (TACTILE_CLAY_INLINE). Sanitizers cannot instrument the pick.
+/// TACTILE_CLAY_MULTIVERSION in front of a function compiles it for any x86-64, for AVX2, and (with GCC 12 or
+/// later) for AVX-512 with its 32 registers. The loader selects the version. All versions give the same bits:
+/// the width of lanes belongs to the data, not to the processor, and no compiler may fuse or reorder sums.
+/// Functions that such a function calls are inlined into it (TACTILE_CLAY_INLINE). Sanitizers cannot
+/// instrument the selection.
 ///
-/// TACTILE_CLAY_TARGETS tells whether there is more than one target. \note TACTILE_CLAY_ONE_TARGET switches
-/// them off, for a test that compares the bits.
+/// TACTILE_CLAY_TARGETS is 1 if there is more than one target.
+/// @note TACTILE_CLAY_ONE_TARGET switches the other targets off, for a test that compares the bits.
 #if !defined(__x86_64__) || !defined(__GNUC__) || defined(__clang__) || defined(__SANITIZE_ADDRESS__) || \
     defined(__SANITIZE_THREAD__) || defined(TACTILE_CLAY_ONE_TARGET)
 #define TACTILE_CLAY_TARGETS 0

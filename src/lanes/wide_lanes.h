@@ -11,9 +11,9 @@
 
 namespace tactile_clay {
 
-/// Sixteen floats that are worked on together. Width is a property of the data, not of the processor.
+/// Number of floats that are processed together. The width is a property of the data, not of the processor.
 constexpr std::size_t wide_lane_count = 16;
-/// Aligned by hand, since compilers align to the registers of the processor at hand.
+/// Aligned explicitly, because compilers align to the registers of the target processor.
 using Lanes = float __attribute__((vector_size(wide_lane_count * sizeof(float)), aligned(64)));
 using LaneBits = std::int32_t __attribute__((vector_size(wide_lane_count * sizeof(float)), aligned(64)));
 
@@ -22,7 +22,8 @@ struct ComplexLanes {
   Lanes re, im;
 };
 
-/// An array of Lanes or ComplexLanes; a template argument loses the alignment, cache lines have it.
+/// An array of Lanes or ComplexLanes. A template argument loses the alignment; this allocator aligns to cache
+/// lines.
 template <typename T>
 using LaneArray = std::vector<T, tbb::cache_aligned_allocator<T>>;
 
@@ -50,7 +51,7 @@ TACTILE_CLAY_INLINE Lanes min(Lanes a, Lanes b) {
   return a < b ? a : b;
 }
 
-/// Sum of the lanes, in one order: halves onto each other.
+/// Sum of the lanes in a fixed order: one half is added to the other until one number is left.
 TACTILE_CLAY_INLINE float sum(const Lanes& a) {
   using Eight = float __attribute__((vector_size(32)));
   using Four = float __attribute__((vector_size(16)));
@@ -63,8 +64,8 @@ TACTILE_CLAY_INLINE float sum(const Lanes& a) {
   return (four[0][0] + four[0][2]) + (four[0][1] + four[0][3]);
 }
 
-/// 1/sqrt(a) to rounding for a in [1e-30, 1e30]: the exponent halved, then Newton's iteration. Lanes have no
-/// square root of their own that is as fast on every processor.
+/// 1/sqrt(a) up to rounding, for a in [1e-30, 1e30]: halves the exponent, then uses Newton's iteration. Lanes
+/// have no square root of their own that is as fast on every processor.
 TACTILE_CLAY_INLINE Lanes inverseRoot(Lanes a) {
   const Lanes half = 0.5f * a;
   Lanes y = number(0x5f3759df - (bits(a) >> 1));
@@ -72,7 +73,7 @@ TACTILE_CLAY_INLINE Lanes inverseRoot(Lanes a) {
   return y;
 }
 
-/// 1.5 2^23: there floats are whole, so that adding it to a number rounds it.
+/// 1.5 x 2^23: floats of this size are whole numbers, so that adding it to a number rounds that number.
 constexpr float whole_shift = 12582912.0f;
 
 /// Nearest whole number, for |a| < 2^22.
@@ -82,8 +83,9 @@ TACTILE_CLAY_INLINE Number nearest(Number a) {
   return (a + whole_shift) - whole_shift;
 }
 
-/// cos and sin of a whole turn times t, within 1e-6 for |t| < 1e5 less the rounding of t. Minimax polynomials
-/// of the angle to the nearest half turn (Remez); an odd half turn changes both signs.
+/// cos and sin of t whole turns. The error is at most 1e-6 for |t| < 1e5, apart from the rounding of t.
+/// Minimax polynomials of the angle to the nearest half turn (Remez); an odd number of half turns changes
+/// both signs.
 TACTILE_CLAY_INLINE void unitCircle(Lanes t, Lanes& cosine, Lanes& sine) {
   const Lanes halves = 2.0f * t;
   const Lanes shifted = halves + whole_shift;
@@ -111,7 +113,8 @@ TACTILE_CLAY_INLINE Lanes turnsOf(Lanes x, Lanes y) {
   return y < 0.0f ? -t : t;
 }
 
-/// e^{-d}, within 1e-5 for d in [0, 8]; more counts as 8. Minimax polynomial (Remez) of a sixteenth of it.
+/// e^{-d}, within 1e-5 for d in [0, 8]; a larger d counts as 8. Minimax polynomial (Remez) of d/16, to the
+/// power of 16.
 TACTILE_CLAY_INLINE Lanes decaying(Lanes d) {
   const Lanes e = min(d, Lanes{} + 8.0f) * (1.0f / 16.0f);
   Lanes y = 0.99999960f + e * (-0.99995959f + e * (0.49934111f + e * (-0.16287646f + e * 0.032568515f)));
@@ -121,7 +124,7 @@ TACTILE_CLAY_INLINE Lanes decaying(Lanes d) {
   return y * y;
 }
 
-/// The same within 1e-6 for d in [0, 1/2], in half the time. Interpolated at Chebyshev nodes.
+/// e^{-d}, within 1e-6 for d in [0, 1/2], in half the time. Interpolated at Chebyshev nodes.
 TACTILE_CLAY_INLINE Lanes slightlyDecaying(Lanes d) {
   return 0.99999959f + d * (-0.99995853f + d * (0.49933049f + d * (-0.16284255f + d * 0.032534632f)));
 }

@@ -9,8 +9,8 @@ namespace tactile_clay::nodes {
 
 namespace {
 
-constexpr std::size_t kept = 64;       // answers: more than are on their way at once
-constexpr double latest_answer = 1.0;  // s; what is later answers nothing that was asked
+constexpr std::size_t kept = 64;       // answers; more than are on their way at once
+constexpr double latest_answer = 1.0;  // s; a message with a later stamp is no answer
 
 }  // namespace
 

@@ -39,7 +39,8 @@ ArrayDriver::ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : name_(param<std::string>(private_nh, "device", "debug")),
       model_(private_nh),
       device_("tactile_clay::device::ArrayDevice", "device", name_) {
-  rulesLeftOut(private_nh, name_, device_->harmless());  // before it is opened
+  // Checked before the device is opened.
+  rulesLeftOut(private_nh, name_, device_->harmless());
   Options options = deviceOptions(private_nh);
   if (options.count("temperature") > 0)
     throw std::runtime_error("parameter " + private_nh.resolveName("device_options") +

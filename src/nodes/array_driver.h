@@ -11,14 +11,15 @@
 
 namespace tactile_clay::nodes {
 
-/// Owns one array, a device plugin named by `~device`, behind the safety gate. The plugin is opened with the
-/// texts of `~port`, `~temperature` and `~device_options`, a map or one text "key=value key=value ...".
-/// The gate judges the drive that the device will send or, where it takes points, that of the model
-/// `~layout`. `~temperature` is that of the air for both. What a device plays that takes drives goes to
-/// `array/drive` too, and where its transducers are to `array/geometry`, unless `~publish_drive` is false.
+/// Runs one array, the device plugin named by `~device`, behind the safety gate. The plugin is opened with
+/// the texts of `~port`, `~temperature` and `~device_options` (a map, or one text "key=value key=value ...").
+/// If the device takes drives, the gate judges the drive that the device will send. If it takes points, the
+/// gate judges the drive of the model `~layout`. `~temperature` is the temperature of the air for both. If
+/// the device takes drives, they are also published on `array/drive`, and the places of its transducers on
+/// `array/geometry`, unless `~publish_drive` is false.
 class ArrayDriver {
  public:
-  /// @throws std::runtime_error with one line where a parameter is wrong or the device cannot be opened
+  /// @throws std::runtime_error with one line if a parameter is wrong or the device cannot be opened
   ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
  private:
@@ -32,7 +33,7 @@ class ArrayDriver {
   ArrayModel model_;
   Plugin<device::ArrayDevice> device_;
   ros::Publisher drive_, geometry_;
-  std::unique_ptr<GatedArray> array_;  // goes first, and silences the device
+  std::unique_ptr<GatedArray> array_;  // destroyed first: it silences the device
 };
 
 }  // namespace tactile_clay::nodes

@@ -6,13 +6,14 @@
 
 namespace tactile_clay::nodes {
 
-/// The board of an array and its transducers, in frame `array`, for rviz: spheres, and within each a short
-/// line that ends at the middle of its face and points the way it radiates.
+/// Markers for rviz, in coordinate frame `array`: the board of an array, and its transducers as spheres. In
+/// each sphere a short line ends at the middle of the transducer's face and points in the direction of
+/// radiation.
 visualization_msgs::MarkerArrayPtr arrayMarkers(const ultrasound::ArrayLayout& layout);
 
-/// The transducers that arrayMarkers() shows, in the order of their channels: positions and normals, as they
-/// were.
-/// @throws std::runtime_error with one line where the markers do not tell them
+/// Reads the transducers back from the markers of arrayMarkers(): positions and normals, in the order of the
+/// channels.
+/// @throws std::runtime_error with one line if the markers do not contain them
 ultrasound::ArrayLayout layoutOf(const visualization_msgs::MarkerArray& markers);
 
 }  // namespace tactile_clay::nodes

@@ -16,32 +16,32 @@
 
 namespace tactile_clay::nodes {
 
-/// `~temperature` and `~reference_pressure`.
-/// @throws std::runtime_error, std::invalid_argument with one line where one is wrong
+/// Reads `~temperature` and `~reference_pressure`.
+/// @throws std::runtime_error, std::invalid_argument with one line if one of them is wrong
 ultrasound::Acoustics acousticsOf(Settings& settings);
 
 /// The physical model of an array: its transducers, the air, the head of a person beside it.
 struct ArrayModel {
-  /// Reads `~layout`, `~temperature`, `~reference_pressure`, `~head_point` (in world), `~array_pose`, and of
+  /// Reads `~layout`, `~temperature`, `~reference_pressure`, `~head_point` (in world) and `~array_pose`; for
   /// the phase solver `~phase_method`, `~solver_iterations`, `~peaks` (default true), `~phase_only`,
-  /// `~phase_levels`, `~amplitude_levels`, `~max_phase_change`, and of the field solver `~field_strength`,
-  /// `~field_patterns`, `~field_evaluations`, `~field_blur`.
-  /// @throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
+  /// `~phase_levels`, `~amplitude_levels` and `~max_phase_change`; for the field solver `~field_strength`,
+  /// `~field_patterns`, `~field_evaluations` and `~field_blur`.
+  /// @throws std::runtime_error, std::invalid_argument with one line if a parameter is wrong
   explicit ArrayModel(const ros::NodeHandle& private_nh);
   ArrayModel() = default;
 
-  /// All but the poses.
-  /// @throws as above
+  /// Reads all parameters except `~head_point` and `~array_pose`.
+  /// @throws as the constructor
   void read(Settings& settings);
 
-  /// Its phase solver.
-  /// @param before as of solvePhases
+  /// Solves the phases for focal points.
+  /// @param before as in solvePhases
   ultrasound::PhaseSolution solve(const std::vector<ultrasound::FocalPoint>& points,
                                   const ultrasound::Drive* before) const;
 
-  /// The patterns of a field.
-  /// @param amplitude, before as of solveField
-  /// @param effort share of the evaluations
+  /// Solves the patterns of a field.
+  /// @param amplitude, before as in solveField
+  /// @param effort share of `~field_evaluations` that is spent
   ultrasound::FieldSolution solveField(const std::vector<ultrasound::FocalPoint>& targets, double amplitude,
                                        const std::vector<ultrasound::Drive>& before, double effort) const;
 
@@ -52,10 +52,11 @@ struct ArrayModel {
   ultrasound::Acoustics acoustics;
   ultrasound::PhaseSolverOptions options;
   ultrasound::FieldSolverOptions field_options;
-  Eigen::Vector3d head_point = Eigen::Vector3d::Zero();  // m, frame of the array
+  Eigen::Vector3d head_point = Eigen::Vector3d::Zero();  // m, in the frame of the array
 };
 
-/// How loud a drive of the array is that was made for these points, to a gate with these limits.
+/// A function that gives the loudness of a drive of the array for a gate with these limits. The drive has to
+/// be made for the points that are given with it.
 /// @throws std::invalid_argument as device::LoudnessMeter
 std::function<device::Loudness(const ultrasound::Drive& drive,
                                const std::vector<ultrasound::FocalPoint>& points)>

@@ -7,7 +7,7 @@
 namespace tactile_clay::nodes {
 namespace {
 
-/// Whether this is the name that rosbag play takes.
+/// Whether rosbag play takes names like this one for its node.
 bool isPlayer(const std::string& node) {
   return node.compare(node.rfind('/') + 1, 5, "play_") == 0;
 }
@@ -43,13 +43,13 @@ device::Occasion Arrivals::occasion(const ros::Time& stamp) {
   device::Occasion occasion;
   const ros::SteadyTime now = ros::SteadyTime::now();
   if (lockstep_) {
-    // Repeats itself: the clock is that of the stamps, and the hands count once they are no older than the
-    // points.
+    // Repeatable: time is measured by the stamps, and a message without hands counts only if it is not older
+    // than the points.
     occasion.since_last = secondsBetween(last_stamp_, stamp);
     occasion.hands_tracked = hands_tracked_ || !hands_came_ || hands_stamp_ < stamp;
   } else {
     occasion.since_last = (now - last_came_).toSec();
-    // An array that never heard of hands is somebody's without a tracker.
+    // An array that never got a message of hands belongs to a rig without a tracker.
     occasion.hands_tracked = hands_tracked_ || !hands_came_;
     occasion.hands_age = hands_came_ ? (now - *hands_came_).toSec() : 0.0;
   }

@@ -11,30 +11,31 @@
 
 namespace tactile_clay::nodes {
 
-/// When focal points and hands came to an array: how old they are, for the safety gate. Belongs to one
-/// thread.
+/// Records when focal points and hands came to an array, so that the safety gate gets their age. For use in
+/// one thread.
 class Arrivals {
  public:
-  /// @param device name of the array, for people
-  /// @param lockstep the clock is that of the stamps
-  /// @param stamps whether those of focal points tell their age
+  /// @param device name of the array, for log lines
+  /// @param lockstep whether time is measured by the stamps
+  /// @param stamps check that finds the age of focal points from their stamps
   Arrivals(const std::string& device, bool lockstep, const device::StampCheck& stamps)
       : device_(device), lockstep_(lockstep), stamps_(stamps) {}
 
   void seeHands(const TrackedHands& hands);
-  /// @param node that publishes the hands
+  /// @param node name of the node that publishes the hands
   void seePublisher(const std::string& node);
 
-  /// Age of focal points with this stamp, to be asked once of each frame. Tells it when stamps are found to
-  /// be of a recording.
+  /// Age of focal points with this stamp. To be called once per frame. Logs a warning when the stamps are
+  /// found to be those of a recording.
   device::StampCheck::Age ageOf(const ros::Time& stamp);
 
-  /// What is known of the times as a frame with this stamp comes, but for its age; to be asked once of each.
+  /// Times at the arrival of a frame with this stamp, without the age of the frame. To be called once per
+  /// frame.
   device::Occasion occasion(const ros::Time& stamp);
 
-  /// Whether the stamps are taken for those of a recording.
+  /// Whether the stamps are treated as those of a recording.
   bool ofRecording() const { return stamps_.ofRecording(); }
-  /// Whether a tracker has told of its hands, and last that there are none.
+  /// Whether hands were published, and the newest message has no hand.
   bool handsAreGone() const { return hands_came_ && !hands_tracked_; }
 
  private:
@@ -42,8 +43,8 @@ class Arrivals {
   bool lockstep_;
   device::StampCheck stamps_;
   std::string hands_publisher_;
-  ros::SteadyTime last_came_;  // a frame
-  ros::Time last_stamp_;       // of it
+  ros::SteadyTime last_came_;  // when the last frame came
+  ros::Time last_stamp_;       // stamp of the last frame
   std::optional<ros::SteadyTime> hands_came_;
   ros::Time hands_stamp_;
   bool hands_tracked_ = false;

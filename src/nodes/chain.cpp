@@ -30,7 +30,7 @@ struct DataType<tactile_clay::nodes::StampOnly> {
 }  // namespace ros::message_traits
 
 namespace ros::serialization {
-/// Reads only: nobody sends it.
+/// Only reads: nobody sends this type.
 template <>
 struct Serializer<tactile_clay::nodes::StampOnly> {
   static void read(IStream& stream, tactile_clay::nodes::StampOnly& message) {
@@ -45,7 +45,7 @@ namespace tactile_clay::nodes {
 
 Chain::Chain(ros::NodeHandle nh, const std::vector<std::string>& topics) {
   for (const std::string& topic : topics) links_.push_back({topic, ros::Time(), ros::Subscriber()});
-  // Of the first it is known when its samples are sent.
+  // The first topic needs no subscription: it is known when its samples are sent.
   for (std::size_t i = 1; i < links_.size(); ++i)
     links_[i].subscriber = nh.subscribe<StampOnly>(
         links_[i].topic, 0,

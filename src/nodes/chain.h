@@ -8,7 +8,7 @@
 
 namespace tactile_clay::nodes {
 
-/// Follows samples through the graph: of each topic that passes them on, the newest stamp that came by.
+/// Follows tracker samples through the graph: keeps the newest stamp on each topic that passes samples on.
 class Chain {
  public:
   /// @param topics in the order in which a sample passes them, by resolved name; the first is where it starts

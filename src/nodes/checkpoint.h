@@ -10,22 +10,22 @@
 
 namespace tactile_clay::nodes {
 
-/// Writes the clay to a file, whole each time, in a thread of its own: who hands it over does not wait for
-/// the disk. What cannot be written is warned of.
+/// Writes the clay to a file, each time the whole clay, in a thread of its own: the caller of `keep` does not
+/// wait for the disk. If the file cannot be written, a warning is logged.
 class Checkpoint {
  public:
   explicit Checkpoint(std::string file);
-  /// Does not write any more what is waiting.
+  /// A state that still waits is not written any more.
   ~Checkpoint();
 
-  /// Of several that wait the newest is written.
+  /// If several states wait, only the newest one is written.
   void keep(clay::Sculpture clay);
 
  private:
   void run();
 
   const std::string file_;
-  std::mutex mutex_;  // of what follows
+  std::mutex mutex_;  // protects `waiting_` and `ending_`
   std::condition_variable came_;
   std::optional<clay::Sculpture> waiting_;
   bool ending_ = false;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double any = std::numeric_limits<double>::infinity();  // the core checks ranges
 
-/// The name of a material, of which files may have any, as a name of parameters.
+/// The name of a material as the name of a group of parameters. Files may use any characters in it.
 std::string groupOf(const std::vector<clay::Material>& materials, std::size_t k) {
   const auto plain = [](std::string name) {
     for (char& letter : name)
@@ -38,7 +38,7 @@ ClayChoice readClay(Settings& settings, const clay::ClayConfig& config,
     throw std::runtime_error(settings.nameOf("quality") +
                              ": 'auto' measures the computer at the start of the rig, expected a preset");
   const clay::Budget preset = budget = scene::loadQuality(choice.quality, packageFolder());
-  // 0 or nothing means what the preset says, so that launch arguments can pass it on.
+  // 0 or an empty text means the value of the preset, so that launch arguments can pass it on.
   if (const auto solver = settings.text("solver", "", "minimise or paper; empty: the preset's");
       !solver.empty())
     budget.method = clay::methodNamed(solver);

@@ -10,14 +10,15 @@ namespace tactile_clay::nodes {
 
 struct ClayChoice {
   clay::ClayConfig config;
-  std::string quality;  // the preset, or as in "6 x 12" where substeps or iterations are others
+  // The preset; if substeps or iterations differ from it, a text such as "6 x 12".
+  std::string quality;
   std::vector<clay::Material> materials;
 };
 
-/// Reads and checks quality, substeps, iterations, tolerance, sleeping, and of each material what it is made
-/// of.
-/// @param config, materials of the scene's file
-/// @throws std::exception with one line where one is wrong
+/// Reads and checks quality, solver, substeps, iterations, tolerance, sleeping, and the coefficients of each
+/// material.
+/// @param config, materials as the scene's file has them
+/// @throws std::exception with one line if a parameter is wrong
 ClayChoice readClay(Settings& settings, const clay::ClayConfig& config,
                     const std::vector<clay::Material>& materials);
 

@@ -24,7 +24,7 @@ clay::Keyframes::Limits undoLimits(const ros::NodeHandle& nh) {
 
 }  // namespace
 
-/// A run in lockstep has no checkpoint: one that lost a node is not done again to the bit.
+/// A run in lockstep has no checkpoint: if it lost a node, it could not be repeated to the bit.
 ClayPast::ClayPast(const ros::NodeHandle& private_nh, bool lockstep)
     : keyframes_(undoLimits(private_nh)),
       file_(lockstep ? "" : keptFile(private_nh.getNamespace(), ".sculpture")),
@@ -47,7 +47,7 @@ void ClayPast::goOn(clay::Clay& clay) {
 }
 
 void ClayPast::before(const clay::Clay& clay) {
-  if (keyframes_.pass(0.0)) keyframes_.keep(clay.sculpture(), changes_);  // the start
+  if (keyframes_.pass(0.0)) keyframes_.keep(clay.sculpture(), changes_);  // the state at the start
 }
 
 void ClayPast::after(const clay::Clay& clay, double duration) {
@@ -61,13 +61,14 @@ void ClayPast::after(const clay::Clay& clay, double duration) {
 
 void ClayPast::keep(clay::Sculpture ended) {
   keyframes_.keep(std::move(ended), changes_);
-  since_checkpoint_ = period_;  // what is gone does not come back
+  // The next frame writes a checkpoint, so that the ended clay does not come back.
+  since_checkpoint_ = period_;
 }
 
 double ClayPast::undo(double seconds, clay::Clay& clay) {
   double went_back = 0.0;
   const clay::Keyframes::State& state = keyframes_.back(seconds, went_back);
-  // What sleeps may not hold any more with other parameters.
+  // Sleeping clay may not be in equilibrium with other parameters.
   clay.restore(state.version == changes_ ? state.clay : woken(state.clay));
   since_checkpoint_ = period_;
   return went_back;

@@ -5,7 +5,8 @@
 namespace tactile_clay::nodes {
 namespace {
 
-constexpr double hiccup = 0.1;  // s dropped between two diagnostics that are not worth one
+// s; up to this much dropped time between two diagnostics gives no warning.
+constexpr double hiccup = 0.1;
 
 }  // namespace
 

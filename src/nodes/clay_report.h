@@ -11,32 +11,32 @@
 
 namespace tactile_clay::nodes {
 
-/// How the clay keeps up with the clock, and what of it is worth telling.
+/// Measures how the clay keeps up with the clock, and reports it.
 class ClayReport {
  public:
   ClayReport() { restart(); }
 
-  /// The clay begins anew.
+  /// To be called when the clay begins anew.
   void restart();
-  /// After each frame.
+  /// To be called after each frame.
   /// @param duration s, simulated
-  /// @param dropped s before it, never to be simulated
-  /// @param computing s, that it took
+  /// @param dropped s before this frame that will never be simulated
+  /// @param computing s that the computation took
   void frame(const clay::Clay& clay, double duration, double dropped, double computing);
 
-  /// `quality` and `lowered` are left for the caller.
+  /// The caller has to set `quality` and `lowered`.
   ClayStatus status(const clay::Clay& clay, const std_msgs::Header& header) const;
-  /// Of the time since the last call.
-  /// @return whether it was late, which the summary tells then
+  /// Reports on the time since the last call.
+  /// @return whether the clay was late; the summary then contains this
   bool diagnose(const clay::Clay& clay, diagnostic_updater::DiagnosticStatusWrapper& status);
 
  private:
   double simulated_ = 0.0, dropped_ = 0.0, busy_ = 0.0;  // s, since the last diagnostics
-  std::uint64_t told_rejected_ = 0;                      // displacements
+  std::uint64_t told_rejected_ = 0;                      // rejected displacements that were logged
   std::size_t told_strays_ = 0;
   double real_time_factor_ = 1.0;
   ros::WallTime factor_since_;
-  double factor_time_ = 0.0;  // s, simulated since then
+  double factor_time_ = 0.0;  // s, simulated since `factor_since_`
 };
 
 }  // namespace tactile_clay::nodes

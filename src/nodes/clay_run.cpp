@@ -21,7 +21,8 @@ void ClayRun::change(const ClayChoice& choice) {
   scene_.materials = choice.materials;
   quality_ = choice.quality;
   if (!clay_) return restart();
-  // The clay goes on from what it is, as from a sculpture that was saved; what sleeps may not hold any more.
+  // The clay goes on from its present state, as from a saved sculpture. It is woken, because sleeping clay
+  // may not be in equilibrium with other parameters.
   past_.parametersChanged();
   const clay::Sculpture sculpture = woken(clay_->sculpture());
   restart();
@@ -57,7 +58,7 @@ double ClayRun::step(const Skin& samples, const scene::Solids& solids, double du
 sensor_msgs::PointCloud2Ptr ClayRun::contacts(const Skin& samples,
                                               const sensor_msgs::PointCloud2& skin) const {
   const Lock lock(mutex_);
-  // A reset between the step and here leaves no forces, which is right.
+  // After a reset between `step` and here there are no forces, as it should be.
   return contactCloud(clay_->skinForces(), samples, skin);
 }
 

@@ -18,33 +18,33 @@
 
 namespace tactile_clay::nodes {
 
-/// The clay of a scene while it is simulated: what it is, what it was, and how it keeps up. One thread steps
-/// it and changes its parameters, others look at it and replace it.
+/// The clay of a scene while it is simulated: its present state, its past, and how it keeps up with the
+/// clock. One thread steps it and changes its parameters. Other threads read it and replace it.
 class ClayRun {
  public:
   /// There is no clay before the first `change`.
-  /// @throws std::runtime_error with one line where a parameter of its past is wrong
+  /// @throws std::runtime_error with one line if a parameter of ClayPast is wrong
   ClayRun(const ros::NodeHandle& private_nh, scene::Scene scene, bool lockstep);
 
-  /// The scene with the parameters that hold, and the name of their quality: for the thread that changes
+  /// The scene with its present parameters, and the name of their quality. Only for the thread that changes
   /// them.
   const scene::Scene& scene() const { return scene_; }
   const std::string& quality() const { return quality_; }
 
-  /// Makes the clay with other parameters. It goes on from what it is.
+  /// Makes the clay anew with other parameters. It goes on from its present state.
   void change(const ClayChoice& choice);
-  /// Goes on from the checkpoint of the node before this one, where there is one (ClayPast).
+  /// Goes on from the checkpoint of the node before this one, if there is one (ClayPast).
   void goOn();
-  /// Counts that accuracy was given up.
+  /// Counts that a coarser quality was taken.
   void lower();
 
-  /// A frame.
+  /// Simulates one frame.
   /// @param duration s, simulated
-  /// @param dropped s before it, never to be simulated
-  /// @return s, that computing took
+  /// @param dropped s before this frame that will never be simulated
+  /// @return s that the computation took
   double step(const Skin& samples, const scene::Solids& solids, double duration, double dropped);
 
-  /// What the clay does to the skin of the last frame; nothing where it was replaced since.
+  /// Forces of the clay on the skin of the last frame; none if the clay was replaced since then.
   sensor_msgs::PointCloud2Ptr contacts(const Skin& samples, const sensor_msgs::PointCloud2& skin) const;
 
   struct State {
@@ -52,32 +52,34 @@ class ClayRun {
     sensor_msgs::PointCloud2Ptr particles;
     ClayStatusPtr status;
   };
-  /// @param with_particles whether somebody looks at them; else they are null
+  /// @param with_particles whether the particles are needed; else they are null
   State state(const std_msgs::Header& header, bool with_particles) const;
-  /// Of the time since the last call.
+  /// Reports on the time since the last call.
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
-  /// The scene starts again.
+  /// Starts the scene again.
   void reset();
   clay::Sculpture sculpture() const;
-  /// @throws std::runtime_error with one line where the sculpture is not of such clay, which stays as it was
+  /// @throws std::runtime_error with one line if the sculpture does not fit this clay, which then stays as it
+  /// was
   void restore(const clay::Sculpture& sculpture);
   struct Undone {
-    double went_back, time;  // s: how far, and the simulated time that it is now
+    double went_back, time;  // s: how far it went back; its simulated time now
   };
-  /// @throws std::runtime_error with one line where no state is that old
+  /// @throws std::runtime_error with one line if no state is that old
   Undone undo(double seconds);
 
  private:
   void restart();
 
   scene::Scene scene_;
-  mutable std::mutex mutex_;  // of what follows, and of `scene_` where it changes
+  // Protects all members below, and changes of `scene_`.
+  mutable std::mutex mutex_;
   std::unique_ptr<clay::Clay> clay_;
   ClayPast past_;
   ClayReport report_;
-  std::string quality_;   // that the clay was made with
-  unsigned lowered_ = 0;  // times that accuracy was given up
+  std::string quality_;   // name of the present quality
+  unsigned lowered_ = 0;  // how often a coarser quality was taken
 };
 
 }  // namespace tactile_clay::nodes

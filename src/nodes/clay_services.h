@@ -13,10 +13,9 @@
 
 namespace tactile_clay::nodes {
 
-/// Services that keep, bring back and replace the clay: `~reset` starts the scene again, `~save` writes the
-/// clay to a new file, `~overwrite` to one that may be there already, `~load` goes on from one. `~undo` goes
-/// back to a state of the last `~undo_seconds` (`clay::Keyframes`), also to what was before a reset or a
-/// load.
+/// Services that save, load and replace the clay: `~reset` starts the scene again, `~save` writes the clay to
+/// a new file, `~overwrite` to a file that may exist already, `~load` goes on from a file. `~undo` goes back
+/// to a state of the last `~undo_seconds` (`clay::Keyframes`), also to a state before a reset or a load.
 class ClayServices {
  public:
   ClayServices(ros::NodeHandle private_nh, std::shared_ptr<ClayRun> run);

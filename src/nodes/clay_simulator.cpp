@@ -22,7 +22,8 @@
 namespace tactile_clay::nodes {
 namespace {
 
-constexpr double skin_lifetime = 0.15;     // s; a hand without news is out of the clay by then
+// s; if no skin came for this long, the hand no longer acts on the clay.
+constexpr double skin_lifetime = 0.15;
 constexpr double longest_gap = 1.0;        // s; lockstep simulates at most this between two skins
 constexpr std::size_t lockstep_queue = 0;  // unlimited
 
@@ -34,7 +35,8 @@ scene::Scene sceneOf(const ros::NodeHandle& private_nh) {
   return scene;
 }
 
-/// The clay collides with what the rest of the graph knows as the robot.
+/// The clay collides with the robot of the parameter `robot_description`, as the rest of the graph knows it.
+/// If there is none, with the robot of the scene.
 std::unique_ptr<scene::Solids> solidsOf(const ros::NodeHandle& nh, const scene::Scene& scene) {
   std::string urdf, source = "parameter " + nh.resolveName("robot_description");
   if (!nh.getParam("robot_description", urdf)) urdf = scene::loadRobotModel(source = scene.urdf);
@@ -88,7 +90,7 @@ ClaySimulator::~ClaySimulator() {
   thread_.join();
 }
 
-/// Between two frames.
+/// Called between two frames.
 void ClaySimulator::take(const scene::Quality& coarser) {
   live_->change({{"quality", coarser.name}, {"substeps", 0}, {"iterations", 0}});
   run_->lower();
@@ -130,7 +132,7 @@ void ClaySimulator::runLockstep() {
     const Skin samples = read(*skin);
     run_->step(samples, *solids_, duration, 0.0);
     publishState(stamp);
-    // Last: the answer from the array means that all was published.
+    // Published last: when the array answers, all other messages of this frame are published, too.
     contacts_.publish(run_->contacts(samples, *skin));
   }
 }
@@ -141,11 +143,13 @@ void ClaySimulator::runLive() {
   clay::SkinPath path;
   double step_length = run_->scene().config.timeStep();
   clay::LivePace pace(period_, step_length);
-  // Skins at the tracker's rate start the frames; half a period of grace keeps the two clocks from beating.
+  // Skins that come at the tracker's rate start the frames. The wait for a skin is half a period longer than
+  // a frame, so that the two clocks do not beat against each other.
   const auto patience =
       std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1.5 * period_));
   for (std::vector<Cloud::ConstPtr> skins; skins_.wait(before + patience, skins);) {
-    beat(node_);  // where frames are long, services wait
+    // A sign of life from here, too: during long frames a service call blocks the thread of the callbacks.
+    beat(node_);
     const Cloud::ConstPtr skin = skins.empty() ? nullptr : skins.back();
     const Clock::time_point now = Clock::now();
     live_->begin(skin ? skin->header.stamp : ros::Time::now());
@@ -178,8 +182,8 @@ void ClaySimulator::publishState(ros::Time stamp) {
   if (state.particles) particles_.publish(state.particles);
 
   const auto joints = solids_->joints(state.time);
-  // Joints are for robot_state_publisher: it complains of states as old as a recording, and makes transforms
-  // that go back of states that do.
+  // Joints get the present time, because they are for robot_state_publisher: it warns of states that are as
+  // old as a recording, and if their stamps go back, so do its transforms.
   if (!joints.empty()) joints_.publish(jointState(joints, ros::Time::now()));
   status_.publish(state.status);
 }

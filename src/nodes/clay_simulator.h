@@ -26,25 +26,25 @@ namespace tactile_clay::nodes {
 
 /// Simulates the clay of one scene: `hands/skin` in, `clay/contacts`, `clay/particles` and `clay/status` out.
 ///
-/// Live, simulated time follows the wall clock: a new skin starts a frame at once, the newest skin wins, and
-/// where none comes the clay goes on at `~rate`. Frames stay short where computing is slow (`LivePace`); what
-/// time cannot be caught up with is dropped, and said so. In lockstep every skin is one frame, of the time
-/// between its stamp and the one before.
+/// Live, simulated time follows the wall clock. A new skin starts a frame at once, and a frame ends at the
+/// newest skin. If no skin comes for 1.5 periods of `~rate`, a frame starts without one. Frames stay short if
+/// computing is slow (`LivePace`). Time that cannot be caught up with is dropped, and this is logged. In
+/// lockstep every skin makes one frame, which lasts from the stamp before to the stamp of this skin.
 ///
-/// What keeps, brings back and replaces the clay are ClayServices.
+/// ClayServices save, load, replace and undo the clay.
 ///
-/// Quality, substeps, iterations, tolerance, sleeping and what the materials are made of may change while it
-/// runs (LiveParameters): the clay goes on from what it is.
+/// Quality, solver, substeps, iterations, tolerance, sleeping and the coefficients of the materials may
+/// change while the node runs (LiveParameters): the clay then goes on from its present state.
 ///
-/// With `~quality` auto it measures the computer at the start and takes the most accurate quality that holds
-/// `~target_ms`. Where `~target_ms` is above 0 and frames take longer for a while, it takes the next coarser
-/// one, and says so: accuracy is given up before frames are.
+/// With `~quality` auto the node measures the speed of the computer at the start, and takes the most accurate
+/// quality whose frames take at most `~target_ms`. If `~target_ms` is above 0 and frames take longer for a
+/// while, it takes the next coarser quality, and logs this: it gives up accuracy before it gives up frames.
 ///
-/// Live, where `keep_running` would start it again, it writes a checkpoint every `~checkpoint_seconds`, from
-/// which it then goes on.
+/// Live, and if `keep_running` would start it again, the node writes a checkpoint every
+/// `~checkpoint_seconds`, from which the new node goes on.
 class ClaySimulator {
  public:
-  /// @throws std::runtime_error with one line where a parameter or the scene is wrong
+  /// @throws std::runtime_error with one line if a parameter or the scene is wrong
   ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh);
   ~ClaySimulator();
 
@@ -60,11 +60,11 @@ class ClaySimulator {
   void publishState(ros::Time stamp);
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
-  std::string node_;  // its full name
+  std::string node_;  // full name of this node
   bool lockstep_;
-  double period_;  // s, longest wait for a skin
+  double period_;  // s, of a live frame: 1 / `~rate`
   std::shared_ptr<ClayRun> run_;
-  ClayChoice of_files_;  // as scene and materials have them
+  ClayChoice of_files_;  // parameters as the files of scene and material have them
   std::unique_ptr<scene::Solids> solids_;
   std::unique_ptr<QualityFit> fit_;
   std::atomic<unsigned> bad_skins_{0};

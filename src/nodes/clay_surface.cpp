@@ -16,7 +16,7 @@
 namespace tactile_clay::nodes {
 namespace {
 
-const ros::Duration export_patience(5.0);  // for the clay to publish its particles
+const ros::Duration export_patience(5.0);  // s, in which the clay has to publish particles
 
 double spacingOf(const ros::NodeHandle& nh) {
   return scene::loadScene(param<std::string>(nh, "scene", "kindergarten"), packageFolder(), 0.0,
@@ -77,7 +77,7 @@ void ClaySurface::write(const std::string& file, files::Existing existing,
                         SculptureFile::Response& response) {
   answer(response, [&] {
     requireAbsolute("mesh", file);
-    surface::meshFile({}, file);  // before waiting
+    surface::meshFile({}, file);  // checks the ending of the name before the wait
     const Cloud::ConstPtr cloud =
         ros::topic::waitForMessage<Cloud>(topic::clay_particles, nh_, export_patience);
     if (!cloud)

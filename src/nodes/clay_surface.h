@@ -12,16 +12,16 @@
 
 namespace tactile_clay::nodes {
 
-/// The surface of the clay, for the eye: `clay/particles` in, `clay/surface` out, a marker of triangles.
-/// While nobody subscribes to it, it does not subscribe either. At most `~rate` (30) times a second; the
-/// newest particles win.
+/// The surface of the clay, for display: `clay/particles` in, `clay/surface` out, a marker of triangles. The
+/// node subscribes only while somebody subscribes to its output. It publishes at most `~rate` (30) times per
+/// second, and always uses the newest particles.
 ///
-/// `~scene` is that of clay_simulator: it tells the spacing of the particles. Services `~export` and
-/// `~overwrite` write the surface as PLY or STL, by the end of the file's name; only the second one replaces
-/// a file.
+/// `~scene` is the scene of clay_simulator; its spacing of the particles is used. The services `~export` and
+/// `~overwrite` write the surface as PLY or STL, depending on the ending of the file name. Only `~overwrite`
+/// replaces a file.
 class ClaySurface {
  public:
-  /// @throws std::runtime_error with one line where a parameter or the scene is wrong
+  /// @throws std::runtime_error with one line if a parameter or the scene is wrong
   ClaySurface(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
  private:
@@ -34,12 +34,12 @@ class ClaySurface {
 
   ros::NodeHandle nh_;
   surface::ClaySurface surface_;
-  Cloud::ConstPtr latest_;  // not shown yet
+  Cloud::ConstPtr latest_;  // newest particles, not shown yet
   FrameTimes times_;
   std::size_t triangles_ = 0;
 
   Inbox inbox_;
-  ros::Subscriber subscriber_;  // only while somebody looks
+  ros::Subscriber subscriber_;  // exists only while somebody subscribes
   ros::Publisher publisher_;
   ros::ServiceServer export_server_, overwrite_server_;
   ros::WallTimer timer_;

@@ -24,7 +24,7 @@ bool isColumn(const sensor_msgs::PointCloud2& cloud, const PointField& field, co
 std::size_t pointCount(const sensor_msgs::PointCloud2& cloud) {
   const std::size_t points = std::size_t{cloud.width} * cloud.height, step = cloud.point_step;
   const bool gaps = cloud.height > 1 && cloud.row_step != step * cloud.width;
-  // By division: a product of three numbers of 32 bits wraps around.
+  // Compared by division, because a product of three numbers of 32 bits can wrap around.
   const bool fits = points == 0 || (step > 0 && cloud.data.size() / step >= points);
   if (cloud.is_bigendian || gaps || !fits)
     throw std::runtime_error("cloud of " + std::to_string(points) + " points of " + std::to_string(step) +

@@ -9,7 +9,7 @@
 
 namespace tactile_clay::nodes {
 
-/// One field of a PointCloud2, read from wherever its message puts it.
+/// One field of a PointCloud2, read at the place that its message gives.
 template <typename T>
 class Column {
  public:
@@ -27,21 +27,21 @@ class Column {
 };
 
 /// Number of points.
-/// @throws std::runtime_error where the message's sizes contradict each other
+/// @throws std::runtime_error if the message's sizes contradict each other
 std::size_t pointCount(const sensor_msgs::PointCloud2& cloud);
 
 bool hasField(const sensor_msgs::PointCloud2& cloud, const std::string& name);
 
-/// Whether `column` gives a field of that name and type.
+/// Whether `column` finds a field of this name and type.
 template <typename T>
 bool hasColumn(const sensor_msgs::PointCloud2& cloud, const std::string& name);
 
 /// Field `name` of type float or std::uint32_t.
-/// @throws std::runtime_error naming a field that is missing or of other type
+/// @throws std::runtime_error naming a field that is missing or of another type
 template <typename T>
 Column<T> column(const sensor_msgs::PointCloud2& cloud, const std::string& name);
 
-/// Builds a cloud, point by point, of fields of four bytes.
+/// Builds a cloud point by point. All its fields have four bytes.
 class CloudWriter {
  public:
   /// @param fields names, separated by spaces; a name that ends in `:u` is of type uint32, all others float32
@@ -54,7 +54,7 @@ class CloudWriter {
     return *this << v[0] << v[1] << v[2];
   }
 
-  /// The cloud, once all points were written.
+  /// The cloud, after all points were written.
   /// @throws std::logic_error if there were more or fewer
   sensor_msgs::PointCloud2Ptr finish();
 

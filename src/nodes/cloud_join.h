@@ -8,15 +8,15 @@
 
 namespace tactile_clay::nodes {
 
-/// Joins skins and contacts of the same stamp, whichever comes first. What has waited longest makes room for
-/// what is new: a join that keeps the latest stamps, as message_filters has it, would be stopped for good by
-/// one burst of stamps in the future.
+/// Joins skins and contacts of the same stamp, whichever comes first. If too many wait, the one that came
+/// first is removed. A join that keeps the latest stamps, as message_filters does, would be stopped for good
+/// by one burst of stamps in the future.
 class CloudJoin {
  public:
   using Cloud = sensor_msgs::PointCloud2::ConstPtr;
   using Pair = std::pair<Cloud, Cloud>;  // skin, contacts
 
-  /// @return the pair that is now complete; what came before it is forgotten
+  /// @return the pair if it is now complete; what came before it is then removed
   std::optional<Pair> addSkin(const Cloud& skin) { return add(skin, &Pair::first); }
   std::optional<Pair> addContacts(const Cloud& contacts) { return add(contacts, &Pair::second); }
 
@@ -48,10 +48,10 @@ class CloudJoin {
     return sum;
   }
 
-  static constexpr std::size_t max_waiting = 100;  // live, the clay skips skins
+  static constexpr std::size_t max_waiting = 100;  // stamps; live, the clay skips some skins
   static constexpr std::size_t max_bytes = 64U << 20U;
 
-  std::deque<Waiting> waiting_;  // by arrival
+  std::deque<Waiting> waiting_;  // in the order of arrival
 };
 
 }  // namespace tactile_clay::nodes

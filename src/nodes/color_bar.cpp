@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3f;
 using visualization_msgs::Marker;
 
-/// At equal distances from 0 to the full scale.
+/// Colours at equal distances from 0 to the full scale.
 const std::array<Vector3f, 4> stops = {Vector3f(1.0f, 0.93f, 0.45f), Vector3f(1.0f, 0.62f, 0.10f),
                                        Vector3f(0.86f, 0.14f, 0.16f), Vector3f(0.38f, 0.0f, 0.22f)};
 
@@ -44,7 +44,7 @@ Vector3f pressureColor(float share) {
 }
 
 void addColorBar(visualization_msgs::MarkerArray& markers, const ColorBar& wanted, const std::string& frame) {
-  constexpr int pieces = 48, numbers = 5, first = 10;  // ids of what else has this name are below
+  constexpr int pieces = 48, numbers = 5, first = 10;  // first id; other markers of this name have lower ones
   std_msgs::Header header;
   header.frame_id = frame;
   surface::TriangleMesh bar;

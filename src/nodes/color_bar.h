@@ -7,8 +7,8 @@
 
 namespace tactile_clay::nodes {
 
-/// Colour of a pressure: yellow over orange and red to dark purple. They grow darker towards the full scale,
-/// so that they are also told apart in grey.
+/// Colour of a pressure: from yellow over orange and red to dark purple. The colours grow darker towards the
+/// full scale, so that they can also be distinguished in grey.
 /// @param share of the full scale, 0-1
 Eigen::Vector3f pressureColor(float share);
 
@@ -17,10 +17,10 @@ struct ColorBar {
   std::string name;                     // namespace of its markers
   std::string title;                    // above it, with the unit
   double full_scale;                    // in that unit
-  Eigen::Vector3f foot, width, height;  // m; numbers stand where width points to
+  Eigen::Vector3f foot, width, height;  // m; numbers are on the side to which width points
 };
 
-/// @param frame of the bar
+/// @param frame coordinate frame of the bar
 void addColorBar(visualization_msgs::MarkerArray& markers, const ColorBar& bar, const std::string& frame);
 
 }  // namespace tactile_clay::nodes

@@ -33,7 +33,7 @@ void ContactPressure::receive(const Cloud::ConstPtr& skin, const Cloud::ConstPtr
   try {
     message = pressure(*skin, *contacts);
   } catch (const std::exception& error) {
-    // The frame goes on empty: what cannot be felt rightly is not felt.
+    // The frame is published empty: no pressure is felt rather than a wrong one.
     ++bad_frames_;
     ROS_WARN_THROTTLE(1.0, "contact_pressure: contacts left out: %s", error.what());
     std_msgs::Header header = contacts->header;

@@ -11,13 +11,14 @@
 namespace tactile_clay::nodes {
 
 /// Turns forces on the skin into pressure (Eq. 7): joins `clay/contacts` with the `hands/skin` of the same
-/// stamp, and publishes one `hands/pressure` for each, in frame `array`. Its places, normals and areas are
-/// those of the tracked hand, which feels the pressure, also where the skin that the clay meets is that of a
-/// virtual hand beside it (`tracked_x` and so on in `hands/skin`). With `~around`, m, the skin that faces the
-/// array within so far of a pressed sample comes with it, at pressure 0: fields have to leave it alone.
+/// stamp, and publishes one `hands/pressure` per pair, in coordinate frame `array`. Positions, normals and
+/// areas are those of the tracked hand, on which the pressure is felt, also if the clay touches a virtual
+/// hand beside it (`tracked_x` and so on in `hands/skin`). With `~around`, m, the message also contains the
+/// skin that faces the array within this distance of a pressed sample, with pressure 0: fields must not press
+/// there.
 class ContactPressure {
  public:
-  /// @throws std::runtime_error with one line where a parameter is wrong
+  /// @throws std::runtime_error with one line if a parameter is wrong
   ContactPressure(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
  private:

@@ -33,13 +33,13 @@ Vectors normals(const sensor_msgs::PointCloud2& cloud) {
   return {cloud, "normal_x", "normal_y", "normal_z"};
 }
 
-/// How fast the clay slides, m/s. Clay of others may leave it out: then nothing slides.
+/// Sliding speed of the clay, m/s. The clay of another program may leave it out: then nothing slides.
 std::optional<Column<float>> slips(const sensor_msgs::PointCloud2& cloud) {
   if (!hasField(cloud, "slip")) return std::nullopt;
   return column<float>(cloud, "slip");
 }
 
-/// Of hands/skin where it is not the tracked hand's own.
+/// Further fields of hands/skin if it is not the skin of the tracked hand itself.
 constexpr char tracked_fields[] =
     "tracked_x tracked_y tracked_z tracked_normal_x tracked_normal_y tracked_normal_z tracked_area";
 
@@ -85,7 +85,7 @@ hand::TrackedFrame toCore(const TrackedHands& message) {
   for (const TrackedHand& hand : message.hands) {
     hand::TrackedHand& out = frame.hands.emplace_back();
     out.id = hand.id;
-    out.side = static_cast<hand::Side>(hand.side);  // as it came: hand_check tells of one that is neither
+    out.side = static_cast<hand::Side>(hand.side);  // unchecked: hand_check reports a wrong one
     out.confidence = hand.confidence;
     for (std::size_t j = 0; j < out.joints.size(); ++j) {
       tf2::fromMsg(hand.joints[j].position, out.joints[j].position);
@@ -171,11 +171,11 @@ sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::S
 
 sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<SkinForce>& forces, const Skin& samples,
                                          const sensor_msgs::PointCloud2& skin) {
-  // Skin of others may leave them out.
+  // The skin of another program may leave these fields out.
   const bool told = hasColumn<std::uint32_t>(skin, "hand") && hasColumn<std::uint32_t>(skin, "region") &&
                     hasColumn<float>(skin, "area");
   std::optional<Vectors> velocity;
-  if (!forces.empty()) velocity.emplace(skin, "vx", "vy", "vz");  // else it may be a skin that cannot be read
+  if (!forces.empty()) velocity.emplace(skin, "vx", "vy", "vz");  // else the skin may be unreadable
   std::optional<Column<std::uint32_t>> hand, region;
   std::optional<Column<float>> area;
   if (told) {
@@ -207,7 +207,7 @@ std::vector<SkinForce> contactForces(const sensor_msgs::PointCloud2& contacts) {
 
 bool onSkin(const sensor_msgs::PointCloud2& contacts, const Skin& skin) {
   if (!hasField(contacts, "x")) return true;
-  constexpr float same_place = 1e-3f;  // m; the clay sends the places of the skin back as they came
+  constexpr float same_place = 1e-3f;  // m; the clay sends the positions of the skin back unchanged
   const Vectors place = positions(contacts);
   const auto index = column<std::uint32_t>(contacts, "index");
   for (std::size_t i = 0, n = pointCount(contacts); i < n; ++i)
@@ -278,7 +278,7 @@ void tellForce(const FocalPointArray& points, RenderingReport& report) {
   double force = 0.0;
   for (std::size_t k = 0; k < points.area.size(); ++k)
     force += static_cast<double>(points.area[k]) * report.granted[k];
-  // One place of a path at a time.
+  // Only one place of a path sounds at a time.
   const auto modulation = static_cast<ultrasound::Modulation>(points.modulation);
   if (modulation == ultrasound::Modulation::spatiotemporal && !points.area.empty())
     force /= static_cast<double>(points.area.size());

@@ -10,7 +10,7 @@ namespace {
 
 using device::Sound;
 
-/// The part that plays at a time.
+/// The part that is played at a time, s.
 const Sound::Part& partAt(const Sound& sound, double time) {
   const std::vector<const Sound::Part*> played = device::instants(sound);
   const double phase = sound.emission.modulation_frequency * time;

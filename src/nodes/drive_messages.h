@@ -10,8 +10,8 @@
 
 namespace tactile_clay::nodes {
 
-/// What an array plays of a sound, not modulated down: the drive at the time of the stamp, of a field all its
-/// patterns, of silence a silent one.
+/// The drives that an array plays for a sound, without the envelope of the modulation: one drive, the one at
+/// the time of the stamp. For a field: all its patterns. For silence: one drive of amplitude 0.
 std::vector<ArrayDrivePtr> driveMessages(const device::Sound& sound, const ultrasound::ArrayLayout& layout,
                                          const std_msgs::Header& header);
 

@@ -6,8 +6,8 @@
 
 namespace tactile_clay::nodes {
 
-/// What a message asks of an array. Nothing of it is judged yet; a weight that it lacks is not a number, of
-/// which the gate lets none pass.
+/// The emission that a message asks for. Nothing is judged yet. If the list of weights is neither empty nor
+/// complete, the missing weights are NaN, and the gate refuses the field.
 device::Emission emissionOf(const FocalPointArray& message);
 
 }  // namespace tactile_clay::nodes

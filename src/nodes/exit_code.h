@@ -2,17 +2,18 @@
 
 namespace tactile_clay::nodes {
 
-/// Asks this process to shut down, and to exit with `code`; of several calls the largest code counts.
+/// Asks this process to shut down, and to exit with `code`. If it is called several times, the largest code
+/// counts.
 void finish(int code);
 
-/// Whether this process is on its way down; what fails from then on fails for that.
+/// Whether this process is shutting down. Failures after that moment are a consequence of it, and no errors.
 bool shuttingDown();
 
-/// What `main` has to return.
+/// The exit code that `main` has to return.
 int exitCode();
 
-/// From now on, a node whose name another one takes ends with code 1, which roscpp takes for a good end. Call
-/// it once ROS has started.
+/// From now on, a node that is shut down because another node took its name exits with 1. With roscpp alone
+/// it would exit with 0. To be called once ROS has started.
 void failWhenReplaced();
 
 }  // namespace tactile_clay::nodes

@@ -8,8 +8,9 @@
 
 namespace tactile_clay::nodes {
 
-/// Of a field: what is wanted on each sample of skin, and what it is given. Nothing wanted: no samples.
-/// @param verdict of the gate on `message`, the samples
+/// Report on a field: the wanted and the given radiation pressure at each skin sample. If there is no field
+/// to play, the report has no samples.
+/// @param verdict of the gate on `message`, the skin samples
 RenderingReport::Ptr fieldReport(const device::Verdict& verdict, const FocalPointArray& message,
                                  const ultrasound::Acoustics& air);
 

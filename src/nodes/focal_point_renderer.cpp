@@ -99,7 +99,7 @@ FocalPointRenderer::FocalPointRenderer(ros::NodeHandle nh, ros::NodeHandle priva
   subscriber_ = inbox_.subscribe<sensor_msgs::PointCloud2>(
       nh, topic::hands_pressure, queue, [this](const auto& pressure) { receive(pressure); });
   publisher_ = nh.advertise<FocalPointArray>(topic::focal_points, queue);
-  // Of a field the array tells it, which solves it.
+  // For a field the array publishes the report, because it solves the field.
   if (!ultrasound::isField(renderer_.config().modulation))
     report_publisher_ = nh.advertise<RenderingReport>(topic::rendering, queue);
 }

@@ -10,30 +10,31 @@
 
 namespace tactile_clay::nodes {
 
-/// Settings of the renderer.
-/// @throws std::runtime_error, std::invalid_argument with one line where one is wrong
+/// Reads the settings of the renderer.
+/// @throws std::runtime_error, std::invalid_argument with one line if one is wrong
 ultrasound::FocalPointConfig focalPointConfig(Settings& settings);
 
-/// Of them, those of a person (`staircase` writes them).
+/// Reads those settings that belong to a person (`staircase` writes them).
 /// @throws as above
 void readPerson(Settings& settings, ultrasound::FocalPointConfig& config);
 
-/// Hz, at which points are modulated; 0: that of the modulation.
+/// Reads the frequency at which points are modulated, Hz; 0: the default of the modulation.
 /// @throws as above
 double modulationFrequency(Settings& settings);
 
-/// s/m, by which slip becomes vibration (ultrasound::slipShare); 0: none.
+/// Reads the share of the pressure that vibrates per m/s of slip, s/m (ultrasound::slipShare); 0: none.
 /// @throws as above
 double slipGain(Settings& settings);
 
-/// Renders `hands/pressure` as focal points (Eq. 8, 9): one `array/focal_points` for each, with no points
-/// where nothing is touched, and one `array/rendering` that tells how well they stand for it. `~modulation`
-/// is am, lateral, stm, field, circle or field_circle; the points of a field are samples of skin, pressed and
-/// bare, and it is the array that reports on them. Settings may change while it runs (LiveParameters), but
-/// not from points to a field or back, for which the nodes before and behind are set at their start.
+/// Renders `hands/pressure` as focal points (Eq. 8, 9). For each message it publishes one
+/// `array/focal_points`, without points if nothing is touched, and one `array/rendering`, which reports how
+/// well the points reproduce the pressure. `~modulation` is am, lateral, stm, field, circle or field_circle.
+/// The points of a field are skin samples, pressed and bare; for a field the array publishes the report.
+/// Settings may change while the node runs (LiveParameters). A change from points to a field or back is
+/// refused, because the nodes before and behind this one are set for it at their start.
 class FocalPointRenderer {
  public:
-  /// @throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
+  /// @throws std::runtime_error, std::invalid_argument with one line if a parameter is wrong
   FocalPointRenderer(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
  private:
@@ -43,7 +44,7 @@ class FocalPointRenderer {
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   ultrasound::FocalPointRenderer renderer_;
-  float modulation_frequency_ = 0.0f;  // Hz; 0: that of the modulation
+  float modulation_frequency_ = 0.0f;  // Hz; 0: the default of the modulation
   double slip_gain_ = 0.0;             // s/m
   unsigned frames_ = 0, bad_frames_ = 0;
   std::size_t points_ = 0, compressed_ = 0, saturated_ = 0, merged_ = 0, raised_ = 0, ignored_ = 0;

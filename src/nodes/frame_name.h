@@ -5,7 +5,7 @@
 
 namespace tactile_clay::nodes {
 
-/// Name of a frame as tf2 has it: older senders put a slash in front.
+/// Name of a coordinate frame as in tf2. Older senders put a slash in front, which is removed.
 inline std::string frameName(const std::string& name) {
   return name.substr(std::min(name.find_first_not_of('/'), name.size()));
 }

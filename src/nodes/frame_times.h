@@ -6,7 +6,7 @@
 
 namespace tactile_clay::nodes {
 
-/// How many frames a node made since the last report, and how long they took, s.
+/// Number of frames since the last report, and the time that they took, s.
 struct FrameTimes {
   unsigned frames = 0;
   double sum = 0.0, longest = 0.0;
@@ -17,10 +17,10 @@ struct FrameTimes {
     longest = std::max(longest, seconds);
   }
 
-  /// A mean over the frames of what was summed over them; 0 without a frame.
+  /// Mean per frame of a sum over all frames; 0 without a frame.
   double mean(double of_all) const { return frames > 0 ? of_all / frames : 0.0; }
 
-  /// Tells number and mean.
+  /// Reports number and mean.
   void report(diagnostic_updater::DiagnosticStatusWrapper& status) const {
     status.add("frames", frames);
     status.add("time for a frame, mean, ms", 1e3 * mean(sum));

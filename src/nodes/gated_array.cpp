@@ -18,7 +18,7 @@ namespace {
 
 const ros::WallDuration watch_period(silence_times::seconds(silence_times::watch));
 constexpr char emergency_stop[] = "emergency stop: silent until it is reset";
-// s from hand to touch, of which people notice more (45 ms: Vogels 2004, doi 10.1518/hfes.46.1.118.30394).
+// s from hand to touch. People notice a longer delay (45 ms: Vogels 2004, doi 10.1518/hfes.46.1.118.30394).
 constexpr double felt_late = 0.045;
 
 device::Instrument instrumentOf(const device::SafetyGateConfig& config, const GatedArray::Output& output) {
@@ -65,7 +65,7 @@ GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std
   ROS_INFO("%s: array '%s' plays modulation '%s'", node_.c_str(), device_.c_str(),
            ultrasound::nameOf(coming));
   lockstep_ = param(private_nh, "lockstep", false);
-  // In lockstep the clock is that of the stamps.
+  // In lockstep time is measured by the stamps.
   const auto stamp_mode = lockstep_ ? device::StampCheck::Mode::off : stampMode(private_nh);
   arrivals_.emplace(device_, lockstep_, device::StampCheck(stamp_mode, gate_->config().stale_timeout));
   watch_ = watch_in_lockstep || !lockstep_;
@@ -76,7 +76,7 @@ GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std
   gate_->start();
   if (ultrasound::isField(coming)) rendering_ = nh.advertise<RenderingReport>(topic::rendering, queue);
   state_ = nh.advertise<ArrayState>(topic::array_state, lockstep_ ? 0 : 10, true);
-  // In lockstep each state answers a frame.
+  // In lockstep each state is the answer to a frame.
   if (!lockstep_) publishState();
   stop_switch_ = std::make_unique<StopSwitch>(
       nh, private_nh, [this] { return stop(); }, [this] { return reset(); });
@@ -105,7 +105,7 @@ GatedArray::~GatedArray() {
   output_.silence(in_force_);
 }
 
-/// The gate learns of emergency stops here, for it belongs to the thread of the callbacks.
+/// Passes emergency stops on to the gate, which belongs to the thread of the callbacks.
 void GatedArray::heedStop() {
   const unsigned stops = stops_;
   if (stops != heeded_) gate_->stop();
@@ -133,7 +133,7 @@ device::Verdict GatedArray::judge(const FocalPointArray& message, const device::
   return verdict;
 }
 
-// Focal points that are none leave nothing sounding that was there before.
+// A message with invalid focal points silences the array, also what was playing before.
 void GatedArray::refuse(const std::string& reason) {
   std::string line;
   {
@@ -164,7 +164,7 @@ void GatedArray::receive(const FocalPointArray::ConstPtr& message) {
     standing_.latency = static_cast<float>(age.age);
     standing_.head_spl = static_cast<float>(verdict.head_spl.value_or(0.0));
     if (stops_ != heeded_) {
-      line = close(emergency_stop);  // it came while the gate was judging
+      line = close(emergency_stop);  // a stop came while the gate was judging
     } else if (verdict.passes()) {
       line = emit(verdict.sound);
     } else {
@@ -193,8 +193,7 @@ std::string GatedArray::emit(const device::Sound& sound) {
   ++standing_.frames_sent;
   open_ = true;
   standing_.emitting = !sound.parts.empty();
-  // In lockstep the hands of this frame may come after its points, so that the reason would differ between
-  // runs.
+  // In lockstep the hands of this frame may come after its points. The reason would then differ between runs.
   const bool no_hand = !lockstep_ && arrivals_->handsAreGone();
   standing_.silent_reason = standing_.emitting ? ""
                             : no_hand          ? "no focal points: no hand is tracked"

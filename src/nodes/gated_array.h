@@ -27,19 +27,21 @@
 
 namespace tactile_clay::nodes {
 
-/// What the nodes of a real and of a simulated array share: `array/focal_points` and `hands/tracked` in, the
-/// safety gate, `array/state` out (and of fields, which it solves, `array/rendering`), the emergency stop
-/// (StopSwitch), the frame `array`. The array is silent whenever the gate is closed, while one of
-/// `~supervisors` is missing, and in the end. `~modulation` is the one that is going to come: an array that
-/// cannot play it says so at once. `~check_stamps` is true (default), false, or auto: whether the stamps of
-/// focal points tell their age, or do so unless they are found to be of a recording. Limits of the gate may
-/// be made stricter while it runs, and again as they were at the start (LiveParameters).
+/// The common part of the nodes of a real and of a simulated array: `array/focal_points` and `hands/tracked`
+/// in, the safety gate, `array/state` out, the emergency stop (StopSwitch), and the coordinate frame `array`.
+/// It also solves fields, and publishes `array/rendering` for them. The array is silent whenever the gate is
+/// closed, while one of `~supervisors` is missing, and when the node ends. `~modulation` is the one that will
+/// be asked for: if the array cannot play it, the constructor throws. `~check_stamps`: with true (default)
+/// the age of focal points is found from their stamps, with false it is not; with auto it is, unless the
+/// stamps are found to be those of a recording. Limits of the gate may be made stricter while the node runs,
+/// and may be set back to those of the start (LiveParameters).
 class GatedArray {
  public:
   struct Output {
     /// Nobody can be hurt: rules of the gate may be left out.
     bool harmless = false;
-    /// The array that the gate judges for, and its drives (device::Instrument).
+    /// Model of the array that the gate judges for, and the functions that solve its drives
+    /// (device::Instrument).
     ArrayModel model;
     std::function<ultrasound::PhaseSolution(const std::vector<ultrasound::FocalPoint>&,
                                             const ultrasound::Drive* before)>
@@ -47,12 +49,12 @@ class GatedArray {
     device::SolveField solve_field;
     bool scalable = false;
     Repertoire repertoire;
-    /// Plays what the gate returned, and returns at once: an emergency stop waits for it.
+    /// Plays the sound that the gate returned. Has to return at once, because an emergency stop waits for it.
     /// @throws std::runtime_error when the array is gone
     std::function<void(const device::Sound&, const std_msgs::Header&)> emit;
-    /// What else is to be done of it, however long it takes; may be empty.
+    /// Further work for the same sound, which may take any time; may be empty.
     std::function<void(const device::Sound&, const std_msgs::Header&)> show;
-    /// Goes silent. The header is that of the frame in force. Must not throw.
+    /// Silences the array. The header is that of the last frame. Must not throw.
     std::function<void(const std_msgs::Header&)> silence;
     /// One line for diagnostics, empty while all is well.
     std::function<std::string()> fault;
@@ -60,7 +62,7 @@ class GatedArray {
 
   /// @param watch_in_lockstep whether frames may become stale by the wall clock in lockstep too, as for real
   /// arrays
-  /// @throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
+  /// @throws std::runtime_error, std::invalid_argument with one line if a parameter is wrong
   GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std::string& device,
              bool watch_in_lockstep, Output output);
   ~GatedArray();
@@ -74,12 +76,12 @@ class GatedArray {
   void watch();
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
-  // Of the thread of the emergency stop.
+  // Called by the thread of the emergency stop.
   std::string stop();
   std::string reset();
 
-  // Of both threads: the mutex is held. Those that return a line leave it to the caller to log it, without
-  // the mutex: a log that nobody reads must not hold up an emergency stop.
+  // Called by both threads, with the mutex locked. If one returns a line, the caller logs it after it has
+  // unlocked the mutex: a log that nobody reads must not delay an emergency stop.
   std::string emit(const device::Sound& sound);
   std::string close(const std::string& reason);
   void publishState();
@@ -89,14 +91,14 @@ class GatedArray {
   Output output_;
   std::shared_ptr<StaticTransforms> static_transforms_ = StaticTransforms::shared();
 
-  // Of the thread of the callbacks.
+  // Used by the thread of the callbacks only.
   device::SafetyGateConfig first_limits_;
   std::optional<device::SafetyGate> gate_;
   std::unique_ptr<LiveParameters> live_;
   std::optional<Arrivals> arrivals_;
   std::unique_ptr<Supervisors> supervisors_;  // none in lockstep without a real array
-  std::string unsupervised_;                  // who is missing
-  unsigned heeded_ = 0;                       // emergency stops that the gate knows of
+  std::string unsupervised_;                  // line about the missing supervisor
+  unsigned heeded_ = 0;                       // number of emergency stops that the gate got
   ros::SteadyTime last_passed_;               // when the last frame passed the gate
   unsigned frames_ = 0;                       // since the last diagnostics
   LatencySpread latencies_;                   // since the last diagnostics
@@ -105,12 +107,13 @@ class GatedArray {
   std::atomic<bool> stopped_{false};
   std::atomic<unsigned> stops_{0};  // emergency stops so far
 
-  std::mutex mutex_;           // of the array, and of what follows
-  std_msgs::Header in_force_;  // of the last frame
-  ArrayState standing_;        // as it is published
+  // Protects emit and silence of `output_`, and the members down to `told_late_`.
+  std::mutex mutex_;
+  std_msgs::Header in_force_;  // header of the last frame
+  ArrayState standing_;        // state as it is published
   bool open_ = false, told_silence_ = false;
-  std::string stop_line_;   // of the last emergency stop, to be logged
-  unsigned told_late_ = 0;  // of the frames that were late, those that diagnostics told
+  std::string stop_line_;   // line about the last emergency stop, still to be logged
+  unsigned told_late_ = 0;  // late frames up to the last diagnostics
 
   Inbox inbox_;
   ros::Subscriber subscriber_, hands_subscriber_, publisher_subscriber_;

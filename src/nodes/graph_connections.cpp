@@ -24,7 +24,7 @@ std::map<std::string, Nodes> nodesByTopic(XmlRpcValue& list) {
   return nodes;
 }
 
-/// Subscribers of `topic` that the node `publisher` says it sends to.
+/// Subscribers of `topic` to which the node `publisher` reports a connection.
 Nodes connectedTo(const std::string& publisher, const std::string& topic) {
   XmlRpcValue request, response, uri;
   request[0] = ros::this_node::getName();
@@ -32,7 +32,7 @@ Nodes connectedTo(const std::string& publisher, const std::string& topic) {
   Nodes connected;
   if (!ros::master::execute("lookupNode", request, response, uri, false)) return connected;
   const auto address = addressOf(static_cast<std::string>(uri));
-  auto info = address ? ask(*address, "getBusInfo") : std::nullopt;  // of a frozen node, none
+  auto info = address ? ask(*address, "getBusInfo") : std::nullopt;  // no answer from a frozen node
   if (!info || info->getType() != XmlRpcValue::TypeArray) return connected;
   XmlRpcValue& links = *info;
   for (int i = 0; i < links.size(); ++i)

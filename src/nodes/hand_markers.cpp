@@ -19,7 +19,7 @@ constexpr Look tracked_look = {"tracked", 0.10f, 0.25f, 0.80f};
 constexpr Look virtual_look = {"virtual", 1.0f, 1.0f, 1.0f};
 constexpr double bone_width = 0.0035, joint_width = 0.007, bead_distance = 0.0015;  // m
 
-// Lists of spheres, bones too: rviz draws a list as one object, and its lines as flat ribbons.
+// Bones, too, are lists of spheres: rviz draws such a list as one object, but lines as flat ribbons.
 enum Part { bone_part, joint_part };
 
 Marker marker(const Look& look, hand::Side side, Part part, const std_msgs::Header& header) {

@@ -14,7 +14,7 @@ namespace tactile_clay::nodes {
 void addBones(visualization_msgs::MarkerArray& markers, const hand::TrackedHand& tracked,
               const std::array<Eigen::Vector3d, hand::joint_count>& held, const std_msgs::Header& header);
 
-/// Takes the markers of a side away, of a hand that is not there.
+/// Removes the markers of a side whose hand is not there.
 void removeBones(visualization_msgs::MarkerArray& markers, hand::Side side, const std_msgs::Header& header);
 
 }  // namespace tactile_clay::nodes

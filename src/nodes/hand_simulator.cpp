@@ -18,7 +18,8 @@
 namespace tactile_clay::nodes {
 namespace {
 
-// Of this thread, s: unlike the time on the clock it says what a frame costs on a machine that is busy.
+// Processor time of this thread, s. Unlike the time of the clock it shows the cost of a frame on a busy
+// machine.
 double processorTime() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -74,14 +75,14 @@ void HandSimulator::simulateWaiting() {
     const TrackedHands::ConstPtr message = waiting_.front();
     waiting_.pop_front();
     simulate(*message);
-    // Not before: a sample that could not be simulated has no answer to wait for.
+    // Set only here: a sample that could not be simulated gets no answer.
     if (soft_ && lockstep_) awaited_ = message->header.stamp;
   }
 }
 
 void HandSimulator::simulate(const TrackedHands& message) {
   hand::TrackedFrame frame = toCore(message);
-  // In the world, as the skin judges them: a hand that is sane for its tracker may be too far away there.
+  // Hands are judged in world: a hand that is sane for its tracker may be too far away there.
   placeInWorld(frame, world_, transforms_);
   hand::LeftOut left_out = leaveOutBadHands(frame);
   bad_fingers_ += static_cast<unsigned>(left_out.fingers);

@@ -21,23 +21,24 @@
 
 namespace tactile_clay::nodes {
 
-/// Puts skin on tracked hands: one `hands/skin` for each `hands/tracked`, with its stamp, in `world`; without
-/// fields changing, and without points, where no hand is seen. Broadcasts the palms as `hand_left` and
-/// `hand_right`.
+/// Puts skin on tracked hands: publishes one `hands/skin` for each `hands/tracked`, with its stamp, in
+/// `world`. If no hand is seen, the cloud has no points. Broadcasts the palms as the coordinate frames
+/// `hand_left` and `hand_right`.
 ///
-/// Whatever comes is judged (hand_check.h): hands that are none, fingers that are not there and hands that
-/// jump have no skin. With `~live_input`, as where another program publishes `hands/tracked`, neither have
-/// hands that are only repeated with fresh stamps (repeated_hands.h).
+/// Every message is judged (hand_check.h): hands that are wrong, fingers that are missing and hands that jump
+/// get no skin. With `~live_input`, which is for `hands/tracked` of another program, hands that are only
+/// repeated with fresh stamps get no skin, either (repeated_hands.h).
 ///
-/// `~hand_model` is `kinematic` (skin moves with the tracked bones) or `soft` (bones and flesh between the
-/// tracked pose and the clay, of which `clay/contacts` tells the forces). Soft and in lockstep, a sample
-/// waits until the clay has answered the skin before it, and so always meets the forces of that one. Soft,
-/// the skin has the fields `tracked_x` to `tracked_area`: the place, normal and area of each sample on the
-/// tracked hand, where it is felt. Soft, and where somebody looks, `hands/bones` has the bones of the tracked
-/// hand beside those that the clay holds.
+/// `~hand_model` is `kinematic` (the skin moves with the tracked bones) or `soft` (bones and flesh are
+/// between the tracked pose and the clay, whose forces come with `clay/contacts`). For soft hands the
+/// following applies, too. In lockstep a tracker sample waits until the clay has answered the skin before it,
+/// and so always meets the forces of that skin. A cloud with points has the fields `tracked_x` to
+/// `tracked_area`: position, normal and area of each skin sample on the tracked hand, where it is felt. While
+/// somebody subscribes, `hands/bones` has the bones of the tracked hand beside those of the virtual hand,
+/// which the clay may hold back.
 class HandSimulator {
  public:
-  /// @throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
+  /// @throws std::runtime_error, std::invalid_argument with one line if a parameter is wrong
   HandSimulator(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
  private:
@@ -49,7 +50,7 @@ class HandSimulator {
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   std::string world_;
-  std::unique_ptr<hand::KinematicHands> kinematic_;  // one of the two
+  std::unique_ptr<hand::KinematicHands> kinematic_;  // one of these two is set
   std::unique_ptr<hand::SoftHands> soft_;
   bool lockstep_, live_input_;
   hand::JumpCheck jumps_;
@@ -58,8 +59,8 @@ class HandSimulator {
   std::optional<ros::Time> awaited_;  // soft and lockstep: stamp of the skin that the clay has yet to answer
   Transforms transforms_;
   MovingTransforms broadcaster_;
-  FrameTimes times_;             // for the skin
-  double processor_time_ = 0.0;  // s, for them
+  FrameTimes times_;             // times of making the skin
+  double processor_time_ = 0.0;  // s, for the same frames
   unsigned bad_hands_ = 0, bad_fingers_ = 0, repeated_hands_ = 0;
   std::size_t samples_ = 0, bad_forces_ = 0;
 

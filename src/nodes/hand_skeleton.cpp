@@ -26,7 +26,8 @@ std::string name(hand::Side side) {
   return side == hand::Side::left ? "left" : "right";
 }
 
-// No namespace: rviz's search takes a parameter for there, and empty, whose namespace is there.
+// The name has no namespace part. rviz looks parameters up with searchParam. If only the namespace of a
+// parameter exists, that search reports the parameter as found, and its value is empty.
 std::string description(hand::Side side) {
   return "hand_" + name(side) + "_description";
 }
@@ -41,7 +42,7 @@ HandSkeleton::HandSkeleton(ros::NodeHandle nh, ros::NodeHandle private_nh)
       right_joints_(nh, inbox_, topic::joint_states_right),
       health_(nh, private_nh, "hand skeleton", [this](auto& status) { diagnose(status); }) {
   const unsigned queue = param(private_nh, "lockstep", false) ? 0 : 1;
-  forgetModels();  // those of an earlier run
+  forgetModels();  // models of an earlier run
   for (const hand::Side side : {hand::Side::left, hand::Side::right})
     sides_[static_cast<int>(side)].publisher = nh.advertise<sensor_msgs::JointState>(
         side == hand::Side::left ? topic::joint_states_left : topic::joint_states_right, queue);

@@ -17,14 +17,15 @@ namespace tactile_clay::nodes {
 
 /// Shows tracked hands as joint angles of an anatomical skeleton, for robot_state_publisher and rviz.
 ///
-/// A side is measured from its first 30 samples. Then its URDF is parameter `~robot_description_left` or
-/// `~robot_description_right`, and each sample gives `hands/joint_states_left` or `hands/joint_states_right`
-/// and the transform of its wrist in `world`, with the sample's stamp. A hand that is gone has no place: its
-/// wrist hangs on frame `hand_left_lost` or `hand_right_lost`, which is not part of the world's tree, so that
-/// tf and rviz say so.
+/// A side is measured from its first 30 samples in which no joint is missing and the confidence is at least
+/// 0.5. Then its URDF is the parameter `hand_left_description` or `hand_right_description` in the namespace
+/// of the rig. From then on each sample gives `hands/joint_states_left` or `hands/joint_states_right` and the
+/// transform of its wrist in `world`, with the sample's stamp. A hand that is gone has no pose: its wrist is
+/// then attached to the coordinate frame `hand_left_lost` or `hand_right_lost`, which is not connected to
+/// `world`, so that tf and rviz report it.
 class HandSkeleton {
  public:
-  /// @throws std::runtime_error with one line where a parameter is wrong
+  /// @throws std::runtime_error with one line if a parameter is wrong
   HandSkeleton(ros::NodeHandle nh, ros::NodeHandle private_nh);
   ~HandSkeleton();
 

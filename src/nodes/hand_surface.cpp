@@ -28,15 +28,16 @@ using Eigen::Vector3f;
 using visualization_msgs::Marker;
 
 constexpr double cell = 0.0040;  // m, of the hands' meshes
-// Of samples that are 4 to 5 mm apart a corner has some ten within this reach, with weights of 3 together.
+// If samples are 4 to 5 mm apart, a corner has about ten within this reach, with a sum of weights of 3.
 constexpr float paint_reach = 0.007f, full_weight = 2.0f;  // m
-constexpr float bend_reach = 0.010f;                       // m, of the displacement of a soft hand
-constexpr float window_radius = 0.06f;  // m, about skin that touches: thicker than the heel of a hand
+constexpr float bend_reach = 0.010f;                       // m, for the displacement of a soft hand
+constexpr float window_radius = 0.06f;  // m, around touching skin: thicker than the heel of a hand
 constexpr float window_alpha = 0.30f, tracked_alpha = 0.22f;
 
 const Vector3f tracked_color(0.35f, 0.50f, 0.95f);
 
-// The heel, for the eye: the hand that the clay meets has notches between these joints, up to 6 mm deep.
+// Further capsules of the heel, for display only: the hand that the clay meets has notches between these
+// joints, up to 6 mm deep.
 constexpr std::array<std::array<hand::Joint, 2>, 3> heel = {
     {{hand::wrist, hand::little_metacarpal},
      {hand::wrist, hand::thumb_metacarpal},
@@ -53,10 +54,11 @@ std::vector<hand::Capsule> capsulesOf(const hand::TrackedHand& hand) {
   return capsules;
 }
 
-/// Places of the skin, led along their normals to the surface of what is drawn, where they lie within it.
+/// Positions of the skin. Those inside of the drawn capsules are moved along their normals to the surface of
+/// these.
 std::vector<Vector3f> onDrawnSkin(std::vector<Vector3f> places, const std::vector<Vector3f>& normals,
                                   const std::vector<hand::Capsule>& capsules) {
-  constexpr int steps = 4;  // each goes as far as the surface is away, which never is too far
+  constexpr int steps = 4;  // each is as long as the distance to the surface, so never too long
   for (std::size_t i = 0; i < places.size(); ++i)
     for (int step = 0; step < steps; ++step) {
       const double distance = hand::distanceToUnion(capsules, places[i].cast<double>());
@@ -66,9 +68,9 @@ std::vector<Vector3f> onDrawnSkin(std::vector<Vector3f> places, const std::vecto
   return places;
 }
 
-/// Samples of the skin of one side, where the tracked hand has them.
+/// Skin samples of one side, at their positions on the tracked hand.
 struct Samples {
-  std::vector<Vector3f> position, normal, displacement;  // m, unit, m: to where the clay meets them
+  std::vector<Vector3f> position, normal, displacement;  // m; unit; m, to the place where the clay meets it
 };
 
 Samples samplesOf(const sensor_msgs::PointCloud2& skin, hand::Side side) {
@@ -85,7 +87,8 @@ Samples samplesOf(const sensor_msgs::PointCloud2& skin, hand::Side side) {
   return samples;
 }
 
-/// Skin of one hand: opaque where it touches and far from there, a window between, with a smooth border.
+/// Markers of the skin of one hand: opaque where it touches and far from there, transparent (a window) in
+/// between, with a smooth border.
 void addSkin(visualization_msgs::MarkerArray& markers, surface::TriangleMesh mesh,
              const std::vector<float>& pressure, const std::vector<Vector3f>& touching,
              const std_msgs::Header& header, int side) {

@@ -19,19 +19,19 @@
 
 namespace tactile_clay::nodes {
 
-/// Hands as skin, for the eye: `hands/tracked`, `hands/skin` and `hands/pressure` in, `hands/surface` out,
-/// markers of closed meshes on which the pressure is painted, and a colour bar in kPa beside the table. While
-/// nobody subscribes to it, it does not subscribe either. At most `~rate` (30) times a second; the newest
-/// messages win.
+/// Shows the hands as skin: `hands/tracked`, `hands/skin` and `hands/pressure` in, `hands/surface` out:
+/// markers of closed meshes on which the pressure is painted, and a colour bar in kPa beside the table. The
+/// node subscribes only while somebody subscribes to its output. It publishes at most `~rate` (30) times per
+/// second, and always uses the newest messages.
 ///
-/// Skin that touches is opaque; skin near it is a window, so that contacts are seen from any side. Where the
-/// hand that the clay meets is not the tracked one (a soft hand), the tracked hand is seen through, in blue.
-/// `~full_scale` is the pressure at the end of the colour bar (40 kPa).
+/// Skin that touches is opaque. Skin near it is transparent (a window), so that contacts are seen from any
+/// side. If the hand that the clay meets is not the tracked one (a soft hand), the tracked hand is drawn
+/// transparent, in blue. `~full_scale` is the pressure at the end of the colour bar (40 kPa).
 ///
-/// `hands/rendered` is that of RenderedHands.
+/// RenderedHands publishes `hands/rendered`.
 class HandSurface {
  public:
-  /// @throws std::runtime_error with one line where a parameter is wrong
+  /// @throws std::runtime_error with one line if a parameter is wrong
   HandSurface(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
  private:
@@ -55,7 +55,7 @@ class HandSurface {
 
   Inbox inbox_;
   RenderedHands rendered_;
-  // Only while somebody looks.
+  // Exist only while somebody subscribes.
   ros::Subscriber tracked_subscriber_, skin_subscriber_, pressure_subscriber_;
   ros::Publisher publisher_;
   ros::WallTimer timer_;

@@ -57,7 +57,7 @@ HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
     throw std::runtime_error("parameter " + private_nh.resolveName("clean") +
                              ": expected auto, true or false, got '" + wanted + "'");
   Settings filters(private_nh);
-  cleanConfig(filters);  // what is wrong is told, in use or not
+  cleanConfig(filters);  // throws if a filter is wrong, also if none is used
   source_->open(options);
   is_live_ = !source_->recorded();
   if (wanted == "true" || (wanted == "auto" && !source_->cleaned())) {
@@ -65,7 +65,7 @@ HandTracking::HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh)
     live_ = std::make_unique<LiveParameters>(nh, private_nh,
                                              [this](Settings& settings) { return read(settings); });
   }
-  // The cleaner bridges what is not seen anew.
+  // A cleaner itself bridges hands that are not seen anew.
   repeats_.emplace(cleaner_ ? std::chrono::nanoseconds(0) : repeats_patience);
   if (pace_.lockstep() && !source_->recorded())
     throw std::runtime_error("lockstep: expected hands from a recording or none, got the live source '" +
@@ -93,7 +93,7 @@ void HandTracking::run() {
   follow();
   if (stopped()) return;
   if (!passes_by_ && frames_ > 0) pace_.awaitLastAnswer(last_release_);
-  // Recorders and displays get what they have been sent before the process goes.
+  // Recorders and displays get the last messages before the process ends.
   ros::WallDuration(0.3).sleep();
   ROS_INFO("hand_tracking: the input ended after %u frames", frames_.load());
   finish(0);
@@ -121,7 +121,8 @@ void HandTracking::follow() {
   }
 }
 
-// Gives a sample its stamp; waits until one of a recording is due. False where `~duration` is over.
+// Sets the stamp of a sample; waits until a sample of a recording is due. Returns false if `~duration` is
+// over.
 bool HandTracking::isDue(hand::TrackedFrame& frame) {
   if (is_live_) {
     pace_.sampled();
@@ -135,9 +136,10 @@ bool HandTracking::isDue(hand::TrackedFrame& frame) {
   return true;
 }
 
-// What a live tracker only repeats was not seen. True where nothing else is in the frame: it is then none.
+// A hand that a live tracker only repeats counts as not seen. If the frame has no other hand and there is a
+// cleaner, releases a frame with the present time instead and returns true: the caller then skips this frame.
 bool HandTracking::leaveOutRepeats(hand::TrackedFrame& frame) {
-  // On hands/tracked itself it is hand_simulator that leaves them out.
+  // If the input is hands/tracked itself, hand_simulator leaves repeated hands out.
   if (passes_by_ || (source_name_ == "topic" && !freshStamp(frame.stamp))) return false;
   const std::chrono::nanoseconds now = std::chrono::steady_clock::now().time_since_epoch();
   const hand::LeftOut left_out = repeats_->leaveOutRepeats(frame.hands, now);
@@ -145,18 +147,20 @@ bool HandTracking::leaveOutRepeats(hand::TrackedFrame& frame) {
   tell(left_out);
   stands_still_ = !left_out.lines.empty();
   if (left_out.hands == 0 || !frame.hands.empty() || !cleaner_) return false;
-  // Also once the hand is gone: the array is silent because nobody is there, not because of age.
+  // Also when the hand is gone: the array is then silent because no hand is there, not because of the age of
+  // the hands.
   releaseHeld();
   return true;
 }
 
-// A tracker that says nothing does not leave its hands in the clay.
+// If a live tracker sends nothing, its hands must not stay in the clay.
 void HandTracking::holdHands() {
   if (!is_live_ || passes_by_ || !cleaner_ || !cleaner_->present()) return;
   releaseHeld();
 }
 
-// A frame of now in which no hand was seen.
+// Releases a frame with the present time in which no hand was seen; the cleaner holds its hands or fades them
+// out.
 void HandTracking::releaseHeld() {
   hand::TrackedFrame frame;
   frame.stamp = clock_.next();

@@ -27,13 +27,14 @@ namespace tactile_clay::nodes {
 /// Reads one source of tracked hands, cleans them (hand_cleaner.h), places them in `world` and publishes
 /// `hands/tracked`.
 ///
-/// A live tracker's samples are stamped with the ROS time at which its device took them (SampleClock); while
-/// it says nothing, hands that are there are held and fade out. Every sample of a recording is stamped with
-/// the time of its release, or in lockstep with that of the recording. ReleasePace says when it is released.
-/// It ends its process, with code 0, when the source has ended or after `~duration` seconds of input.
+/// A live tracker's samples are stamped with the ROS time at which its device took them (SampleClock). While
+/// the tracker sends nothing, hands that are there are held and fade out. A sample of a recording is stamped
+/// with the time at which it was due, or in lockstep with its time in the recording. ReleasePace decides when
+/// a sample is released. The node ends its process, with code 0, when the source has ended or after
+/// `~duration` seconds of input.
 class HandTracking {
  public:
-  /// @throws std::runtime_error with one line where a parameter is wrong or the source cannot be opened
+  /// @throws std::runtime_error with one line if a parameter is wrong or the source cannot be opened
   HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh);
   ~HandTracking();
 
@@ -57,7 +58,7 @@ class HandTracking {
   std::string source_name_;
   std::string world_;
   bool is_live_ = false;    // the source is no recording
-  bool passes_by_ = false;  // the input topic is hands/tracked itself: nothing is to be published
+  bool passes_by_ = false;  // the input topic is hands/tracked itself: nothing is published
 
   Plugin<hand::HandSource> source_;
   Transforms transforms_;
@@ -67,7 +68,7 @@ class HandTracking {
   ros::Publisher publisher_;
 
   SampleClock clock_;
-  std::optional<hand::HandCleaner> cleaner_;  // none where hands are passed on as they are
+  std::optional<hand::HandCleaner> cleaner_;  // none if hands are passed on as they are
   std::optional<hand::RepeatedHands> repeats_;
   std::string source_frame_;
   ros::Time last_release_;
@@ -84,7 +85,7 @@ class HandTracking {
   ros::WallTime reported_;
   std::atomic<unsigned> frames_{0}, hands_{0}, bad_hands_{0}, bad_fingers_{0}, repeated_hands_{0}, faults_{0};
 
-  std::unique_ptr<LiveParameters> live_;  // the filters, where there are some
+  std::unique_ptr<LiveParameters> live_;  // for the filters, if there are any
   Health health_;
   std::atomic<bool> stands_still_{false};
   std::thread thread_;

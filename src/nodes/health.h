@@ -8,7 +8,7 @@
 
 namespace tactile_clay::nodes {
 
-/// One line a second of a node in /diagnostics. Runs in the node's callback queue.
+/// Publishes one status per second of a node on /diagnostics. Runs in the node's callback queue.
 class Health {
  public:
   using Fill = std::function<void(diagnostic_updater::DiagnosticStatusWrapper&)>;

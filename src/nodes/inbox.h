@@ -17,8 +17,9 @@ template <class M>
 using Receive = std::function<void(const boost::shared_ptr<const M>&)>;
 using Refuse = std::function<void(const std::string& reason)>;
 
-/// Subscribes. A message that `faultOf` finds fault with never reaches `receive`; what `receive` throws ends
-/// with the message. `refuse` is then told why, in one line without the topic, and must not throw.
+/// Subscribes to a topic. A message in which `faultOf` finds a fault never reaches `receive`. An exception
+/// that `receive` throws is caught: only this message is lost. In both cases `refuse` is called with the
+/// reason, in one line without the topic. It must not throw.
 template <class M>
 ros::Subscriber subscribe(ros::NodeHandle nh, const std::string& topic, unsigned queue, Receive<M> receive,
                           Refuse refuse) {
@@ -36,14 +37,14 @@ ros::Subscriber subscribe(ros::NodeHandle nh, const std::string& topic, unsigned
   return nh.subscribe<M>(topic, queue, guarded, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
 }
 
-/// The subscriptions of a node: the only way in for messages. What is refused is told in one throttled line
-/// with topic and reason, and counted for diagnostics. May be used from several threads.
+/// The subscriptions of a node, in which every message is checked. A refused message is logged in one
+/// throttled line with topic and reason, and counted for diagnostics. May be used from several threads.
 class Inbox {
  public:
-  /// @param private_nh of the node, whose name the lines begin with
+  /// @param private_nh handle of the node; the lines begin with its name
   explicit Inbox(const ros::NodeHandle& private_nh);
 
-  /// @param also called for each message that is refused, with the line
+  /// @param also called for each message that is refused, with the reason
   template <class M>
   ros::Subscriber subscribe(ros::NodeHandle nh, const std::string& topic, unsigned queue, Receive<M> receive,
                             Refuse also = {}) {
@@ -55,7 +56,7 @@ class Inbox {
         });
   }
 
-  /// Adds what was refused since the last report: a warning, and a number for each topic.
+  /// Adds the messages that were refused since the last report: a warning, and a number per topic.
   void report(diagnostic_updater::DiagnosticStatusWrapper& status);
 
  private:
@@ -68,7 +69,7 @@ class Inbox {
 
   std::string node_;
   std::mutex mutex_;
-  std::map<std::string, Topic> topics_;  // with something refused, ever
+  std::map<std::string, Topic> topics_;  // topics on which a message was ever refused
 };
 
 }  // namespace tactile_clay::nodes

@@ -14,13 +14,13 @@
 namespace tactile_clay::nodes {
 namespace {
 
-/// The pipe's descriptor; -1 where there is none.
+/// The pipe's descriptor; -1 if there is none.
 int beatPipe() {
   const char* text = std::getenv(beat_variable);
   const int descriptor = text == nullptr ? -1 : std::atoi(text);
   struct stat status {};
   if (descriptor < 3 || ::fstat(descriptor, &status) != 0 || !S_ISFIFO(status.st_mode)) return -1;
-  ::fcntl(descriptor, F_SETFD, FD_CLOEXEC);  // signs of life are the program's own
+  ::fcntl(descriptor, F_SETFD, FD_CLOEXEC);  // child processes must give no signs of life
   return descriptor;
 }
 
@@ -28,7 +28,7 @@ int beatPipe() {
 struct Lives {
   using Clock = std::chrono::steady_clock;
   struct Life {
-    bool beaten = false;  // since the process's last sign of life
+    bool beaten = false;  // since the last sign of life of the process
     Clock::time_point last;
   };
   std::mutex mutex;
@@ -58,7 +58,7 @@ bool isMarked(const std::string& file) {
 bool mark(const std::string& file, bool marked) {
   if (file.empty()) return true;
   if (!marked) return ::unlink(file.c_str()) == 0 || errno == ENOENT;
-  // It outlives the process, and need not outlive the computer: no wait for the disk.
+  // The file has to outlive the process, not the computer: no wait for the disk.
   const int descriptor = ::open(file.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0644);
   return descriptor >= 0 && ::close(descriptor) == 0;
 }
@@ -71,7 +71,7 @@ void beat(const std::string& node) {
     return;
   for (auto& each : lives.nodes) each.second.beaten = false;
   const ssize_t written = lives.pipe < 0 ? 0 : ::write(lives.pipe, ".", 1);
-  (void)written;  // a full pipe: nobody reads, or not yet
+  (void)written;  // the pipe is full if nobody reads it, or not yet
 }
 
 void endOfLife(const std::string& node) {

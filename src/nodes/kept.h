@@ -4,29 +4,29 @@
 
 namespace tactile_clay::nodes {
 
-/// What `keep_running` tells the program that it starts, as variables of its environment.
+/// Environment variables that `keep_running` sets for the program that it starts.
 constexpr char beat_variable[] = "TACTILE_CLAY_BEAT";    // descriptor of a pipe, for signs of life
 constexpr char folder_variable[] = "TACTILE_CLAY_KEPT";  // folder that outlives the program
 
-/// A file in which a node leaves what it needs when it is started again; it is there only where the node was
-/// started before in this run.
+/// Name of a file in which a node keeps what it needs when it is started again. The file exists only if the
+/// node was started before in this run.
 /// @param node its full name
-/// @return empty where nobody would start it again
+/// @return empty if nobody would start the node again
 std::string keptFile(const std::string& node, const std::string& ending);
 
-/// Whether a mark was left in such a file. An empty name: no.
+/// Whether a mark was left in such a file. False for an empty name.
 bool isMarked(const std::string& file);
-/// Leaves or takes away a mark.
-/// @return whether that went well; an empty name: nothing is to do
+/// Leaves or removes a mark.
+/// @return whether this succeeded; true for an empty name, where there is nothing to do
 bool mark(const std::string& file, bool marked);
 
-/// Gives a sign of life of a node, where somebody waits for it. The process gives one when each of its nodes
-/// has: one that hangs among others that go on is noticed too.
+/// Reports that a node is alive. The process writes one sign of life to its keeper, if it has one, only after
+/// all its nodes have reported. So one hanging node is noticed even while the others go on.
 /// @param node its full name
 void beat(const std::string& node);
-/// The node has ended, and is not waited for any more.
+/// To be called when a node has ended: the process no longer waits for its reports.
 void endOfLife(const std::string& node);
-/// Nodes that have been silent longer than that, s, since their last sign of life, separated by spaces.
+/// Names of the nodes whose last sign of life is longer ago than `seconds`, separated by spaces.
 std::string silentFor(double seconds);
 
 }  // namespace tactile_clay::nodes

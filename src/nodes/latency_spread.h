@@ -8,7 +8,7 @@
 
 namespace tactile_clay::nodes {
 
-/// How the latencies of the frames of a second are spread.
+/// Distribution of the latencies of the frames of one second.
 class LatencySpread {
  public:
   /// @param latency s
@@ -17,14 +17,14 @@ class LatencySpread {
     ascending_.insert(place, latency);
   }
 
-  /// The latency that this share of the frames keeps to, s; 0 where there were none.
+  /// The latency that this share of the frames does not exceed, s; 0 if there were none.
   /// @param share 0-1
   double within(double share) const {
     if (ascending_.empty()) return 0.0;
     return ascending_[static_cast<std::size_t>(share * static_cast<double>(ascending_.size() - 1))];
   }
 
-  /// Tells it, and begins anew.
+  /// Reports the distribution, and begins anew.
   void report(diagnostic_updater::DiagnosticStatusWrapper& status) {
     if (ascending_.empty()) return;
     for (const auto& [name, share] :

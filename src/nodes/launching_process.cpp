@@ -23,12 +23,12 @@ std::string pathOf(pid_t process, const char* file) {
   return "/proc/" + std::to_string(process) + "/" + file;
 }
 
-/// As in proc(5). Nothing where there is no such process.
+/// The state of a process as in proc(5); nothing if there is no such process.
 std::optional<Stat> statOf(pid_t process) {
   std::ifstream file(pathOf(process, "stat"));
   std::string line;
   if (!std::getline(file, line)) return std::nullopt;
-  // The second field is a name in parentheses, which may hold anything.
+  // The second field is a name in parentheses, which may contain any characters.
   std::istringstream fields(line.substr(std::min(line.rfind(')') + 1, line.size())));
   Stat stat;
   std::string skipped;
@@ -45,13 +45,13 @@ std::vector<std::string> argumentsOf(pid_t process) {
   return arguments;
 }
 
-/// roslaunch hands each node the name of its log.
+/// Whether roslaunch started the process: it gives each node the name of its log.
 bool wasLaunched(const std::vector<std::string>& arguments) {
   return std::any_of(arguments.begin(), arguments.end(),
                      [](const std::string& argument) { return argument.rfind("__log:=", 0) == 0; });
 }
 
-/// It ends when its parent does not want it any more, and is nobody's supervisor.
+/// Whether the process is a keeper. A keeper ends when its parent ends it, so it is no supervisor.
 bool isKeeper(const std::vector<std::string>& arguments) {
   return !arguments.empty() && arguments[0].substr(arguments[0].rfind('/') + 1) == "keep_running";
 }
@@ -72,12 +72,13 @@ bool isRoslaunch(const std::vector<std::string>& arguments) {
 
 std::unique_ptr<LaunchingProcess> LaunchingProcess::find() {
   if (!wasLaunched(argumentsOf(::getpid()))) return nullptr;
-  // A prefix, such as a terminal or a debugger, may stand between.
+  // A prefix, such as a terminal or a debugger, may be in between.
   pid_t parent = ::getppid();
   while (isKeeper(argumentsOf(parent))) parent = parentOf(parent);
   for (pid_t process = parent; process > 0; process = parentOf(process))
     if (isRoslaunch(argumentsOf(process))) return std::make_unique<LaunchingProcess>(process);
-  // A program of the user's with roslaunch's library; process 1 takes over whose parent has died.
+  // No roslaunch is found: a program of the user uses the library of roslaunch. If the parent has died,
+  // process 1 takes its place.
   return std::make_unique<LaunchingProcess>(parent == 1 ? 0 : parent);
 }
 

@@ -15,13 +15,14 @@ namespace tactile_clay::nodes {
 /// The process that launched this one: a roslaunch, or a program that uses its library.
 class LaunchingProcess : public Supervisor {
  public:
-  /// Of this process. Nothing where it was started by hand.
+  /// The process that launched this one; null if this one was started by hand.
   static std::unique_ptr<LaunchingProcess> find();
 
-  /// @param process its number; where there is none of that number, it is gone from the start
+  /// @param process its number; if no process has it, the process counts as gone from the start
   explicit LaunchingProcess(pid_t process);
 
-  /// Gone at once when it is dead; frozen when it was stopped for `silence_times::supervisor_patience`.
+  /// Reports the process as gone at once when it is dead, and as frozen after it was stopped for
+  /// `silence_times::supervisor_patience`.
   std::string missing() override;
 
   /// Address of the roslaunch on another host that had this process launched; empty: there is none.
@@ -31,7 +32,8 @@ class LaunchingProcess : public Supervisor {
   using Clock = std::chrono::steady_clock;
 
   pid_t process_;
-  std::uint64_t start_ = 0;  // s/100 since the computer started: processes of one number differ in it
+  // s/100 from the start of the computer to that of the process: it differs between processes of one number.
+  std::uint64_t start_ = 0;
   std::optional<Clock::time_point> stopped_since_;
 };
 

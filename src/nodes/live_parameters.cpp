@@ -16,7 +16,7 @@ namespace {
 
 using dynamic_reconfigure::Config;
 
-/// Numbers of the groups: 0 is the node itself.
+/// Names of the groups by their numbers. Group 0 is the node itself.
 std::vector<std::string> groupsOf(const std::vector<Setting>& settings) {
   std::vector<std::string> groups = {""};
   for (const Setting& setting : settings)
@@ -44,7 +44,7 @@ void add(Config& config, const std::string& name, const SettingValue& value) {
     config.strs.push_back(parameter<dynamic_reconfigure::StrParameter>(name, std::get<std::string>(value)));
 }
 
-/// A Config of one value of each setting, with the groups that they belong to.
+/// A Config with one value per setting, and with the groups of the settings.
 template <class ValueOf>
 Config configOf(const std::vector<Setting>& settings, ValueOf value_of) {
   Config config;
@@ -64,7 +64,7 @@ Config configOf(const std::vector<Setting>& settings, const SettingValues& value
   return configOf(settings, [&](const Setting& setting) { return values.at(setting.name); });
 }
 
-/// A text of choices as rqt_reconfigure and dynparam read it, a map of Python.
+/// The choices as text, as rqt_reconfigure and dynparam read it: a map of Python.
 std::string editMethod(const Setting& setting) {
   if (setting.choices.empty()) return "";
   std::string list;
@@ -75,7 +75,7 @@ std::string editMethod(const Setting& setting) {
 }
 
 dynamic_reconfigure::ConfigDescription descriptionOf(const std::vector<Setting>& settings) {
-  constexpr const char* types[] = {"bool", "int", "double", "str"};  // as the alternatives of SettingValue
+  constexpr const char* types[] = {"bool", "int", "double", "str"};  // in the order of SettingValue
   dynamic_reconfigure::ConfigDescription description;
   const std::vector<std::string> groups = groupsOf(settings);
   for (std::size_t k = 0; k < groups.size(); ++k) {
@@ -108,7 +108,7 @@ SettingValues valuesOf(const Config& config) {
   return values;
 }
 
-/// A map in one line, with numbers that come back to the bit.
+/// A YAML map in one line. Its numbers are read back to the same bits.
 std::string asYaml(const SettingValues& values) {
   YAML::Emitter out;
   out << YAML::Flow << YAML::BeginMap;
@@ -130,8 +130,8 @@ std::string asYaml(const SettingValues& values) {
   return line;
 }
 
-/// Of the same kind as `example`.
-/// @throws YAML::Exception
+/// The value of a node, of the same type as `example`.
+/// @throws YAML::Exception if the node has another type
 SettingValue valueOf(const YAML::Node& node, const SettingValue& example) {
   return std::visit([&](const auto& kind) -> SettingValue { return node.as<std::decay_t<decltype(kind)>>(); },
                     example);
@@ -148,7 +148,7 @@ LiveParameters::LiveParameters(ros::NodeHandle nh, ros::NodeHandle private_nh, R
   const Apply apply = read_(start);
   stored_ = values_ = start.values();
   apply();
-  // What may be asked for from now on may lie closer than what could be given at the start.
+  // Ranges from now on may be narrower than those at the start.
   Settings from_now_on(naming_, values_);
   read_(from_now_on);
   settings_ = from_now_on.read();
@@ -194,7 +194,7 @@ SettingValues LiveParameters::fromYaml(const std::string& text) const {
   return values;
 }
 
-// The mutex is held.
+// Called with the mutex locked.
 void LiveParameters::ask(const SettingValues& values) {
   SettingValues wanted = pending_ ? pending_->values : values_;
   for (const auto& [name, value] : values) {
@@ -218,7 +218,8 @@ bool LiveParameters::reconfigure(dynamic_reconfigure::Reconfigure::Request& requ
     ask(valuesOf(request.config));
   } catch (const std::exception& error) {
     ROS_WARN("%s: nothing is changed: %s", space_.c_str(), error.what());
-    updates_.publish(configOf(settings_, values_));  // who shows what was asked for shows what holds again
+    // A display that shows the refused values then shows the present ones again.
+    updates_.publish(configOf(settings_, values_));
     return false;
   }
   response.config = configOf(settings_, pending_->values);
@@ -230,7 +231,7 @@ void LiveParameters::change(const SettingValues& values) {
   ask(values);
 }
 
-// Not by the thread that computes frames: the master answers when it likes.
+// Not called by the thread that computes frames, because the master may answer at any time.
 void LiveParameters::store() {
   SettingValues values;
   {
@@ -258,7 +259,7 @@ void LiveParameters::begin(ros::Time stamp) {
   tell(before, stamp);
 }
 
-// The mutex is held.
+// Called with the mutex locked.
 void LiveParameters::tell(const SettingValues& before, ros::Time stamp) {
   SettingValues changed;
   for (const auto& [name, value] : values_)

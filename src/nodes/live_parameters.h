@@ -14,37 +14,38 @@
 namespace tactile_clay::nodes {
 
 /// Parameters of a node that may change while it runs, by dynamic_reconfigure: `~set_parameters` asks for
-/// other values, `~parameter_descriptions` and `~parameter_updates` (both latched) tell what there is and
-/// what holds.
+/// other values, `~parameter_descriptions` and `~parameter_updates` (both latched) publish the parameters and
+/// their present values.
 ///
-/// A change is checked as it comes, by the function that read the parameters at the start: what is wrong is
-/// refused with the same line, and nothing changes. It holds from the next frame on, whole: `begin` applies
-/// it, and tells it on `rig/changes` with the stamp of that frame. `~changes` is a text of such changes,
-/// which are made at their frames: so a recorded run comes again with them. What holds goes to the parameter
-/// server within a second: a node that is started again begins with it.
+/// A change is checked as soon as it is asked for, by the function that read the parameters at the start. A
+/// wrong change is refused with the same line, and nothing changes. A change applies as a whole from the next
+/// frame on: `begin` applies it, and publishes it on `rig/changes` with the stamp of that frame. `~changes`
+/// is a text of such changes, which are applied at their frames, so that a recorded run can be repeated with
+/// them. Present values are written to the parameter server within a second, so that a node that is started
+/// again begins with them.
 class LiveParameters {
  public:
-  /// Makes what was read hold. Must not throw for what the reading function has let pass.
+  /// Applies the values that were read. Must not throw for values that the reading function accepted.
   using Apply = std::function<void()>;
   /// Reads and checks all parameters.
-  /// @throws std::exception with one line where one is wrong
+  /// @throws std::exception with one line if one is wrong
   using Read = std::function<Apply(Settings&)>;
 
   /// Reads the parameters from the server and applies them.
-  /// @throws what `read` throws, and std::runtime_error where `~changes` cannot be read
+  /// @throws what `read` throws, and std::runtime_error if `~changes` cannot be read
   LiveParameters(ros::NodeHandle nh, ros::NodeHandle private_nh, Read read);
 
   /// To be called before each frame, by the thread that computes it.
   /// @param stamp of the frame
   void begin(ros::Time stamp);
 
-  /// Asks for other values as `~set_parameters` does, for the node itself.
+  /// Asks for other values as `~set_parameters` does, but from within the node.
   /// @throws what `read` throws
   void change(const SettingValues& values);
 
  private:
   struct Change {
-    ros::Time stamp;     // of the first frame for which it holds
+    ros::Time stamp;     // stamp of the first frame with these values
     std::string values;  // a map in YAML
   };
   struct Pending {
@@ -65,12 +66,13 @@ class LiveParameters {
   Settings::Naming naming_;
   Read read_;
   std::mutex mutex_;
-  std::vector<Setting> settings_;  // as they may change
-  SettingValues values_;           // that hold
+  std::vector<Setting> settings_;  // with the ranges for changes
+  SettingValues values_;           // present values
   std::optional<Pending> pending_;
-  std::deque<Change> changes_;  // to be made at their frames
+  std::deque<Change> changes_;  // to be applied at their frames
   ros::NodeHandle private_nh_;
-  SettingValues stored_;  // on the parameter server, or what the node takes where nothing is there
+  // Values on the parameter server; the default of the node if the server has none.
+  SettingValues stored_;
   ros::Publisher descriptions_, updates_, told_;
   ros::ServiceServer server_;
   ros::WallTimer timer_;

@@ -1,4 +1,4 @@
-// A nodelet manager whose exit code tells when a nodelet failed; the stock manager always exits with 0.
+// A nodelet manager whose exit code is not 0 if a nodelet failed; the stock manager always exits with 0.
 #include <nodelet/loader.h>
 #include <ros/ros.h>
 

@@ -11,7 +11,7 @@
 
 namespace tactile_clay::nodes {
 
-/// What a parameter of type T is, for people.
+/// Name of the type T of a parameter, for error lines.
 template <typename T>
 constexpr const char* kindOfParam() {
   return std::is_same_v<T, bool>          ? "true or false"
@@ -21,8 +21,9 @@ constexpr const char* kindOfParam() {
                                           : "a list of texts";
 }
 
-/// Parameter `key`, or `fallback` where it is not set.
-/// @throws std::runtime_error with one line if it is set to another type; integers are taken for real numbers
+/// Parameter `key`, or `fallback` if it is not set.
+/// @throws std::runtime_error with one line if it is set to another type; integers are accepted as real
+/// numbers
 template <typename T>
 T param(const ros::NodeHandle& nh, const std::string& key, const T& fallback) {
   T value = fallback;

@@ -11,7 +11,7 @@ namespace tactile_clay::nodes {
 
 void tell(const hand::LeftOut& left_out) {
   if (left_out.lines.empty()) return;
-  // Of all nodes of this process: they see the same hands.
+  // Shared by all nodes of this process, because they see the same hands.
   static std::mutex mutex;
   static Throttle throttle(1.0);
   const std::lock_guard<std::mutex> lock(mutex);
@@ -29,7 +29,7 @@ hand::LeftOut leaveOutBadHands(hand::TrackedFrame& frame) {
 }
 
 bool freshStamp(std::chrono::nanoseconds stamp) {
-  constexpr std::chrono::seconds farthest(1);  // that the clocks of two hosts may be apart
+  constexpr std::chrono::seconds farthest(1);  // maximum difference between the clocks of two hosts
   return !ros::Time::isSimTime() && std::chrono::abs(toCore(ros::Time::now()) - stamp) < farthest;
 }
 

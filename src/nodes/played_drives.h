@@ -11,7 +11,8 @@
 
 namespace tactile_clay::nodes {
 
-/// What an array plays at a time, as `array/drive` tells it: all patterns of its newest stamp; none: silence.
+/// The drives that an array plays now, from the messages of `array/drive`: all patterns of the newest stamp.
+/// None: silence.
 class PlayedDrives {
  public:
   void add(const ArrayDrive& message) {

@@ -12,7 +12,7 @@
 namespace tactile_clay::nodes {
 namespace {
 
-constexpr double usual_target = 8.0;  // ms, of `auto`: half of a frame, the other nodes have the rest
+constexpr double usual_target = 8.0;  // ms, default of `auto`: half of a frame; the other nodes get the rest
 
 scene::QualityWish wishOf(const ros::NodeHandle& nh, bool lockstep) {
   scene::QualityWish wish;
@@ -45,7 +45,7 @@ QualityFit::QualityFit(ros::NodeHandle private_nh, bool lockstep, double period,
   private_nh.setParam("target_ms", target_ms_);
 }
 
-/// @return the place of the quality to take
+/// @return index of the quality to take
 std::size_t QualityFit::measured(const scene::Scene& scene, const scene::Solids& solids) const {
   const std::vector<double> ms = scene::measuredFrames(scene, solids, steady_, target_ms_);
   const std::size_t best = scene::mostAccurate(ms, target_ms_);

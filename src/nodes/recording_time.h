@@ -7,13 +7,14 @@
 
 namespace tactile_clay::nodes {
 
-/// Makes the stamps of a source strictly increase, and stay where they can be reckoned with. A stamp that is
-/// zero, not later than the one before (a tracker that was restarted, a recording that loops), or an hour
-/// later than it, goes on from the one before by the last good interval, and so do all after it.
+/// Makes the stamps of a source strictly increase, and keeps them in the range for computations. A stamp is
+/// repaired if it is zero, not later than the one before (a tracker that was restarted, a recording that
+/// loops), or more than an hour later than it. A repaired stamp is the one before plus the last good
+/// interval, and all stamps after it are shifted by as much.
 class RecordingTime {
  public:
   std::chrono::nanoseconds operator()(std::chrono::nanoseconds stamp) {
-    // No sum below wraps around: both this and the shift are less than half of what 64 bits hold.
+    // No sum below wraps around: the stamp and the shift are both less than half of the range of 64 bits.
     stamp = std::clamp<std::chrono::nanoseconds>(stamp, std::chrono::nanoseconds(0), stamp_end);
     if (!started_) {
       started_ = true;
@@ -26,7 +27,7 @@ class RecordingTime {
     return last_ = stamp + shift_;
   }
 
-  /// How often a stamp did not follow the one before.
+  /// Number of stamps that did not follow the one before.
   unsigned repaired() const { return repaired_; }
 
  private:
@@ -37,7 +38,7 @@ class RecordingTime {
 
   static constexpr std::chrono::nanoseconds longest_interval = std::chrono::milliseconds(100);
   static constexpr std::chrono::nanoseconds longest_pause = std::chrono::hours(1);
-  // Leaves a recording a year until the end of stamps.
+  // Leaves a recording one year until the end of stamps.
   static constexpr std::chrono::nanoseconds latest_start = stamp_end - std::chrono::hours(24 * 365);
   bool started_ = false;
   unsigned repaired_ = 0;

@@ -15,7 +15,7 @@
 namespace tactile_clay::nodes {
 namespace {
 
-const ros::WallDuration graph_patience(15.0);  // live
+const ros::WallDuration graph_patience(15.0);  // s, live
 constexpr std::size_t max_unrecorded = 16;     // samples: enough to keep the recorder busy
 const std::vector<std::string> whole_graph = {topic::hands_tracked, topic::hands_skin,
                                               topic::clay_contacts, topic::hands_pressure,
@@ -124,7 +124,7 @@ void ReleasePace::awaitLastAnswer(const ros::Time& stamp) {
     answers_.wait(stamp, ros::WallDuration(2.0), stopped_);
 }
 
-/// A recorder that does not tell what it has written, such as `rosbag record`, is not waited for.
+/// A recorder that does not publish what it has written, such as `rosbag record`, is not waited for.
 void ReleasePace::awaitRecorder(const ros::Time& stamp) {
   if (recorded_subscriber_.getNumPublishers() == 0) return;
   if (!recorded_.wait(stamp, answer_patience_, stopped_) && !stopped_())

@@ -15,11 +15,11 @@ namespace {
 
 using XmlRpc::XmlRpcValue;
 
-constexpr double look = 0.02;  // s, between looks at whether this process ends
+constexpr double look = 0.02;  // s, between two checks whether to give up
 
 enum class Answer { none, yes, refused };
 
-/// Nothing of ROS's own calls, for they wait for a master for ever.
+/// A client of its own, because ROS's own calls wait for a master for ever.
 class Client : public XmlRpc::XmlRpcClient {
  public:
   Client(const std::string& host, int port) : XmlRpcClient(host.c_str(), port, "/") { setKeepOpen(true); }
@@ -37,7 +37,8 @@ class Client : public XmlRpc::XmlRpcClient {
       _disp.work(look);
     }
     if (!executeCheckDone(answer)) return Answer::none;
-    // Of the form [code, words, value]; the code is 1 where all is well. What is cut off is no answer.
+    // An answer has the form [code, words, value]; code 1 means success. An answer that is cut off does not
+    // count.
     if (isFault() || answer.getType() != XmlRpcValue::TypeArray || answer.size() != 3 ||
         answer[0].getType() != XmlRpcValue::TypeInt)
       return Answer::none;
@@ -86,7 +87,7 @@ void RemoteSupervisor::run() {
     const auto asked = Clock::now();
     const Answer answer = client.ask(question_, [&] {
       const std::lock_guard<std::mutex> look_at(mutex_);
-      // One that was frozen may have lost the question.
+      // A server that was frozen may have lost the question.
       return ending_ || Clock::now() - asked > silence_times::supervisor_patience;
     });
     lock.lock();

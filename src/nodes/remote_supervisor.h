@@ -13,14 +13,14 @@
 
 namespace tactile_clay::nodes {
 
-/// A server of XML-RPC that is asked the same question again and again, in a thread of its own: a master or a
-/// roslaunch, on this host or another one.
+/// A server of XML-RPC, a master or a roslaunch on this host or another one. It is asked the same question
+/// again and again, in a thread of its own.
 class RemoteSupervisor : public Supervisor {
  public:
   struct Question {
     std::string method;
     XmlRpc::XmlRpcValue arguments;
-    std::string refused;  // what it means where the answer is an error; empty: nothing
+    std::string refused;  // meaning of an answer that is an error; empty: none
   };
 
   /// The master, which also has to know this node.
@@ -33,8 +33,8 @@ class RemoteSupervisor : public Supervisor {
   RemoteSupervisor(std::string name, std::string address, Question question);
   ~RemoteSupervisor() override;
 
-  /// Missing where no question of the last `silence_times::supervisor_patience` was answered, or the answer
-  /// is an error.
+  /// Reports the server as missing if no question of the last `silence_times::supervisor_patience` was
+  /// answered, or if the answer is an error that has a meaning.
   std::string missing() override;
 
  private:
@@ -45,7 +45,7 @@ class RemoteSupervisor : public Supervisor {
   const std::string name_, address_;
   const Question question_;
 
-  std::mutex mutex_;  // of what follows
+  std::mutex mutex_;  // protects the members down to `ending_`
   std::condition_variable changed_;
   Clock::time_point answered_ = Clock::now();
   bool refused_ = false;

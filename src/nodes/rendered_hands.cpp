@@ -19,11 +19,12 @@ namespace {
 
 using Eigen::Vector3f;
 
-// Where hands/rendered stands, in world, m: wanted on the left of who sits at the table, given on the right.
+// Place of hands/rendered in world, m: the wanted pressure on the left of the person at the table, the given
+// one on the right.
 const Vector3f rendered_about(0.0f, 0.0f, 0.03f), rendered_at(0.28f, 0.0f, 0.17f);
 constexpr float rendered_aside = 0.17f;
-constexpr float counted = 0.06f;    // m from a contact, of the skin that the error is about
-constexpr float forgotten = 0.98f;  // what a frame leaves of the highest pressure of those before
+constexpr float counted = 0.06f;    // m from a contact: skin within it counts for the error
+constexpr float forgotten = 0.98f;  // factor per frame by which the kept highest pressure decays
 
 /// 1, 2 or 5 times a power of ten, the smallest that is not below the value.
 double roundScale(double value) {
@@ -33,7 +34,7 @@ double roundScale(double value) {
   return 10.0 * power;
 }
 
-/// Skin around each corner, m^2: a third of each of its triangles.
+/// Area of the skin around each corner, m^2: a third of each of its triangles.
 std::vector<float> cornerAreas(const surface::TriangleMesh& mesh) {
   std::vector<float> area(mesh.position.size(), 0.0f);
   for (const auto& [a, b, c] : mesh.triangles) {
@@ -77,7 +78,7 @@ void RenderedHands::publish(const std::array<PaintedHand, 2>& hands, const Touch
 }
 
 /// Radiation pressure at the corners, Pa.
-/// @param facing set to whether a corner faces the array; the others lie in the shadow of the hand
+/// @param[out] facing whether a corner faces the array; the others lie in the shadow of the hand
 std::vector<float> RenderedHands::given(const surface::TriangleMesh& mesh, Transforms& transforms,
                                         std::vector<char>& facing) {
   std::vector<float> pressure(mesh.position.size(), 0.0f);

@@ -17,24 +17,24 @@
 
 namespace tactile_clay::nodes {
 
-/// `hands/rendered`, only while somebody subscribes: both hands twice side by side behind the table, their
-/// palms towards who looks. One has the pressure that the clay wants, the other the radiation pressure that
-/// the true field of `array/drive` gives while it sounds (`array/geometry` tells where the transducers are;
-/// air of `~temperature`, transducers of `~reference_pressure`), each with its colour bar, and the error
-/// between them.
+/// Publishes `hands/rendered`, only while somebody subscribes: both hands, drawn twice side by side behind
+/// the table, with their palms towards the viewer. One picture shows the pressure that the clay wants. The
+/// other one shows the radiation pressure of the true field of `array/drive` while it sounds (places of the
+/// transducers from `array/geometry`, air of `~temperature`, transducers of `~reference_pressure`). Each
+/// picture has its colour bar, and the error between them is shown, too.
 class RenderedHands {
  public:
   /// @param news called when something else sounds
-  /// @throws std::runtime_error with one line where a parameter is wrong
+  /// @throws std::runtime_error with one line if a parameter is wrong
   RenderedHands(ros::NodeHandle nh, const ros::NodeHandle& private_nh, const std::string& world,
                 std::function<void()> news);
 
-  /// Whether somebody looks.
+  /// Whether somebody subscribes.
   bool wanted() const { return publisher_.getNumSubscribers() > 0; }
   void subscribe(Inbox& inbox);
   void unsubscribe();
 
-  /// @param transforms from the world to the array
+  /// @param transforms from which the transform from the world to the array is taken
   void publish(const std::array<PaintedHand, 2>& hands, const Touch& touch, const std_msgs::Header& header,
                Transforms& transforms);
 
@@ -50,8 +50,8 @@ class RenderedHands {
   ultrasound::Acoustics acoustics_;
   ultrasound::ArrayLayout layout_;
   PlayedDrives played_;
-  float highest_wanted_ = 0.0f, highest_given_ = 0.0f;      // Pa, of the last moments
-  ros::Subscriber drive_subscriber_, geometry_subscriber_;  // only while somebody looks
+  float highest_wanted_ = 0.0f, highest_given_ = 0.0f;      // Pa, maxima of the last moments
+  ros::Subscriber drive_subscriber_, geometry_subscriber_;  // exist only while somebody subscribes
   ros::Publisher publisher_;
 };
 

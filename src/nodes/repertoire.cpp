@@ -9,7 +9,7 @@ namespace tactile_clay::nodes {
 namespace {
 
 constexpr std::size_t max_places = 256;                // of a frame; no renderer makes more
-constexpr std::size_t max_samples = max_focal_points;  // of skin, of a field: some 7 ms
+constexpr std::size_t max_samples = max_focal_points;  // skin samples of a field: some 7 ms
 
 }  // namespace
 
@@ -39,7 +39,7 @@ std::string Repertoire::objection(const device::Emission& emission) const {
            "' cannot vibrate at 30 and 150 Hz: expected slip_gain 0";
   const std::size_t count = emission.points.size();
   using ultrasound::Modulation;
-  // One after the other, or samples that share the field.
+  // These play one point after the other, or skin samples that share the field.
   const bool field = ultrasound::isField(emission.modulation);
   const bool any_number = emission.modulation == Modulation::spatiotemporal || field;
   if (!any_number && max_points > 0 && count > max_points) return more(max_points, " focal points at a time");

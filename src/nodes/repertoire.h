@@ -10,17 +10,17 @@ namespace tactile_clay::nodes {
 
 /// What an array can play.
 struct Repertoire {
-  std::string device;  // its name
+  std::string device;  // name of the device
   std::vector<ultrasound::Modulation> modulations;
-  double max_rate = 0.0;       // updates a second that it takes, 0: any number
+  double max_rate = 0.0;       // updates per second that it takes, 0: any number
   std::size_t max_points = 0;  // focal points at a time, 0: any number
-  bool slip = false;           // it plays Emission::slip
+  bool slip = false;           // whether it plays Emission::slip
 
-  /// Empty, or why it cannot play this modulation, numbered as in FocalPointArray.
+  /// Empty, or why the array cannot play this modulation, numbered as in FocalPointArray.
   std::string objection(unsigned modulation) const;
 
-  /// Empty, or why it cannot play the slip, or why there are too many points: phases and loudness of hundreds
-  /// would take seconds, in which no emergency stop is heard.
+  /// Empty, or why the array cannot play the slip, or why there are too many points: phases and loudness of
+  /// hundreds of points would take seconds, in which the node would judge nothing else.
   std::string objection(const device::Emission& emission) const;
 };
 

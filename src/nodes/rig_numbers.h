@@ -15,19 +15,19 @@
 
 namespace tactile_clay::nodes {
 
-/// The parts of a RigNumbers that a message tells, in the units of their names.
+/// Copies the numbers of a message into a RigNumbers, in the units of their names.
 void takeNumbers(const ClayStatus& status, RigNumbers& numbers);
 void takeNumbers(const sensor_msgs::PointCloud2& pressure, RigNumbers& numbers);
 void takeNumbers(const RenderingReport& report, RigNumbers& numbers);
 void takeNumbers(const ArrayState& state, RigNumbers& numbers);
 
-/// All of them NaN.
+/// A RigNumbers in which all numbers are NaN.
 RigNumbers unknownNumbers();
 
-/// What is worth a plot, for rqt_plot and PlotJuggler: `clay/status`, `hands/pressure`, `array/rendering` and
-/// `array/state` in, `rig/numbers` out, one message for each state of the array; and the latency of each
-/// stage (StageLatency), `rig/latency`, one message a second. While nobody subscribes to them, it does not
-/// subscribe either.
+/// Numbers for plots with rqt_plot and PlotJuggler: `clay/status`, `hands/pressure`, `array/rendering` and
+/// `array/state` in, `rig/numbers` out, one message per state of the array. Also the latency of each stage
+/// (StageLatency) on `rig/latency`, one message per second. The node subscribes only while somebody
+/// subscribes to its output.
 class RigNumbersNode {
  public:
   RigNumbersNode(ros::NodeHandle nh, ros::NodeHandle private_nh);
@@ -43,9 +43,9 @@ class RigNumbersNode {
   ros::NodeHandle nh_;
   RigNumbers numbers_;
   Inbox inbox_;
-  std::vector<ros::Subscriber> subscribers_;  // only while somebody looks
-  std::optional<StageLatency> latency_;       // only while somebody looks
-  std::vector<ros::Subscriber> timed_;        // the same
+  std::vector<ros::Subscriber> subscribers_;  // only while somebody subscribes
+  std::optional<StageLatency> latency_;       // only while somebody subscribes
+  std::vector<ros::Subscriber> timed_;        // only while somebody subscribes
   ros::Publisher publisher_, latency_publisher_;
   ros::WallTimer timer_, latency_timer_;
 };

@@ -23,7 +23,7 @@ using XmlRpc::XmlRpcValue;
 constexpr std::chrono::milliseconds patience(2000);
 constexpr std::chrono::milliseconds step(50);
 
-/// Whether somebody takes connections there; a frozen process does.
+/// Whether a process accepts connections there; a frozen process does, too.
 bool listens(const Address& address) {
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
@@ -81,7 +81,7 @@ std::optional<XmlRpcValue> ask(const Address& address, const std::string& method
     if (!done) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   dispatch.removeSource(&client);
-  // [1, words, value] where it went well
+  // [1, words, value] if the call succeeded
   if (!done || client.isFault() || response.getType() != XmlRpcValue::TypeArray || response.size() != 3 ||
       response[0].getType() != XmlRpcValue::TypeInt || static_cast<int>(response[0]) != 1)
     return std::nullopt;

@@ -14,14 +14,14 @@
 namespace tactile_clay::nodes {
 
 constexpr double sign_of_life_period = 0.2;  // s
-// s, shorter than the patience of keep_running: the log has the name of the culprit before the process is
-// ended.
+// s, shorter than the patience of keep_running, so that the log has the name of the silent node before the
+// process is ended.
 constexpr double silence_to_tell = 2.0;
 
-/// Signs of life of a node, by the thread that serves its callbacks, while this lives.
+/// Gives signs of life of a node, from the thread that serves its callbacks, while this object lives.
 class SignsOfLife {
  public:
-  /// @param nh whose queue the callbacks are in
+  /// @param nh handle of the queue with the callbacks
   /// @param node its full name
   SignsOfLife(const ros::NodeHandle& nh, const std::string& node)
       : node_(node),
@@ -48,17 +48,17 @@ class SignsOfLife {
 template <class Node>
 int runNode(int argc, char** argv, const char* name) {
   ros::init(argc, argv, name);
-  // roscpp handles SIGINT; an array must go silent on these as well.
+  // roscpp handles SIGINT; an array must go silent on these signals as well.
   std::signal(SIGTERM, [](int) { ros::requestShutdown(); });
   std::signal(SIGHUP, [](int) { ros::requestShutdown(); });
-  ros::NodeHandle nh, private_nh("~");  // outlive the catch: with the last handle goes the console
+  ros::NodeHandle nh, private_nh("~");  // outlive the catch: the log ends with the last handle
   failWhenReplaced();
   try {
     const SignsOfLife life(nh, private_nh.getNamespace());
     Node node(nh, private_nh);
     ros::spin();
   } catch (const std::exception& error) {
-    if (shuttingDown()) return exitCode();  // Ctrl-C at the start: parameters could not be read any more
+    if (shuttingDown()) return exitCode();  // Ctrl-C at the start: parameters could no longer be read
     ROS_FATAL("%s", error.what());
     return 1;
   }
@@ -81,7 +81,7 @@ class AsNodelet : public nodelet::Nodelet {
   }
 
   std::unique_ptr<SignsOfLife> life_;
-  std::unique_ptr<Node> node_;  // ends first: it may give signs of life by itself
+  std::unique_ptr<Node> node_;  // destroyed first: it may give signs of life by itself
 };
 
 }  // namespace tactile_clay::nodes

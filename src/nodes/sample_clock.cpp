@@ -10,8 +10,8 @@
 namespace tactile_clay::nodes {
 namespace {
 
-const ros::WallDuration clock_patience(10.0);  // for a first time on /clock
-const ros::WallDuration standing_clock(5.0);   // until it is told, and again
+const ros::WallDuration clock_patience(10.0);  // s, for a first time on /clock
+const ros::WallDuration standing_clock(5.0);   // s, until the first warning, and until the next one
 
 }  // namespace
 
@@ -33,7 +33,7 @@ std::chrono::nanoseconds SampleClock::ofLive(const hand::TrackedFrame& frame) {
   const auto sampled = device_(frame.stamp, (told ? frame.received : now).time_since_epoch());
   restarts_ = device_.restarts();
   const auto ros_now = toCore(ros::Time::now());
-  // Simulated time may stand still or run at any speed: it is then the time of arrival.
+  // Simulated time may stand still or run at any speed. The stamp is then the time of arrival.
   const auto stamp = ros::Time::isSimTime() ? ros_now : ros_now - (now.time_since_epoch() - sampled);
   return std::max(stamp, last_ + std::chrono::microseconds(1));
 }
@@ -50,7 +50,7 @@ std::chrono::nanoseconds SampleClock::ofRecording(const hand::TrackedFrame& fram
 }
 
 std::chrono::nanoseconds SampleClock::ofPlayed(std::chrono::nanoseconds late) const {
-  // As of a live tracker: a simulated clock may stand still or run at any speed.
+  // As for a live tracker: a simulated clock may stand still or run at any speed.
   const auto now = toCore(ros::Time::now());
   return std::max(ros::Time::isSimTime() ? now : now - late, last_ + std::chrono::microseconds(1));
 }

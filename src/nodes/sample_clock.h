@@ -12,46 +12,46 @@
 
 namespace tactile_clay::nodes {
 
-/// With use_sim_time all times come from /clock, and would stand still without one; a player of hands may
-/// bring it later. Waits for a first time.
-/// @param stopped whether the wait is to end
-/// @throws std::runtime_error with one line where none comes
+/// Waits for a first time on /clock. With use_sim_time all times come from there, and stand still without it;
+/// a program that plays hands may publish it later than this node starts.
+/// @param stopped returns whether the wait has to end
+/// @throws std::runtime_error with one line if no time comes
 void waitForClock(const std::function<bool()>& stopped);
 
-/// The stamps of samples of hands. They increase.
+/// Makes the stamps of tracker samples. They increase.
 class SampleClock {
  public:
   /// ROS time at which the device of a live tracker took a sample (device_clock.h).
   std::chrono::nanoseconds ofLive(const hand::TrackedFrame& frame);
 
-  /// Stamp of a recorded sample in the time of its recording; repaired where it does not follow the one
-  /// before, which is told.
+  /// Stamp of a recorded sample in the time of its recording. If it does not follow the one before, it is
+  /// repaired, and this is logged.
   std::chrono::nanoseconds ofRecording(const hand::TrackedFrame& frame);
 
-  /// ROS time at which a sample of a recording was due: samples that a busy computer releases late, several
-  /// at once, stay as far apart as they were.
-  /// @param late how long it has been due
+  /// ROS time at which a sample of a recording was due. Samples that a busy computer releases late, and
+  /// several at once, keep their distances in time.
+  /// @param late how long the sample has been due
   std::chrono::nanoseconds ofPlayed(std::chrono::nanoseconds late) const;
 
-  /// Now, but later than what was released last.
+  /// The time now, but later than the stamp that was released last.
   std::chrono::nanoseconds next() const;
 
-  /// A sample with this stamp goes on its way.
+  /// To be called when a sample with this stamp is released.
   void released(std::chrono::nanoseconds stamp) { last_ = stamp; }
 
-  /// Tells it where use_sim_time stands still.
+  /// Logs a warning if the time of use_sim_time stands still.
   void tellStanding();
 
-  /// Since the start; of any thread.
+  /// Counts since the start; may be called from any thread.
   unsigned repaired() const { return repaired_; }
   unsigned restarts() const { return restarts_; }
 
  private:
   RecordingTime recording_;
   hand::DeviceClock device_;
-  std::chrono::nanoseconds last_{0};  // that was released
-  ros::Time clock_time_;              // of use_sim_time
-  ros::SteadyTime clock_moved_;       // when it was another, or told to stand still
+  std::chrono::nanoseconds last_{0};  // stamp that was released last
+  ros::Time clock_time_;              // newest time of use_sim_time
+  ros::SteadyTime clock_moved_;       // when `clock_time_` changed, or a warning was logged
   std::atomic<unsigned> repaired_{0}, restarts_{0};
 };
 

@@ -132,7 +132,7 @@ hand::TrackerScript loadScore(const std::string& name, const std::string& packag
       move.fail("more than " + std::to_string(max_moves) + " moves, expected at most as many");
     scores.push_back(readMove(move, scale));
     duration += scores.back().duration() + pause;
-    // Here, and not at the end: so many moves in one memory are what this keeps away.
+    // Checked here and not at the end, so that too many moves never come into memory.
     if (!(duration <= hand::longest_score))
       move.fail("lasts until " + std::to_string(duration) + " s, expected a score of at most " +
                 std::to_string(static_cast<int>(hand::longest_score)) + " s");

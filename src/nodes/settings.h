@@ -14,31 +14,32 @@ namespace tactile_clay::nodes {
 using SettingValue = std::variant<bool, int, double, std::string>;
 using SettingValues = std::map<std::string, SettingValue>;
 
-/// A parameter, as the function that read it told it.
+/// A parameter, as the function that read it described it.
 struct Setting {
   std::string name, group, meaning;
   SettingValue value, fallback;
-  SettingValue low, high;            // of numbers; else as `value`
-  std::vector<std::string> choices;  // of a text that has them
+  SettingValue low, high;            // range of a number; else of the type of `value`
+  std::vector<std::string> choices;  // allowed values of a text; empty: no list
 };
 
-/// Where a function reads the parameters of a node from: the parameter server at the start, what was asked
-/// for while the node runs, or a file. Each parameter is told once, where it is read, with its meaning and
-/// the range that is checked; who shows parameters to people takes them from `read()`.
+/// The source from which a function reads the parameters of a node: the parameter server at the start, the
+/// values that were asked for while the node runs, or a file. Each parameter is described once, where it is
+/// read, with its meaning and the range that is checked. `read()` returns the descriptions, for programs that
+/// show parameters.
 class Settings {
  public:
-  /// How a parameter is called in lines about it.
+  /// The name of a parameter in log and error lines.
   using Naming = std::function<std::string(const std::string& name)>;
 
-  /// Those of the parameter server.
+  /// Reads from the parameter server.
   explicit Settings(const ros::NodeHandle& private_nh);
-  /// Those given, and for others what the reading function falls back to.
+  /// Reads from `given`. A parameter that is not there gets the fallback of the reading function.
   Settings(Naming naming, SettingValues given);
 
-  /// False where nothing runs yet.
+  /// False while parameters are read from the parameter server at the start.
   bool running() const { return !server_; }
-  /// Those read from now on belong together.
-  /// @param name empty: to no group
+  /// Parameters that are read from now on belong to this group.
+  /// @param name name of the group; empty: none
   void group(const std::string& name) { group_ = name; }
 
   /// @throws std::runtime_error with one line naming the parameter, its value and what was expected
@@ -46,7 +47,7 @@ class Settings {
                 const std::string& meaning);
   int whole(const std::string& name, int fallback, int low, int high, const std::string& meaning);
   bool truth(const std::string& name, bool fallback, const std::string& meaning);
-  /// @param choices all that it may be; empty: the reading function knows
+  /// @param choices the allowed values; empty: the caller checks the value itself
   std::string text(const std::string& name, const std::string& fallback, const std::string& meaning,
                    const std::vector<std::string>& choices = {});
 
@@ -67,7 +68,7 @@ class Settings {
   std::vector<Setting> read_;
 };
 
-/// What a parameter of this type is, for people: "a number".
+/// Name of the type of a parameter for error lines, such as "a number".
 const char* kindOf(const SettingValue& value);
 
 }  // namespace tactile_clay::nodes

@@ -9,8 +9,8 @@
 
 namespace tactile_clay::nodes {
 
-/// Folder of this package, which holds `config`.
-/// @throws std::runtime_error where ROS does not know it
+/// Folder of this package, which contains `config`.
+/// @throws std::runtime_error if ROS does not know it
 inline std::string packageFolder() {
   const std::string package = ros::package::getPath("tactile_clay");
   if (package.empty())
@@ -18,13 +18,13 @@ inline std::string packageFolder() {
   return package;
 }
 
-/// Folder of any package, for `package://` in scenes and robot models; empty where ROS does not know it.
+/// Folder of any package, for `package://` in scenes and robot models; empty if ROS does not know it.
 inline std::string folderOfPackage(const std::string& package) {
   return ros::package::getPath(package);
 }
 
-/// Whether ROS knows a package. Not by its path, for which rospack tells the standard error what it does not
-/// find.
+/// Whether ROS knows a package. It does not ask for the path, because rospack writes a line to the standard
+/// error for each package that it does not find.
 inline bool hasPackage(const std::string& package) {
   std::vector<std::string> all;
   ros::package::getAll(all);

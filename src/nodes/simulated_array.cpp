@@ -72,7 +72,8 @@ void SimulatedArray::startWire(ros::NodeHandle nh, ros::NodeHandle private_nh) {
   wire_.inbox = std::make_unique<Inbox>(private_nh);
   wire_.focal_points = wire_.inbox->subscribe<FocalPointArray>(
       nh, topic::focal_points, 1, [this](const FocalPointArray::ConstPtr& message) {
-        // Those of a frame without points are what a pattern that is still on its way was made for.
+        // A message without points is left out: a pattern that is still on its way was made for the points
+        // before it.
         if (!message->points.empty()) wire_.commanded = message;
       });
   wire_.terminal = std::make_unique<device::SonicSurfaceTerminal>(param<std::string>(private_nh, "wire", ""),

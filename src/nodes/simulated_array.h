@@ -14,26 +14,26 @@
 
 namespace tactile_clay::nodes {
 
-/// Stands in for a real array: same input, gate and state. Solves the phases of the arrays `~layout` and
+/// Takes the place of a real array: same input, gate and state. Solves the phases of the arrays `~layout` and
 /// publishes them with their true field (SoundField).
 ///
-/// With `~wire`, the name of a serial port, it stands in for the SonicSurface boards behind that port
-/// instead: a driver writes the boards' bytes there, and what is published is the field of the phases that
-/// these bytes make the boards play. Gate and `array/state` are then the driver's; what the boards do is in
-/// `array/wire_state` (silent_reason, frames_sent: swaps, frames_rejected: bytes that are none of the
+/// With `~wire`, the name of a serial port, it takes the place of the SonicSurface boards behind that port
+/// instead. A driver writes the boards' bytes there, and this node publishes the field of the phases that
+/// these bytes make the boards play. Gate and `array/state` are then the driver's. The state of the boards is
+/// in `array/wire_state` (silent_reason, frames_sent: swaps, frames_rejected: bytes that do not belong to the
 /// protocol). `~wire_boards` is 1 or 2, `~wire_firmware` stock or tactile, `~wire_second_board` the pose of
 /// the second board.
 class SimulatedArray {
  public:
-  /// @throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
+  /// @throws std::runtime_error, std::invalid_argument with one line if a parameter is wrong
   SimulatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
  private:
-  /// Behind a serial port.
+  /// The boards behind a serial port.
   struct Wire {
     std::unique_ptr<device::SonicSurfaceTerminal> terminal;
-    FocalPointArray::ConstPtr commanded;  // the newest
-    std::size_t swaps = 0;                // told so far
+    FocalPointArray::ConstPtr commanded;  // the newest with points
+    std::size_t swaps = 0;                // swaps at the last state that was looked at
     bool sounds = false;
     ros::Publisher state;
     std::unique_ptr<Inbox> inbox;
@@ -48,7 +48,7 @@ class SimulatedArray {
   ArrayModel model_;
   std::unique_ptr<SoundField> field_;
   Wire wire_;
-  std::unique_ptr<GatedArray> array_;  // goes first, and silences the rest
+  std::unique_ptr<GatedArray> array_;  // destroyed first: it silences the rest
 };
 
 }  // namespace tactile_clay::nodes

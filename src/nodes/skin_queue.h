@@ -10,8 +10,8 @@
 
 namespace tactile_clay::nodes {
 
-/// Skins on their way from the subscriber's thread to the clay's. In lockstep each is one frame; live those
-/// that came since the frame before make one together.
+/// Skins on their way from the subscriber's thread to the clay's. In lockstep each skin makes one frame.
+/// Live, all skins since the last frame make one frame together.
 class SkinQueue {
  public:
   using Cloud = sensor_msgs::PointCloud2::ConstPtr;
@@ -19,25 +19,26 @@ class SkinQueue {
 
   explicit SkinQueue(bool lockstep) : lockstep_(lockstep) {}
 
-  /// Live, the oldest of many leaves.
-  /// @throws std::runtime_error where too many wait (requireRoom)
+  /// Live, if 64 skins wait, the oldest is removed.
+  /// @throws std::runtime_error if too many wait (requireRoom)
   void push(const Cloud& skin);
   /// Ends all waiting, for good.
   void stop();
 
-  /// Waits for a skin, to `until` at most; in lockstep as long as it takes.
+  /// Waits for a skin until `until` at most; in lockstep without limit.
   /// @param[out] skins those that wait, the oldest first; in lockstep one
-  /// @return false where the queue was stopped
+  /// @return false if the queue was stopped
   bool wait(Clock::time_point until, std::vector<Cloud>& skins);
 
-  /// How many were overtaken by newer ones.
+  /// Number of skins that were overtaken by newer ones.
   unsigned overtaken() const;
 
  private:
-  static constexpr std::size_t max_live = 64;  // that wait: a second of hands, which no frame takes
+  // Maximum number of skins that wait: about a second of hands. No frame takes so long.
+  static constexpr std::size_t max_live = 64;
 
   const bool lockstep_;
-  mutable std::mutex mutex_;  // of what follows
+  mutable std::mutex mutex_;  // protects all members below
   std::condition_variable came_;
   std::deque<Cloud> skins_;
   bool stopped_ = false;

@@ -25,7 +25,8 @@ using device::Sound;
 constexpr unsigned drive_queue = 128;          // two frames of eight patterns at eight places
 constexpr double height_without_focus = 0.15;  // m, of the slice
 
-/// Means, over the time that each focal point is there, by its index in the emission.
+/// Mean values per focal point, over the time in which the point is there. The index is that of the point in
+/// the emission.
 class Means {
  public:
   explicit Means(std::size_t points) : sum_(points, 0.0), time_(points, 0.0) {}
@@ -82,7 +83,7 @@ void SoundField::publishSilence(const std_msgs::Header& header) {
   publishDrive(Sound(), header);
 }
 
-/// Of hundreds of samples in single precision, which is fast.
+/// Amplitudes at the points of a part. For many points in single precision, which is fast.
 std::vector<double> SoundField::amplitudesAtPoints(const Sound::Part& part) const {
   constexpr std::size_t few = 16;
   std::vector<double> amplitudes;

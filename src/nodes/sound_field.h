@@ -14,21 +14,25 @@
 
 namespace tactile_clay::nodes {
 
-/// Publishes what an array plays, and its true field. `array/drive`: the drive at the time of the stamp, not
-/// modulated down; of a field all its patterns, one message each. `array/measured`: the pressure at each
-/// focal point while it is there, averaged over the period. While somebody subscribes, `array/acoustics`: how
-/// that compares with what was commanded, side lobes and the level at the head; `array/field`: on the tracked
-/// skin and on a slice the highest acoustic amplitude of the period and the tactile pressure, the radiation
-/// pressure averaged over it.
+/// Publishes what an array plays, and its true field:
+/// - `array/drive`: the drive at the time of the stamp, without the envelope of the modulation; for a field
+///   all its patterns, one message per pattern.
+/// - `array/measured`: the pressure at each focal point while the point is there, averaged over the period.
+/// - `array/acoustics`, while somebody subscribes: how these pressures compare with the commanded ones, side
+///   lobes, and the level at the head.
+/// - `array/field`, while somebody subscribes: on the tracked skin and on a slice the highest acoustic
+///   amplitude of the period, and the tactile pressure, which is the radiation pressure averaged over the
+///   period.
 class SoundField {
  public:
   /// Reads `~slice_height`, `~slice_size`, `~slice_step`, `~skin_field`, `~slice_field`, `~lockstep`.
-  /// @throws std::runtime_error with one line where a parameter is wrong
+  /// @throws std::runtime_error with one line if a parameter is wrong
   SoundField(ros::NodeHandle nh, ros::NodeHandle private_nh, ArrayModel model);
 
   void publish(const device::Sound& sound, const std_msgs::Header& header);
 
-  /// The two parts of it: the drive, at once, and what has to be computed.
+  /// The two parts of `publish`: the drive, which is there at once, and the fields, which have to be
+  /// computed.
   void publishDrive(const device::Sound& sound, const std_msgs::Header& header);
   void publishFields(const device::Sound& sound, const std_msgs::Header& header);
   void publishSilence(const std_msgs::Header& header);
@@ -47,7 +51,7 @@ class SoundField {
   bool skin_field_, slice_field_;
   Transforms transforms_;
   Inbox inbox_;
-  Skin skin_;  // the newest
+  Skin skin_;  // the newest skin
   std::string skin_frame_;
 
   ros::NodeHandle nh_;

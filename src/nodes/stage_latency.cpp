@@ -9,12 +9,12 @@
 namespace tactile_clay::nodes {
 namespace {
 
-constexpr double longest = 10.0;       // s; an age beyond is that of another clock
+constexpr double longest = 10.0;       // s; a greater age comes from another clock
 constexpr std::size_t max_open = 600;  // samples without an answer: ten seconds of them
 constexpr float bin_ms = 1.0f;
 constexpr std::size_t bins = 64;
 
-/// Of ascending numbers: the smallest that at least this share does not exceed.
+/// The smallest of ascending numbers that at least this share of them does not exceed.
 float quantile(const std::vector<float>& ascending, double share) {
   const double rank = std::ceil(share * static_cast<double>(ascending.size()));
   return ascending[static_cast<std::size_t>(std::max(1.0, rank)) - 1];
@@ -29,17 +29,18 @@ const std::array<const char*, latency_stages_count> latency_stages = {
     "tracking", "hand", "clay", "pressure", "renderer", "array", "motion_to_touch"};
 
 void StageLatency::arrived(std::size_t topic, ros::Time stamp, ros::Time at) {
-  if (stamp.isZero()) return;  // of no sample, as the state of an array that waits for its first one
+  // Belongs to no sample, such as the state of an array that waits for its first one.
+  if (stamp.isZero()) return;
   if (!samples_.empty() && secondsBetween(stamp, samples_.back().stamp) > longest)
     samples_.clear();                                                                          // another run
-  if (!samples_.empty() && stamp <= samples_.back().stamp && open_.count(stamp) == 0) return;  // told anew
+  if (!samples_.empty() && stamp <= samples_.back().stamp && open_.count(stamp) == 0) return;  // repeated
   std::optional<ros::Time>& arrival = open_[stamp].at(topic);
   if (!arrival) arrival = at;
   if (topic + 1 < latency_topics.size()) {
     if (open_.size() > max_open) open_.clear();  // nobody answers
     return;
   }
-  // What came before the answered sample has been answered, too, or never will be.
+  // Samples before the answered one have been answered, too, or never will be.
   while (!open_.empty() && open_.begin()->first < stamp) {
     count(open_.begin()->first, open_.begin()->second);
     open_.erase(open_.begin());
@@ -63,7 +64,7 @@ void StageLatency::count(ros::Time stamp, const Arrivals& arrivals) {
   std::optional<ros::Time> before;
   if (one_clock) before = stamp;
   for (std::size_t k = 0; k < arrivals.size(); ++k) {
-    if (!arrivals[k]) continue;  // of a bag without it: its time is in that of the next stage
+    if (!arrivals[k]) continue;  // as in a bag without the topic: its time counts for the next stage
     if (before) sample.ms[k] = 1e3 * secondsBetween(*before, *arrivals[k]);
     before = arrivals[k];
   }

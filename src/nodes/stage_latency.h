@@ -12,27 +12,28 @@
 
 namespace tactile_clay::nodes {
 
-/// Topics that pass a sample of the hands on, in their order. The stage of each ends with its message.
+/// Topics that pass a tracker sample on, in their order. Each stage ends with the message on its topic.
 constexpr std::size_t latency_stages_count = 7;
 extern const std::array<const char*, latency_stages_count - 1> latency_topics;
-/// Their stages, and last the whole way, from motion to touch.
+/// Names of the stages, and last of the whole way from motion to touch.
 extern const std::array<const char*, latency_stages_count> latency_stages;
 
-/// Latency from motion to touch, stage by stage. A sample is known by its stamp. A stage lasts from where its
-/// input had come to where its output has, both as one observer gets them; the first begins with the stamp.
+/// Latency from motion to touch, stage by stage. A sample is identified by its stamp. A stage lasts from the
+/// arrival of its input to the arrival of its output, both at the same observer. The first stage begins with
+/// the stamp.
 class StageLatency {
  public:
-  /// @param window s, of which samples count, by their stamps
+  /// @param window s; a sample counts if its stamp is at most that much older than the newest one
   explicit StageLatency(double window) : window_(window) {}
 
-  /// A message has come.
+  /// To be called when a message has come.
   /// @param topic its place in `latency_topics`
   void arrived(std::size_t topic, ros::Time stamp, ros::Time at);
-  /// Counts also what has been answered last, of which messages may still be on their way.
+  /// Also counts the samples that were answered last, of which messages may still be on their way.
   void finish();
 
-  /// Where stamps are not of the clock by which messages come, as those of a recording, `tracking` and
-  /// `motion_to_touch` have no samples.
+  /// The latencies as a message. If stamps come from another clock than times of arrival, as those of a
+  /// recording, `tracking` and `motion_to_touch` have no samples.
   RigLatency message() const;
 
  private:

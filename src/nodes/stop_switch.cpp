@@ -6,7 +6,7 @@
 namespace tactile_clay::nodes {
 namespace {
 
-/// The action, after which the file is marked or not.
+/// The action; after it the mark of the file is set or removed.
 std::function<std::string()> marking(const std::function<std::string()>& action, const std::string& file,
                                      bool marked) {
   return [=] {

@@ -12,15 +12,15 @@
 
 namespace tactile_clay::nodes {
 
-/// The emergency stop of an array, by the same names for every one: `array/stop` and `array/reset`, each a
-/// service (std_srvs/Trigger) and a topic (std_msgs/Empty), and the services `~stop` and `~reset`, for one of
+/// The emergency stop of an array. All arrays use the same names: `array/stop` and `array/reset`, each a
+/// service (std_srvs/Trigger) and a topic (std_msgs/Empty). The services `~stop` and `~reset` are for one of
 /// several arrays. It has a queue and a thread of its own, so that no busy callback delays it. A stop
-/// outlives the program: where `keep_running` starts it again, it begins stopped.
+/// outlives the program: if `keep_running` starts the program again, it begins stopped.
 class StopSwitch {
  public:
-  /// Stops where the node was stopped before it was started again. Starts to listen.
-  /// @param stop, reset are called by the switch's thread, one at a time. They return what to answer, and
-  /// must not throw
+  /// Stops the array if it was stopped before the node was started again. Then starts to listen.
+  /// @param stop, reset are called by the switch's thread, one at a time. They return the answer, and must
+  /// not throw
   StopSwitch(ros::NodeHandle nh, ros::NodeHandle private_nh, std::function<std::string()> stop,
              std::function<std::string()> reset);
 
@@ -31,7 +31,7 @@ class StopSwitch {
   ros::CallbackQueue queue_;
   std::vector<ros::ServiceServer> servers_;
   std::vector<ros::Subscriber> subscribers_;
-  ros::AsyncSpinner spinner_;  // goes first
+  ros::AsyncSpinner spinner_;  // destroyed first
 };
 
 }  // namespace tactile_clay::nodes

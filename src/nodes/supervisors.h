@@ -6,28 +6,28 @@
 
 namespace tactile_clay::nodes {
 
-/// Somebody who can stop an array.
+/// A program that can stop an array.
 class Supervisor {
  public:
   virtual ~Supervisor() = default;
 
-  /// Empty while it is there; else one line: who is missing, and what helps. Of one thread.
+  /// Empty while it is there; else one line: what is missing, and what helps. For one thread.
   virtual std::string missing() = 0;
 };
 
-/// Who has to be there while an array sounds: the roslaunch that started this process, for without it nobody
-/// acts on Ctrl-C, and the master, for without it nobody new finds `array/stop`. A process that was started
-/// by hand has only the master.
+/// The programs that have to be there while an array sounds: the roslaunch that started this process, because
+/// without it nothing reacts to Ctrl-C, and the master, because without it no new program finds `array/stop`.
+/// A process that was started by hand has only the master.
 class Supervisors {
  public:
   /// Starts to watch.
-  /// @param required "roslaunch", "master", both, or "none". One that is not required is told when it goes
-  /// and comes back, and no more
-  /// @throws std::runtime_error where a word is none of these
+  /// @param required "roslaunch", "master", both, or "none". If one is not required, it is only logged when
+  /// it disappears and when it returns
+  /// @throws std::runtime_error if a word is none of these
   explicit Supervisors(const std::string& required);
 
-  /// Empty while all that are required are there, else the line of the first that is missing. To be called
-  /// again and again, by one thread: it logs who goes and who comes back.
+  /// Empty while all required supervisors are there, else the line of the first one that is missing. To be
+  /// called again and again, by one thread: it logs who disappears and who returns.
   std::string missing();
 
  private:

@@ -11,7 +11,7 @@
 
 namespace tactile_clay::nodes {
 
-/// clay/particles as its surface needs them.
+/// The part of clay/particles that the surface needs.
 struct SurfaceParticles {
   clay::VectorField position;          // m
   std::vector<Eigen::Vector3f> color;  // RGB, 0-1
@@ -19,8 +19,8 @@ struct SurfaceParticles {
 /// @throws std::runtime_error naming a field that is missing
 SurfaceParticles surfaceParticles(const sensor_msgs::PointCloud2& particles);
 
-/// Directions towards two lights, in world, unit, and how much comes from them: the sun behind the left
-/// shoulder of the default view, a weak light from the other side.
+/// Directions to two lights (unit, in world), and how much light comes from them: the sun behind the left
+/// shoulder of the default view, and a weak light from the other side.
 struct Daylight {
   Eigen::Vector3f sun = Eigen::Vector3f(-0.55f, 0.25f, 0.85f).normalized();
   Eigen::Vector3f fill = Eigen::Vector3f(-0.45f, -0.75f, 0.25f).normalized();
@@ -34,8 +34,9 @@ Eigen::Vector3f lit(const Eigen::Vector3f& color, const Eigen::Vector3f& normal)
 /// The colours of all vertices of a mesh in that light.
 std::vector<Eigen::Vector3f> lit(const surface::TriangleMesh& mesh);
 
-/// Triangles of a mesh as a marker; none deletes the marker.
-/// @param colors RGB of each vertex, 0-1, shown as they are: what is read from a colour bar must not be lit
+/// Triangles of a mesh as a marker; no triangles delete the marker.
+/// @param colors RGB of each vertex, 0-1, shown unchanged: colours that are compared with a colour bar must
+/// not be lit
 /// @param alpha 0-1
 visualization_msgs::Marker surfaceMarker(const surface::TriangleMesh& mesh,
                                          const std::vector<Eigen::Vector3f>& colors,

@@ -9,13 +9,13 @@
 
 namespace tactile_clay::nodes {
 
-/// Lets a line pass at most once in a while, by a clock that simulated time does not stop.
+/// Lets one line pass per period at most, by a clock that simulated time does not stop.
 class Throttle {
  public:
   explicit Throttle(double period = 5.0) : period_(period) {}  // s
 
-  /// Whether a line may be told now.
-  /// @return how many were held back since the one before, or nothing
+  /// Whether a line may be logged now.
+  /// @return if so, how many lines were held back since the last one; else nothing
   std::optional<unsigned> pass() {
     const ros::SteadyTime now = ros::SteadyTime::now();
     if (!last_.isZero() && (now - last_).toSec() < period_) {
@@ -32,12 +32,12 @@ class Throttle {
   unsigned held_ = 0;
 };
 
-/// " (and N before)", or nothing.
+/// The text " (and N before it)", or an empty text.
 inline std::string andMore(unsigned held) {
   return held == 0 ? "" : " (and " + std::to_string(held) + " before it)";
 }
 
-/// A text of the outside world as one line of printable characters and ordinary length.
+/// A text from outside as one line of printable characters and ordinary length.
 inline std::string printableLine(std::string text) {
   constexpr std::size_t longest = 400;
   const bool cut = text.size() > longest;

@@ -2,7 +2,7 @@
 
 namespace tactile_clay::nodes {
 
-/// Names of topics, services and frames; all topics and services are relative and can be remapped.
+/// Names of topics, services and coordinate frames; all topics and services are relative and can be remapped.
 namespace topic {
 constexpr char hands_tracked[] = "hands/tracked";
 constexpr char hands_skin[] = "hands/skin";

@@ -12,10 +12,10 @@
 namespace tactile_clay::nodes {
 namespace {
 
-constexpr std::size_t max_frames = 1000;      // of a graph, all kept
-constexpr std::size_t max_transforms = 1000;  // of a message
+constexpr std::size_t max_frames = 1000;      // coordinate frames of a graph, all kept
+constexpr std::size_t max_transforms = 1000;  // transforms of one message
 constexpr double farthest = 1e6;              // m
-constexpr double unit_tolerance = 1e-6;       // of a squared norm, tf2's own
+constexpr double unit_tolerance = 1e-6;       // tolerance of a squared norm, as in tf2
 
 }  // namespace
 
@@ -29,7 +29,7 @@ std::string faultOf(const geometry_msgs::TransformStamped& transform) {
   if (!fault.empty()) return fault;
   if (parent.empty() || child.empty() || parent == child)
     return "transform from '" + parent + "' to '" + child + "', expected the names of two frames";
-  // Written so that what is not a number fails.
+  // Written so that NaN fails.
   if (!(std::abs(p.x) < farthest && std::abs(p.y) < farthest && std::abs(p.z) < farthest))
     return "frame '" + child + "' at no finite place, expected numbers of metres";
   if (!(std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) <= unit_tolerance))
@@ -79,7 +79,8 @@ void Transforms::take(const geometry_msgs::TransformStamped& transform, bool fix
   buffer_.setTransform(transform, "tf", true);
 }
 
-/// Whether a frame is one from which `below` hangs. There are no loops: none was ever let in.
+/// Whether `below` is attached to `frame`, directly or through others. There are no loops, because none is
+/// accepted.
 bool Transforms::isAbove(const std::string& frame, std::string below) const {
   for (auto at = frames_.find(below); at != frames_.end(); at = frames_.find(below = at->second.parent))
     if (at->second.parent == frame) return true;
@@ -105,7 +106,7 @@ std::optional<Eigen::Isometry3d> Transforms::lookup(const std::string& into, con
   const std::string target = frameName(into), source = frameName(from);
   if (target == source) return Eigen::Isometry3d::Identity();
   const ros::WallTime deadline = ros::WallTime::now() + patience;
-  // tf2 prints a line for each look at what is no name.
+  // tf2 prints a line for each lookup of an invalid name.
   const bool named = isFrameName(target) && isFrameName(source);
   // Waits by the wall clock: with use_sim_time, ROS time may stand still.
   while (named && patient_ && ros::ok() && !buffer_.canTransform(target, source, ros::Time(0)) &&

@@ -28,7 +28,7 @@ enum Unit { pascal, decibel };
 
 constexpr float closest = 0.01f;  // m from the plane of the transducers, where upright slices begin
 constexpr float height_without_focus = 0.15f;  // m
-constexpr int max_points = 250000;             // a tenth of a second of one core
+constexpr int max_points = 250000;             // a tenth of a second on one core
 constexpr float quietest = 2e-5f;              // Pa peak that count as silence in dB
 
 }  // namespace

@@ -28,8 +28,8 @@ class RosTopicProperty;
 
 namespace tactile_clay::rviz_plugins {
 
-/// A slice of the acoustic field of an array: the exact sum over its transducers, as `array/drive` tells what
-/// they play, with a colour bar in Pa or dB. It computes only while it is shown.
+/// A slice of the acoustic field of an array: the exact sum over its transducers, with the drives of
+/// `array/drive`, and a colour bar in Pa or dB. It computes only while it is shown.
 class AcousticSliceDisplay : public ArrayDisplay<tactile_clay::ArrayDrive> {
   Q_OBJECT
  public:
@@ -69,7 +69,7 @@ class AcousticSliceDisplay : public ArrayDisplay<tactile_clay::ArrayDrive> {
   ros::Subscriber geometry_subscriber_, points_subscriber_;  // their callbacks run in the thread that draws
   ultrasound::ArrayLayout layout_;
   nodes::PlayedDrives played_;
-  std_msgs::Header header_;  // of the newest drive
+  std_msgs::Header header_;  // header of the newest drive
   tactile_clay::FocalPointArray::ConstPtr points_;
   Ogre::ManualObject* object_ = nullptr;
   Ogre::MaterialPtr material_;

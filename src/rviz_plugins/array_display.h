@@ -14,8 +14,8 @@ namespace tactile_clay::rviz_plugins {
 template <class Message>
 class ArrayDisplay : public rviz::MessageFilterDisplay<Message> {
  protected:
-  /// Puts what is drawn where the array is, and tells in the status whether that is known. The array does not
-  /// move: its latest pose serves frames of recordings too, whose stamps are old.
+  /// Places the drawing at the pose of the array, and shows in the status whether this pose is known. The
+  /// array does not move, so its latest pose also serves frames of recordings, whose stamps are old.
   bool place(const std_msgs::Header& header) {
     Ogre::Vector3 position;
     Ogre::Quaternion orientation;

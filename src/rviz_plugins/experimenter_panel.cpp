@@ -28,9 +28,9 @@ constexpr double patience = 2.0;   // s, without array/state
 constexpr double rig_every = 3.0;  // s, between questions to the master
 constexpr char good_color[] = "#287846", bad_color[] = "#b4281e", no_color[] = "#808080";
 
-/// Long words are cut, for lines must not press others out of the panel; the tool tip has all of them.
+/// A long text is cut, so that no line pushes others out of the panel; the tool tip has all of it.
 void showLine(QLabel& line, const QString& words, const char* color) {
-  constexpr int maximum = 80;  // letters, two lines
+  constexpr int maximum = 80;  // characters, two lines
   const QString style = QString("color: ") + color;
   if (line.toolTip() == words && line.styleSheet() == style) return;
   line.setText(words.size() > maximum ? words.left(maximum) + "…" : words);
@@ -147,7 +147,7 @@ void ExperimenterPanel::addForm(QGridLayout& grid) {
           [this](int) { call("quality", qualityCall(clay(), quality_->currentText().toStdString())); });
 }
 
-/// The quality that holds, from the clay.
+/// Follows the present quality of the clay.
 void ExperimenterPanel::subscribeClay() {
   quality_->clear();
   for (const std::string& name : qualities()) quality_->addItem(QString::fromStdString(name));
@@ -263,7 +263,7 @@ std::string ExperimenterPanel::clay() const {
   return nh_.resolveName(clay_->text().toStdString());
 }
 
-/// Full name of the node that makes its surface.
+/// Full name of the node that makes the surface of the clay.
 std::string ExperimenterPanel::surface() const {
   return nh_.resolveName("clay_surface");
 }
@@ -281,7 +281,7 @@ void ExperimenterPanel::say(const QString& words, bool good) {
 void ExperimenterPanel::look() {
   for (const ServiceCalls::Answer& answer : calls_.take()) {
     say(QString::fromStdString(answer.text), answer.good);
-    if (!answer.good) quality_->setCurrentText(quality_held_);  // which may be what was refused
+    if (!answer.good) quality_->setCurrentText(quality_held_);  // the box may show a refused one
   }
   lookAtRig();
   lookAtRecording();

@@ -20,9 +20,10 @@ class QPushButton;
 
 namespace tactile_clay::rviz_plugins {
 
-/// What an experimenter needs at hand: a big stop of the array and its reset, the clay's reset, save and
-/// load, its surface as a mesh, its scene and quality, and recording on and off, with keys that work wherever
-/// the focus is. What services answer is told in its last line. What the rig does not offer is not shown.
+/// The controls of an experimenter: a big stop of the array and its reset, the clay's reset, save, load and
+/// undo, its surface as a mesh, its scene and quality, and recording on and off, with keys that work wherever
+/// the focus is. The last line has the answers of services. Undo and the meshes are not shown if the rig does
+/// not offer them.
 class ExperimenterPanel : public rviz::Panel {
   Q_OBJECT
  public:

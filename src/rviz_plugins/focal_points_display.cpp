@@ -29,7 +29,7 @@ constexpr float text_height = 0.008f;                    // m
 constexpr float letter_width = 0.5f, row_height = 1.1f;  // of the height of the text
 constexpr float nearest = 0.01f;                         // m from the camera
 
-/// Lets a shape shine through what lies before it: focal points lie between hand and clay, hidden by both.
+/// Draws a shape in front of everything: focal points lie between hand and clay, and both would hide them.
 void showThrough(rviz::Shape& shape) {
   shape.getEntity()->getSubEntity(0)->getMaterial()->setDepthCheckEnabled(false);
   shape.getEntity()->getSubEntity(0)->getMaterial()->setDepthWriteEnabled(false);
@@ -145,7 +145,8 @@ void FocalPointsDisplay::redraw() {
   }
 }
 
-/// Labels of points that the camera sees close together are stacked; the camera moves, so in every frame.
+/// Stacks the labels of points that the camera sees close together. This is done in every frame, because the
+/// camera moves.
 void FocalPointsDisplay::update(float wall_dt, float ros_dt) {
   ArrayDisplay::update(wall_dt, ros_dt);
   const rviz::ViewController* view = context_->getViewManager()->getCurrent();

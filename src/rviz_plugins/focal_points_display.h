@@ -19,9 +19,9 @@ class RosTopicProperty;
 
 namespace tactile_clay::rviz_plugins {
 
-/// Focal points as spheres whose volume goes with intensity, each on a thin beam from the array, with its id
-/// and wanted pressure beside it. While the array says that it is silent they have a colour of their own and
-/// no beams: they are wanted, and not played.
+/// Focal points as spheres whose volume is proportional to the intensity, each on a thin beam from the array,
+/// with its id and wanted pressure beside it. While `array/state` reports silence, they have a colour of
+/// their own and no beams: they are wanted, and not played.
 class FocalPointsDisplay : public ArrayDisplay<tactile_clay::FocalPointArray> {
   Q_OBJECT
  public:
@@ -46,15 +46,16 @@ class FocalPointsDisplay : public ArrayDisplay<tactile_clay::FocalPointArray> {
   ros::Subscriber state_subscriber_;
   bool is_silent_ = false;
   void clear();
-  /// Writes beside the point, above a sphere of that diameter, m.
+  /// Makes the label of a point, above its sphere.
+  /// @param diameter of the sphere, m
   void label(const tactile_clay::FocalPoint& point, float diameter);
 
   /// Text on a node of its own, above the point.
   struct Label {
     Ogre::SceneNode* node;
     std::unique_ptr<rviz::MovableText> text;
-    Ogre::Vector3 at;   // of the point, m, in the frame of the array
-    float lift, width;  // m above the point; of the text
+    Ogre::Vector3 at;   // position of the point, m, in the frame of the array
+    float lift, width;  // m: height above the point; width of the text
   };
 
   std::vector<std::unique_ptr<rviz::Shape>> shapes_;

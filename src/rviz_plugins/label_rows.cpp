@@ -12,12 +12,12 @@ std::vector<float> risesOf(const std::vector<LabelBox>& labels, const std::vecto
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return labels[a].bottom < labels[b].bottom; });
   const auto lower = [](const LabelBox& a, const LabelBox& b) { return a.bottom < b.bottom; };
-  std::vector<LabelBox> placed = obstacles;  // by their bottom
+  std::vector<LabelBox> placed = obstacles;  // sorted by their bottom
   std::sort(placed.begin(), placed.end(), lower);
   std::vector<float> rises(labels.size(), 0.0f);
   for (const std::size_t k : order) {
     LabelBox box = labels[k];
-    // From the bottom: what is met once stays below for good, for the box only rises.
+    // From the bottom up: a box that was passed stays below for good, because this box only rises.
     for (const LabelBox& other : placed) {
       const bool beside = std::abs(other.middle - box.middle) >= 0.5f * (other.width + box.width);
       const bool apart = other.bottom + other.height <= box.bottom || box.bottom + box.height <= other.bottom;

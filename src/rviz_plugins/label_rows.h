@@ -9,9 +9,9 @@ struct LabelBox {
   float middle, bottom, width, height;
 };
 
-/// How far each label has to rise so that none lies over another or over an obstacle. Those at the bottom
-/// stay where they are; of two at one height the first one. Each rises no farther than it must above what
-/// stays below.
+/// How far each label has to rise so that none lies over another one or over an obstacle. The lowest labels
+/// stay where they are; if two are at one height, the first one stays. Each label rises no farther than it
+/// must, above those that stay below it.
 std::vector<float> risesOf(const std::vector<LabelBox>& labels, const std::vector<LabelBox>& obstacles = {});
 
 }  // namespace tactile_clay::rviz_plugins

@@ -9,8 +9,8 @@
 namespace tactile_clay::rviz_plugins {
 namespace {
 
-constexpr int max_output = 20000;    // characters of what a recording says
-constexpr int closing_time = 15000;  // ms, in which a recording has closed its bag
+constexpr int max_output = 20000;    // characters of a recording's output that are kept
+constexpr int closing_time = 15000;  // ms, maximum wait until a recording has closed its bag
 
 }  // namespace
 
@@ -50,7 +50,7 @@ void Recording::close() {
 void Recording::ended(int code) {
   recorded_ = QFileInfo::exists(bag_);
   if (!recorded_) {
-    // The line that tells why is the program's own; those of roslaunch begin otherwise.
+    // A line of the program itself has the reason; lines of roslaunch begin otherwise.
     const QStringList all = says_.split('\n');
     const QStringList lines = all.filter("tactile_clay:") + all.filter("record: ");
     bag_ = "recording failed: " +

@@ -6,11 +6,11 @@
 
 namespace tactile_clay::rviz_plugins {
 
-/// A recording of all that the rig does, as `roslaunch tactile_clay record.launch` makes it. It ends when its
-/// owner is killed, too. Belongs to the thread that draws.
+/// A recording of all that the rig does, made by `roslaunch tactile_clay record.launch`. It ends when its
+/// owner is killed, too. For use in the thread that draws.
 class Recording {
  public:
-  /// @param changed called when one has begun or ended
+  /// @param changed called when a recording has begun or ended
   explicit Recording(std::function<void()> changed);
 
   bool runs() const { return process_.state() != QProcess::NotRunning; }
@@ -18,12 +18,12 @@ class Recording {
   void start(const QString& bag);
   /// Asks it to close its bag.
   void stop();
-  /// The same, and waits for it.
+  /// Asks it to close its bag, and waits for it.
   void close();
 
-  /// For people, in one line; empty where there was none.
+  /// The state in one line; empty if there was no recording.
   QString words() const;
-  /// Whether the words are good news.
+  /// Whether `words` reports no failure.
   bool isWell() const { return runs() || recorded_; }
 
  private:
@@ -31,9 +31,9 @@ class Recording {
 
   std::function<void()> changed_;
   QString says_;
-  QString bag_;  // that is or was recorded, or why it failed
+  QString bag_;  // bag that is or was recorded, or why it failed
   bool stopping_ = false, recorded_ = false;
-  QProcess process_;  // last, for it ends first
+  QProcess process_;  // last, so that it is destroyed first
 };
 
 }  // namespace tactile_clay::rviz_plugins

@@ -73,7 +73,7 @@ std::vector<std::string> qualities() {
     for (const auto& preset : YAML::LoadFile(nodes::packageFolder() + "/config/quality.yaml"))
       names.push_back(preset.first.as<std::string>());
   } catch (const std::exception&) {
-    // Then the clay itself tells of one.
+    // Then only the quality that the clay publishes is known.
   }
   return names;
 }

@@ -13,11 +13,11 @@ namespace tactile_clay::rviz_plugins {
 ServiceCalls::Call triggerCall(const std::string& name);
 /// @param file name on the computer of the clay
 ServiceCalls::Call fileCall(const std::string& name, const std::string& file);
-/// @param seconds simulated ones, that the clay goes back
+/// @param seconds simulated seconds by which the clay goes back
 ServiceCalls::Call undoCall(const std::string& clay, double seconds);
 ServiceCalls::Call qualityCall(const std::string& clay, const std::string& quality);
 
-/// Presets of the quality of a step that come with the package.
+/// Names of the presets of quality that come with the package.
 std::vector<std::string> qualities();
 
 }  // namespace tactile_clay::rviz_plugins

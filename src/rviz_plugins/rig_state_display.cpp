@@ -13,9 +13,9 @@
 namespace tactile_clay::rviz_plugins {
 namespace {
 
-constexpr float drawn_every = 0.25f;  // s; numbers that change faster are not read
+constexpr float drawn_every = 0.25f;  // s; numbers that change faster cannot be read
 constexpr double patience = 2.0;      // s, without a message
-constexpr double real_time = 0.97;    // factor from which the clay keeps up
+constexpr double real_time = 0.97;    // real-time factor from which the clay keeps up
 constexpr int margin = 12, gap = 6;   // pixels
 
 const QColor colors[] = {QColor(40, 140, 70), QColor(210, 120, 0), QColor(140, 140, 140)};

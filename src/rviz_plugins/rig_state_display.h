@@ -20,8 +20,8 @@ class RosTopicProperty;
 
 namespace tactile_clay::rviz_plugins {
 
-/// How the rig is, in words over the window: the clay and whether it keeps real time, the latency from hand
-/// to array, whether the array sounds, and why it is silent.
+/// The state of the rig in words over the window: the clay and whether it keeps real time, the latency from
+/// hand to array, whether the array sounds, and why it is silent.
 class RigStateDisplay : public rviz::Display {
   Q_OBJECT
  public:
@@ -42,7 +42,7 @@ class RigStateDisplay : public rviz::Display {
  private:
   struct Line {
     std::string text;
-    int level = 0;  // 0 good, 1 worth a look, 2 nothing comes
+    int level = 0;  // 0 good, 1 worth a look, 2 no messages come
   };
   std::vector<Line> lines() const;
 

@@ -12,7 +12,7 @@ struct ServiceCalls::Shared {
   std::mutex mutex;
   std::vector<Answer> answers;
   bool busy = false;
-  bool looking = false;  // at the rig
+  bool looking = false;  // whether a look at the rig is in progress
   Rig rig;
 };
 

@@ -9,8 +9,8 @@
 namespace tactile_clay::rviz_plugins {
 namespace {
 
-/// At equal distances from nothing to the full scale: dark to light, so that they are also told apart in
-/// grey.
+/// Colours at equal distances from 0 to the full scale: dark to light, so that they can also be distinguished
+/// in grey.
 const std::array<Ogre::ColourValue, 5> stops = {
     Ogre::ColourValue(0.02f, 0.02f, 0.10f), Ogre::ColourValue(0.25f, 0.07f, 0.45f),
     Ogre::ColourValue(0.72f, 0.19f, 0.42f), Ogre::ColourValue(0.97f, 0.52f, 0.30f),

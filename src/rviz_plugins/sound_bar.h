@@ -14,7 +14,7 @@ Ogre::ColourValue soundColor(float share);
 
 /// An upright bar with these colours, and numbers beside it.
 /// @param top number at its upper end
-/// @param length from there to the lower end
+/// @param length difference of the numbers at its upper and lower end
 void paintSoundBar(Overlay& bar, const QString& title, double top, double length);
 
 }  // namespace tactile_clay::rviz_plugins

@@ -17,12 +17,12 @@
 namespace tactile_clay::rviz_plugins {
 namespace {
 
-// q of the ellipsoids that are drawn. Of a shaken lattice they are 0.04 spacings from the surface (median),
-// 0.1 at p95, once a step is made; 0.33 leaves twice that, and holes where the surface is seen at a flat
-// angle.
+// q of the ellipsoids that are drawn. In a shaken lattice these are 0.04 spacings from the surface (median),
+// 0.1 at p95, after the Newton step. With 0.33 the distances are twice as large, and there are holes where
+// the surface is seen at a flat angle.
 constexpr float front_bound = 0.25f;
-constexpr float level = 0.5f;         // of the field, at the surface
-constexpr float longest_step = 0.6f;  // spacings, from an ellipsoid to the surface
+constexpr float level = 0.5f;         // level of the field at the surface
+constexpr float longest_step = 0.6f;  // spacings; the longest step from an ellipsoid to the surface
 
 const Ogre::String& group() {
   return Ogre::ResourceGroupManager::DEFAULT_RESOURCE_GROUP_NAME;
@@ -111,7 +111,8 @@ SplatMaterials::~SplatMaterials() {
     Ogre::HighLevelGpuProgramManager::getSingleton().remove(made->getHandle());
 }
 
-/// Name of the program.
+/// Makes a program of the graphics card.
+/// @return its name
 std::string SplatMaterials::program(const std::string& role, Ogre::GpuProgramType type, const char* source) {
   const Ogre::HighLevelGpuProgramPtr made = Ogre::HighLevelGpuProgramManager::getSingleton().createProgram(
       name_ + " " + role, group(), "glsl", type);

@@ -10,7 +10,7 @@
 
 namespace tactile_clay::rviz_plugins {
 
-/// The materials of SplatScene: programs of the graphics card, and what is written where.
+/// The materials of SplatScene: programs of the graphics card, with their inputs and outputs.
 class SplatMaterials {
  public:
   // Schemes of the viewports that draw the splats: the two techniques of `splats`.
@@ -19,8 +19,8 @@ class SplatMaterials {
   /// What the graphics card or its driver lacks, in words; empty: nothing.
   static std::string lacking();
 
-  /// @param name that no others have
-  /// @throws std::runtime_error with one line where a program is refused
+  /// @param name a name that no others have
+  /// @throws std::runtime_error with one line if a program is refused
   explicit SplatMaterials(const std::string& name);
   ~SplatMaterials();
   SplatMaterials(const SplatMaterials&) = delete;
@@ -29,7 +29,7 @@ class SplatMaterials {
   const Ogre::MaterialPtr& splats() const { return splats_; }
   const Ogre::MaterialPtr& surface() const { return surface_; }
 
-  /// @param front, field, colour what the passes before have drawn, each of width x height pixels
+  /// @param front, field, colour textures that the passes before have drawn, all of one size
   void read(const Ogre::TexturePtr& front, const Ogre::TexturePtr& field, const Ogre::TexturePtr& colour);
   /// @param projection of the camera
   /// @param to_world its orientation in the fixed frame

@@ -136,7 +136,8 @@ void SplatScene::place(const Ogre::Vector3& position, const Ogre::Quaternion& or
   splats_node_->setOrientation(orientation);
 }
 
-/// The part of the window in which the splats are; all of it where some are behind the camera.
+/// Sets the rectangle to the part of the window in which the splats are, or to all of it if some are behind
+/// the camera.
 void SplatScene::setRectangle(const Ogre::Matrix4& to_clip) {
   float left = 1.0f, right = -1.0f, bottom = 1.0f, top = -1.0f;
   for (unsigned k = 0; k < 8; ++k) {

@@ -25,17 +25,18 @@ class Viewport;
 
 namespace tactile_clay::rviz_plugins {
 
-/// The clay by splatting ellipsoids (van der Laan et al. 2009, doi 10.1145/1507149.1507164, with the kernels
-/// of Yu and Turk 2013). In a scene of its own, seen by the camera of the window, a first pass finds how far
-/// the first ellipsoid is in each pixel. Where theirs smooths these depths, a second pass adds up there what
-/// all kernels give: value and gradient of the field of the clay, and its colour. A rectangle in the window
-/// then steps to where the field has the level of the surface, and gets light, colour and depth there: it
-/// hides and is hidden like all else.
+/// Draws the clay by splatting ellipsoids (van der Laan et al. 2009, doi 10.1145/1507149.1507164, with the
+/// kernels of Yu and Turk 2013). The ellipsoids are in a scene of their own, seen by the camera of the
+/// window. A first pass finds the distance of the first ellipsoid in each pixel. Van der Laan et al. smooth
+/// these distances. Here a second pass adds up the contributions of all kernels at that place instead: value
+/// and gradient of the field of the clay, and its colour. Last, a rectangle in the window steps in each pixel
+/// to the place where the field has the level of the surface, and gets light, colour and depth there. So the
+/// surface hides other objects and is hidden by them.
 class SplatScene {
  public:
   /// @param shown the scene of the window
-  /// @param name that no other one has
-  /// @throws std::runtime_error with one line where the graphics card refuses
+  /// @param name a name that no other one has
+  /// @throws std::runtime_error with one line if the graphics card refuses
   SplatScene(Ogre::SceneManager& shown, const std::string& name);
   ~SplatScene();
   SplatScene(const SplatScene&) = delete;

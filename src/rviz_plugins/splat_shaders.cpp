@@ -2,11 +2,11 @@
 
 namespace tactile_clay::rviz_plugins {
 
-// All in the frame of the camera, m: it looks along -z. `parallel` cameras are orthographic. The kernel of
-// class surface::Kernels is weight (1 - q)^3 with q = d^T shape d.
+// All vectors are in the frame of the camera, m; the camera looks along -z. `parallel` cameras are
+// orthographic. The kernel of class surface::Kernels is weight (1 - q)^3 with q = d^T shape d.
 
-/// The quad is perpendicular to the ray through the centre and touches the ellipsoid q = bound in front, so
-/// that it covers it in perspective, too.
+/// The quad is perpendicular to the ray through the centre, and touches the front of the ellipsoid q = bound.
+/// So it covers the ellipsoid in perspective, too.
 const char* SplatShaders::corner = R"(#version 120
 uniform mat4 view;
 uniform mat4 projection;

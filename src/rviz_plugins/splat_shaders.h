@@ -3,11 +3,11 @@
 namespace tactile_clay::rviz_plugins {
 
 /// Programs of the graphics card (GLSL 1.20) that draw the clay by ellipsoid splatting; class SplatScene
-/// tells how they work together.
+/// explains how they work together.
 struct SplatShaders {
   static const char* corner;   // vertices: the corners of a quad that covers one ellipsoid
-  static const char* front;    // fragments: how far the first ellipsoid is
-  static const char* field;    // fragments: what one kernel adds there
+  static const char* front;    // fragments: distance of the first ellipsoid
+  static const char* field;    // fragments: contribution of one kernel at that place
   static const char* window;   // vertices: the corners of a rectangle of the window
   static const char* surface;  // fragments: the lit surface, and its depth
 };

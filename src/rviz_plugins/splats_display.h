@@ -19,8 +19,8 @@ class FloatProperty;
 
 namespace tactile_clay::rviz_plugins {
 
-/// The clay as a smooth surface, drawn by the graphics card from the particles: class SplatScene. Only in the
-/// main view; other views and the tools that select do not see it.
+/// The clay as a smooth surface, which the graphics card draws from the particles (class SplatScene). Only
+/// the main view shows it; other views and the tools that select do not see it.
 class SplatsDisplay : public rviz::MessageFilterDisplay<sensor_msgs::PointCloud2>,
                       public Ogre::RenderTargetListener {
   Q_OBJECT
@@ -44,7 +44,7 @@ class SplatsDisplay : public rviz::MessageFilterDisplay<sensor_msgs::PointCloud2
 
   rviz::FloatProperty* spacing_;
   std::unique_ptr<surface::ClaySplats> splats_;
-  std::unique_ptr<SplatScene> scene_;  // none: the graphics card cannot
+  std::unique_ptr<SplatScene> scene_;  // null if the graphics card cannot draw it
   Ogre::RenderWindow* window_ = nullptr;
   sensor_msgs::PointCloud2::ConstPtr message_;
 };

@@ -17,7 +17,7 @@ class RosTopicProperty;
 
 namespace tactile_clay::rviz_plugins {
 
-/// The transducers of the array, each with the colour of its phase, as bright as its amplitude; dark where
+/// The transducers of the array, each with the colour of its phase, as bright as its amplitude; dark if
 /// silent.
 class TransducersDisplay : public ArrayDisplay<tactile_clay::ArrayDrive> {
   Q_OBJECT

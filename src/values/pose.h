@@ -4,7 +4,7 @@
 
 namespace tactile_clay::values {
 
-/// Turn of three angles, rad: R = Rz(yaw) Ry(pitch) Rx(roll).
+/// Rotation matrix of three angles, rad: R = Rz(yaw) Ry(pitch) Rx(roll).
 inline Eigen::Matrix3d turnOf(double roll, double pitch, double yaw) {
   return (Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
           Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) *
@@ -12,8 +12,8 @@ inline Eigen::Matrix3d turnOf(double roll, double pitch, double yaw) {
       .toRotationMatrix();
 }
 
-/// Pose of six numbers x y z roll pitch yaw: m, and rad as of turnOf.
-/// @param n at least six of them, as a vector or an array of doubles
+/// Pose from the six numbers x y z roll pitch yaw: m, and angles in rad as in turnOf.
+/// @param n at least six numbers, as a vector or an array of doubles
 template <typename Numbers>
 Eigen::Isometry3d poseOf(const Numbers& n) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();

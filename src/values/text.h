@@ -5,7 +5,7 @@
 
 namespace tactile_clay::values {
 
-/// A number for people: six digits.
+/// A number as text with six significant digits.
 inline std::string text(double value) {
   char buffer[32];
   std::snprintf(buffer, sizeof buffer, "%.6g", value);

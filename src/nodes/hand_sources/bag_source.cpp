@@ -19,7 +19,7 @@ constexpr std::uint32_t max_message = 1U << 20U;  // bytes; 64 hands have 110 kB
 using Hands = ros::message_traits::DataType<TrackedHands>;
 using HandsMd5 = ros::message_traits::MD5Sum<TrackedHands>;
 
-/// The first few of the names, in words.
+/// The first few names, as a list.
 std::string listed(const std::set<std::string>& names) {
   constexpr std::size_t maximum = 8;
   std::string list;
@@ -31,15 +31,15 @@ std::string listed(const std::set<std::string>& names) {
   return list;
 }
 
-/// The topic to play: the one that is wanted, or else, where none but the usual one is, the one that a rig in
-/// some namespace has recorded.
+/// The topic to play: the wanted one if the bag has it. If the wanted topic is the usual one and is missing:
+/// the only other topic of hands, where topics of rigs in a namespace come first.
 std::string topicOfHands(rosbag::Bag& bag, const std::string& file, const std::string& wanted) {
   const std::string topic = wanted.empty() ? topic::hands_tracked : wanted;
   const std::string absolute = topic[0] == '/' ? topic : "/" + topic;
   rosbag::View all(bag);
   std::set<std::string> topics, hands, in_namespaces;
   for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
-    // A bag holds the name as it was resolved, with a slash in front.
+    // A bag contains the resolved name, with a slash in front.
     if (connection->topic == topic || connection->topic == absolute) return connection->topic;
     topics.insert(connection->topic);
     if (connection->datatype != Hands::value()) continue;
@@ -74,8 +74,8 @@ void requireTrackedHands(const std::string& file, const rosbag::ConnectionInfo& 
         "): play it with the release that recorded it, or convert it by rules for `rosbag fix`");
 }
 
-/// What `work` reads of a bag.
-/// @throws std::runtime_error with one line, which is its own or tells of damage
+/// Runs `work`, which reads a bag, and returns its result.
+/// @throws std::runtime_error with one line: that of `work`, or one about a damaged bag
 template <typename Work>
 auto reading(const std::string& file, const Work& work) {
   const auto damaged = [&](const std::exception& error) {
@@ -88,7 +88,7 @@ auto reading(const std::string& file, const Work& work) {
   } catch (const std::runtime_error&) {
     throw;
   } catch (const std::exception& error) {
-    throw damaged(error);  // sizes that are wrong ask rosbag for more memory than there is
+    throw damaged(error);  // with wrong sizes rosbag asks for more memory than there is
   }
 }
 
@@ -107,7 +107,7 @@ void BagSource::open(const hand::SourceOptions& options) {
     throw std::runtime_error(file_ + ": not a readable bag: " + error.what() +
                              "; if it was cut off, `rosbag reindex` may save it");
   } catch (const std::exception& error) {
-    // Sizes that are wrong ask rosbag for more memory than there is.
+    // With wrong sizes rosbag asks for more memory than there is.
     throw std::runtime_error(file_ + ": not a readable bag: " + error.what());
   }
   reading(file_, [&] {

@@ -11,8 +11,8 @@
 
 namespace tactile_clay::nodes {
 
-/// Tracked hands of a bag file: every message of the topic, in order, with its own stamp (the time at which
-/// it was recorded where it has none) and frame.
+/// Tracked hands of a bag file: every message of the topic, in order, with its own coordinate frame and
+/// stamp. A message without a stamp gets the time at which it was recorded.
 class BagSource : public hand::HandSource {
  public:
   void open(const hand::SourceOptions& options) override;

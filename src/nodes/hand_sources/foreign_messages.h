@@ -10,9 +10,9 @@
 
 namespace tactile_clay::nodes {
 
-/// As `subscribe`, to messages of others, who may have another definition of M. A plain subscription would be
-/// refused by their node and stay silent; here each of their messages is refused with its type, its MD5 and
-/// its sender.
+/// Like `subscribe`, but for messages of other programs, which may have another definition of M. With a plain
+/// subscription their node would refuse the connection, and nothing would be reported. Here each such message
+/// is refused with a line that has its type, its MD5 and its sender.
 template <class M>
 ros::Subscriber subscribeToOthers(ros::NodeHandle nh, const std::string& topic, Receive<M> receive,
                                   Refuse refuse) {

@@ -16,7 +16,7 @@ T next(IStream& stream) {
   return value;
 }
 
-// Past a list that is not used. Not by reading it: a wrong length would ask for all memory.
+// Skips a list that is not used, without reading it: with a wrong length, reading would ask for all memory.
 template <typename T>
 void skipList(IStream& stream) {
   const auto count = next<std::uint32_t>(stream);
@@ -24,7 +24,7 @@ void skipList(IStream& stream) {
   stream.advance(count * static_cast<std::uint32_t>(sizeof(T)));
 }
 
-// Past fields that are not used.
+// Skips fields that are not used.
 template <typename... T>
 void skip(IStream& stream) {
   (static_cast<void>(next<T>(stream)), ...);
@@ -33,7 +33,8 @@ void skip(IStream& stream) {
 template <typename T, typename Read>
 std::vector<T> list(IStream& stream, const Read& read) {
   std::vector<T> items;
-  // One at a time: what a wrong length promises is not allocated, and the stream ends with an exception.
+  // One item at a time: a wrong length then allocates nothing in advance, and the end of the stream throws an
+  // exception.
   for (auto left = next<std::uint32_t>(stream); left > 0; --left) items.push_back(read(stream));
   return items;
 }

@@ -14,9 +14,9 @@
 
 namespace tactile_clay::nodes {
 
-/// What is used of a `leap_motion/Human` of ros-drivers/leap_motion: m, in Leap's axes (x along the device, y
-/// up, z to the user). It reads that message off the wire by its shape, so that the package itself is not
-/// needed.
+/// The part of a `leap_motion/Human` of ros-drivers/leap_motion that is used: m, in Leap's axes (x along the
+/// device, y up, z to the user). It is decoded here from the bytes of that message, so that the package
+/// itself is not needed.
 struct LeapMotionHuman {
   struct Bone {
     std::uint8_t type = 0;  // 0 metacarpal to 3 distal
@@ -39,7 +39,7 @@ struct LeapMotionHuman {
   Hand right, left;
 };
 
-/// Empty, or what is wrong with it, and what was expected.
+/// Empty, or what is wrong with the message, and what was expected.
 inline std::string faultOf(const LeapMotionHuman& message) {
   return faultOfHeader(&message.header.stamp, nullptr);
 }
@@ -60,7 +60,7 @@ struct DataType<tactile_clay::nodes::LeapMotionHuman> {
 }  // namespace ros::message_traits
 
 namespace ros::serialization {
-/// Reads only: nobody sends it here.
+/// Only reads: nobody sends this message here.
 template <>
 struct Serializer<tactile_clay::nodes::LeapMotionHuman> {
   static void read(IStream& stream, tactile_clay::nodes::LeapMotionHuman& human);

@@ -23,8 +23,8 @@ json millimetres(const V& v) {
   return {1e3 * v.x, 1e3 * v.y, 1e3 * v.z};
 }
 
-/// Adds a hand in the terms of protocol v6, which the driver took it from: bones and left hands are then read
-/// in one place.
+/// Adds a hand in the format of protocol v6, from which the driver made it. So bones and left hands are
+/// interpreted in one place only.
 void add(const Human::Hand& hand, const char* side, json& frame) {
   if (!hand.present) return;
   json entry = {{"id", hand.id},
@@ -33,7 +33,7 @@ void add(const Human::Hand& hand, const char* side, json& frame) {
                 {"palmPosition", millimetres(hand.palm)},
                 {"palmNormal", millimetres(hand.normal)},
                 {"direction", millimetres(hand.direction)}};
-  // Without an arm, the wrist is at the tracker's origin, where no hand is.
+  // If the driver sends no arm, the wrist is at the tracker's origin, where no hand is.
   if (hand.wrist.x != 0.0 || hand.wrist.y != 0.0 || hand.wrist.z != 0.0)
     entry["wrist"] = millimetres(hand.wrist);
   frame["hands"].push_back(std::move(entry));
@@ -57,7 +57,7 @@ class LeapMotionSource : public TopicHands {
   void open(const hand::SourceOptions& options) override {
     ros::NodeHandle nh;
     nh.setCallbackQueue(&queue_);
-    // The topic of recorded hands is the default of all sources.
+    // The default of all sources is the topic of recorded hands.
     const std::string topic = options.topic.empty() || options.topic == topic::hands_tracked
                                   ? "leap_motion/leap_device"
                                   : options.topic;

@@ -4,7 +4,7 @@
 
 namespace tactile_clay::nodes {
 
-/// Frames without hands, 60 a second, without end: the rig without a tracker.
+/// 60 frames per second without hands, without end: for a rig without a tracker.
 class NoHandsSource : public hand::HandSource {
  public:
   void open(const hand::SourceOptions&) override {}

@@ -10,7 +10,7 @@
 
 namespace tactile_clay::nodes {
 
-/// A source of hands that come with messages: of those that came, the newest frame is read.
+/// A source of hands that come as messages. `read` gives the newest of the frames that came.
 class TopicHands : public hand::HandSource {
  public:
   Read read(hand::TrackedFrame& frame, std::chrono::milliseconds timeout) override {
@@ -24,9 +24,9 @@ class TopicHands : public hand::HandSource {
   std::string takeFault() override { return std::exchange(fault_, {}); }
 
  protected:
-  ros::CallbackQueue queue_;                  // of the subscription
-  std::optional<hand::TrackedFrame> newest_;  // not read yet
-  std::string fault_;                         // of a message that was left out
+  ros::CallbackQueue queue_;                  // queue of the subscription
+  std::optional<hand::TrackedFrame> newest_;  // newest frame, not read yet
+  std::string fault_;                         // about a message that was left out
 };
 
 }  // namespace tactile_clay::nodes

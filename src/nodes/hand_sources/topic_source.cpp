@@ -15,7 +15,8 @@ class TopicSource : public TopicHands {
  public:
   void open(const hand::SourceOptions& options) override {
     if (options.topic.empty()) throw std::runtime_error("hands from a topic: expected its name in 'topic'");
-    ros::NodeHandle nh;  // not before: a source can be made, and asked, without a master
+    // Made only here: a source can be constructed, and asked about itself, without a master.
+    ros::NodeHandle nh;
     nh.setCallbackQueue(&queue_);
     subscriber_ = subscribeToOthers<TrackedHands>(
         nh, options.topic, [this](const TrackedHands::ConstPtr& message) { newest_ = toCore(*message); },
