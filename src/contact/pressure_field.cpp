@@ -85,7 +85,7 @@ std::vector<PressureSample> pressureField(const Skin& skin, const std::vector<Sk
   std::vector<PressureSample> samples;
   for (auto contact = sorted.begin(); contact != sorted.end();) {
     const std::uint32_t i = contact->index;
-    // In double, because forces that are finite alone may overflow float together.
+    // In double, because the sum of finite forces may overflow a float.
     Eigen::Vector3d force = Eigen::Vector3d::Zero();
     double size = 0.0, slip = 0.0;
     for (; contact != sorted.end() && contact->index == i; ++contact) {
@@ -97,7 +97,7 @@ std::vector<PressureSample> pressureField(const Skin& skin, const std::vector<Sk
 
     const Place place = placeOf(skin, i);
     const double normal_force = std::max(-skin.normal[i].cast<double>().dot(force), 0.0);
-    // Other skin covers what has no area.
+    // A sample without area is covered by other skin.
     if (!facesArray(place, array_position) || !(normal_force > 0.0) || !(skin.area[i] > 0.0f) ||
         !(place.area > 0.0f))
       continue;
@@ -124,7 +124,7 @@ std::vector<PressureSample> skinAround(const Skin& skin, const std::vector<Press
   for (std::size_t i = 0; i < skin.position.size(); ++i) {
     if (!usable(skin, i)) continue;
     const Place place = placeOf(skin, i);
-    // Pressed samples came in skin order.
+    // Pressed samples are in skin order.
     if (next != pressed.end() && next->position == place.position) {
       ++next;
       continue;

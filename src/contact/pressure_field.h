@@ -8,7 +8,7 @@
 
 namespace tactile_clay::contact {
 
-/// Pressure of the clay, and the place on the skin where it is to be felt.
+/// Pressure of the clay, and the place on the skin where it is felt.
 struct PressureSample {
   Eigen::Vector3f position;  // m
   Eigen::Vector3f normal;    // outward, unit
@@ -23,16 +23,16 @@ struct PressureSample {
 /// p > 0 are returned, in skin order, frame world. Forces on the same sample add up in the order given; the
 /// slip of the sample is their mean slip, by the size of the forces.
 ///
-/// Where the skin is not the tracked hand's own, the pressure arises where it meets the clay, by the normal
-/// and the area there, and is returned with the place, normal and area on the tracked hand, where it is felt:
-/// these decide whether it faces the array, and a sample that is covered there is left out, as is one whose
-/// area is 0 because other skin covers it.
+/// If the skin is not the tracked hand's own skin, the pressure is computed where the skin meets the clay,
+/// with the normal and the area there. It is returned with the place, normal and area on the tracked hand,
+/// where it is felt. These decide whether the sample faces the array. A sample is left out if its area at one
+/// of the two places is 0, because other skin covers it.
 ///
-/// A contact whose force is not finite or whose slip is no finite number from 0, or whose sample has a
-/// non-finite position, normal or weight or an area that is negative or not finite, is left out and counted;
-/// it does not touch any other sample. So is a sample whose pressure does not fit a float, and one whose felt
-/// place is not finite.
-/// @param array_position of the centre of the array, m, world; a sample faces it where n . (array - x) > 0
+/// A contact is left out and counted if its force is not finite, its slip is negative or not finite, or its
+/// sample has a position, normal, weight or area that is not finite, or a negative area. It changes no other
+/// sample. A sample whose pressure does not fit a float, or whose place on the tracked hand is not finite, is
+/// left out and counted, too.
+/// @param array_position of the centre of the array, m, world; a sample faces it if n . (array - x) > 0
 /// @param dropped if given, receives the number of contacts left out for that reason
 /// @throws std::out_of_range if a contact's index is not a sample of the skin
 /// @throws std::invalid_argument if the skin's arrays differ in length or the array's position is not finite
@@ -41,12 +41,12 @@ std::vector<PressureSample> pressureField(const Skin& skin, const std::vector<Sk
                                           std::size_t* dropped = nullptr);
 
 /// Skin that faces the array within `reach` of a pressed sample and is not pressed itself: samples of
-/// pressure and force 0, in skin order, frame world, with places, normals and areas where they are felt.
-/// Samples that are not usable (pressureField) are passed over.
+/// pressure and force 0, in skin order, frame world, with places, normals and areas on the tracked hand,
+/// where they are felt. Samples that are not usable (pressureField) are left out.
 /// @param pressed samples of the same skin, as pressureField returned them
 /// @param reach m
 /// @throws std::invalid_argument if the skin's arrays differ in length, or the array's position or the reach
-/// is not finite
+///   is not finite
 std::vector<PressureSample> skinAround(const Skin& skin, const std::vector<PressureSample>& pressed,
                                        const Eigen::Vector3f& array_position, float reach);
 

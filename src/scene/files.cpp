@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What follows `start` in a text, or nothing where it does not start so.
+/// Removes `start` from the beginning of a text; returns false if the text does not start so.
 bool takeStart(std::string& text, const std::string& start) {
   if (text.compare(0, start.size(), start) != 0) return false;
   text.erase(0, start.size());
@@ -26,7 +26,7 @@ int hexDigit(char c) {
   return -1;
 }
 
-/// An address writes blanks and the like as %20.
+/// A text with its codes such as %20 decoded.
 std::string decoded(const std::string& address) {
   std::string text;
   std::size_t k = 0;
@@ -39,7 +39,7 @@ std::string decoded(const std::string& address) {
   return text;
 }
 
-/// As it is written, or as an address that is decoded.
+/// The path as it is written if there is such a file, otherwise decoded like an address.
 fs::path writtenOrDecoded(const std::string& path) {
   std::error_code ignored;
   return fs::exists(path, ignored) ? fs::path(path) : fs::path(decoded(path));
@@ -96,8 +96,8 @@ std::string findFile(const std::string& kind, const std::string& name, const fs:
   const fs::path path = pathOf(name, beside, find_package);
   if (isFile(path)) return path.string();
   if (name.find('/') != std::string::npos) fail("; there is no file " + path.string());
-  // Scenes and materials of the same name lie beside each other: a name without an ending is one of the
-  // package first.
+  // A material of the same name may lie beside a scene: a name without an ending is first looked for in the
+  // package.
   for (const fs::path& file : {shipped / (name + ending), beside / (name + ending), shipped / name})
     if (isFile(file)) return file.string();
   fail(beside.empty() ? "" : "; it is not in " + beside.string() + " either");

@@ -6,12 +6,12 @@
 
 namespace tactile_clay::scene {
 
-/// Folder of a ROS package by its name; empty where it is not known.
+/// Folder of a ROS package by its name; empty if it is not known.
 using FindPackage = std::function<std::string(const std::string& package)>;
 
-/// The path that a file key means: absolute, `~/...`, `file:///...`, `package://NAME/...`, or relative to the
-/// folder of the file in which the key stands. Whether there is such a file is not looked at.
-/// @throws std::runtime_error where the package is not known, or for another kind of address
+/// The path that the value of a file key means: absolute, `~/...`, `file:///...`, `package://NAME/...`, or
+/// relative to the folder of the file in which the key stands. It is not checked whether such a file exists.
+/// @throws std::runtime_error if the package is not known, or for another kind of address
 std::filesystem::path pathOf(const std::string& name, const std::filesystem::path& folder,
                              const FindPackage& find_package = {});
 

@@ -56,7 +56,7 @@ JointMotions::JointMotions(const urdf::ModelInterface& urdf, const std::vector<M
   }
 }
 
-/// The joint that another one follows, itself where it mimics none.
+/// The joint that a joint follows at the end of its chain; the joint itself if it mimics no other.
 JointMotions::Link JointMotions::leaderOf(const urdf::ModelInterface& urdf, const urdf::Joint& joint) {
   Link link{joint.name, 1.0, 0.0};
   std::set<std::string> passed{joint.name};
@@ -127,7 +127,7 @@ void JointMotions::addMotions(const urdf::ModelInterface& urdf, const std::vecto
                      [](const Motion& a, const Motion& b) { return a.start < b.start; });
 }
 
-/// Notes what of the motions of a joint its limits do not allow.
+/// Adds remarks about motions of a joint that its limits do not allow.
 void JointMotions::remark(const urdf::ModelInterface& urdf, const std::string& name, const Track& track) {
   const auto joint = urdf.getJoint(name);
   const Range& range = track.range;

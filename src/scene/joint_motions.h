@@ -15,34 +15,34 @@ bool canMove(const urdf::Joint& joint);
 
 /// Positions of the joints of a model over time.
 ///
-/// The motions of a joint follow one another, each from where the one before left it. Limits of the URDF stop
-/// them. A joint that mimics another is at multiplier * position + offset of it, through any chain of joints;
-/// as they are one mechanism, what stops one of them stops all.
+/// The motions of a joint follow one another, each from where the motion before left the joint. Limits of the
+/// URDF stop them. A joint that mimics another joint is at multiplier * position + offset of that joint,
+/// through any chain of joints. These joints are one mechanism: a limit that stops one of them stops all.
 class JointMotions {
  public:
-  /// @param motions those of one joint do not overlap
-  /// @throws std::runtime_error with one line: a motion of no joint, of one that cannot move, has no axis or
-  /// mimics another, joints that mimic each other in a circle, limits that leave nothing
+  /// @param motions the motions of one joint do not overlap
+  /// @throws std::runtime_error with one line: a motion of a joint that does not exist, cannot move, has no
+  ///   axis or mimics another; joints that mimic each other in a circle; limits that allow no position
   JointMotions(const urdf::ModelInterface& urdf, const std::vector<Motion>& motions);
 
-  /// rad or m, of a joint that can move, at time t (s).
+  /// Position, rad or m, of a joint that can move, at time t (s).
   double position(const std::string& joint, double t) const;
 
-  /// Limits that stop a motion or are left out, and joints that do not start at 0, a line each.
+  /// Limits that stop a motion or are ignored, and joints that do not start at 0, one line each.
   const std::vector<std::string>& remarks() const { return remarks_; }
 
  private:
   struct Range {
     double lower, upper;                   // rad or m
     std::string lower_joint, upper_joint;  // whose limits these are
-    std::string lower_limit, upper_limit;  // which of these, and where, in words
+    std::string lower_limit, upper_limit;  // the limits in words
   };
-  struct Track {   // of a joint that mimics none
+  struct Track {   // motions of a joint that mimics no other
     double start;  // rad or m
     Range range;
     std::vector<Motion> motions;  // by time
   };
-  struct Link {  // to a joint that mimics none: position = multiplier * position of it + offset
+  struct Link {  // to a joint that mimics no other: position = multiplier * its position + offset
     std::string joint;
     double multiplier = 1.0, offset = 0.0;
   };

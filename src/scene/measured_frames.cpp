@@ -12,14 +12,14 @@ namespace tactile_clay::scene {
 namespace {
 
 constexpr float radius = 0.035f;     // m, of a ball: half the breadth of a fist
-constexpr float speed = 0.15f;       // m/s, down: hands that knead
-constexpr int max_frames = 14;       // in which a ball goes down by its radius
-constexpr int first_frames = 2;      // that are not counted: memory is touched for the first time
-constexpr int min_frames = 3;        // that are counted
+constexpr float speed = 0.15f;       // m/s, down, as hands that knead
+constexpr int max_frames = 14;       // of a pass, in which a ball goes down by its radius
+constexpr int first_frames = 2;      // of a pass, not counted: they use their memory for the first time
+constexpr int min_frames = 3;        // counted, of each quality
 constexpr double max_time = 250.0;   // ms, of a quality
-constexpr double patience = 5000.0;  // ms, of all qualities together, while something else has the processors
-constexpr double max_wait =
-    0.05;  // of a frame, that its threads wait for a processor while nothing else runs
+constexpr double patience = 5000.0;  // ms, for all qualities, while other programs use the processors
+// Share of a frame for which its threads wait for a processor while nothing else runs.
+constexpr double max_wait = 0.05;
 
 using Clock = std::chrono::steady_clock;
 
@@ -27,8 +27,8 @@ double milliseconds(Clock::duration duration) {
   return std::chrono::duration<double, std::milli>(duration).count();
 }
 
-/// ms that the threads of this process have waited for a processor since they started, while they could have
-/// run; 0 where the kernel does not tell (proc(5), /proc/PID/task/TID/schedstat, second number).
+/// ms that the threads of this process have waited for a processor since they started, although they could
+/// have run; 0 if the kernel does not report it (proc(5), /proc/PID/task/TID/schedstat, second number).
 double waitedForProcessors() {
   double ns = 0.0;
   std::error_code gone;  // a thread may end meanwhile
@@ -44,7 +44,7 @@ Eigen::Vector3f upOf(const Scene& scene) {
   return g > 0.0 ? Eigen::Vector3f((-scene.config.gravity / g).cast<float>()) : Eigen::Vector3f::UnitZ();
 }
 
-/// Where balls touch the clay first. Of equally high places the first.
+/// Places at which the balls first touch the clay; if two are equally high, the first one.
 std::vector<Eigen::Vector3f> highestPlaces(const Scene& scene, const Eigen::Vector3f& up) {
   const float apart = 2.5f * radius;
   std::vector<Eigen::Vector3f> places;
@@ -64,7 +64,7 @@ std::vector<Eigen::Vector3f> highestPlaces(const Scene& scene, const Eigen::Vect
 
 Skin pressingBalls(const Scene& scene, double time) {
   const Eigen::Vector3f up = upOf(scene);
-  // As dense as the skin of hands, 0.8 spacings apart: on a spiral each has the same area.
+  // As dense as the skin of hands, 0.8 spacings apart. On a spiral each sample has the same area.
   const double sample = std::pow(0.8 * scene.config.spacing, 2.0);
   const int count = static_cast<int>(std::ceil(4.0 * M_PI * radius * radius / sample));
   const double turn = M_PI * (3.0 - std::sqrt(5.0));  // the golden angle
@@ -85,14 +85,14 @@ Skin pressingBalls(const Scene& scene, double time) {
 
 namespace {
 
-/// What the frames of a quality took, ms.
+/// Durations of the frames of a quality, ms.
 struct FrameTimes {
   std::vector<double> undisturbed, all;
   double total = 0.0;
   bool enough() const { return static_cast<int>(undisturbed.size()) >= min_frames; }
 };
 
-/// One way of the balls into the clay.
+/// Measures one way of the balls into the clay.
 void measurePass(const Scene& scene, const Solids& solids, const Quality& quality,
                  const std::vector<Skin>& balls, FrameTimes& times) {
   clay::ClayConfig config = scene.config;

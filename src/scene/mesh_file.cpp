@@ -26,7 +26,7 @@ namespace tactile_clay::scene {
 namespace {
 
 constexpr std::uint64_t max_bytes = 64 * files::mebibyte;
-constexpr std::size_t max_triangles = 200000;  // some 60 MB, and a few microseconds a particle that is near
+constexpr std::size_t max_triangles = 200000;  // some 60 MB, and a few microseconds per particle that is near
 const std::set<std::string> kinds = {"stl", "dae", "obj"};
 
 struct Triangles {
@@ -41,7 +41,7 @@ std::string kindOf(const std::string& file) {
   return ending.empty() ? "" : ending.substr(1);
 }
 
-/// Leaves the reader of the one kind: the others would try their luck with the file.
+/// Keeps only the reader of this kind. Otherwise the other readers would also try to read the file.
 void keepOnly(Assimp::Importer& importer, const std::string& kind) {
   std::vector<Assimp::BaseImporter*> others;
   for (std::size_t k = 0; k < importer.GetImporterCount(); ++k) {
@@ -55,8 +55,8 @@ void keepOnly(Assimp::Importer& importer, const std::string& kind) {
   }
 }
 
-/// Opens the mesh alone: materials and pictures that it names may be anything, such as a pipe that nobody
-/// writes to.
+/// Opens only the mesh itself. Files of materials and pictures that it names may be anything, such as a pipe
+/// to which nobody writes.
 class OnlyFile : public Assimp::DefaultIOSystem {
  public:
   explicit OnlyFile(std::string file) : file_(std::move(file)) {}
@@ -70,8 +70,8 @@ class OnlyFile : public Assimp::DefaultIOSystem {
   std::string file_;
 };
 
-/// Gathers what hangs on a node.
-/// @param place of the node's parent
+/// Gathers the meshes of a node and of the nodes below it.
+/// @param place pose of the node's parent
 void gather(const aiScene& scene, const aiNode& node, const aiMatrix4x4& place, Triangles& all) {
   const aiMatrix4x4 here = place * node.mTransformation;
   for (unsigned m = 0; m < node.mNumMeshes; ++m) {
@@ -96,7 +96,7 @@ void gather(const aiScene& scene, const aiNode& node, const aiMatrix4x4& place, 
 
 Triangles read(const std::string& file, const std::string& kind) {
   Assimp::Importer importer;
-  importer.SetIOHandler(new OnlyFile(file));  // which the importer deletes
+  importer.SetIOHandler(new OnlyFile(file));  // the importer deletes it
   keepOnly(importer, kind);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = importer.ReadFile(file, aiProcess_Triangulate | aiProcess_ValidateDataStructure);
@@ -120,7 +120,8 @@ std::vector<T> ofBytes(std::string_view bytes) {
   return all;
 }
 
-/// The reader of meshes goes down nodes by recursion, follows instances without end and believes every count.
+/// Reads in a process of its own: the library visits nodes by recursion, follows instances without end and
+/// trusts every count in the file.
 Triangles readApart(const std::string& file) {
   const std::string kind = kindOf(file);
   if (kinds.count(kind) == 0) throw std::runtime_error("is of kind '" + kind + "', expected stl, dae or obj");

@@ -8,7 +8,7 @@
 
 namespace tactile_clay::scene {
 
-/// The name by which a rig asks for a quality that its computer keeps up with.
+/// The name with which a rig asks for the best quality that its computer can compute in time.
 constexpr char automatic[] = "auto";
 
 /// How far a quality is from a reference of many small steps: doc/method/speed_accuracy.md.
@@ -29,37 +29,38 @@ struct Quality {
 /// @throws std::runtime_error with one line: file, line, what was expected
 std::vector<Quality> loadQualities(const std::string& share);
 
-/// Those among which `auto` chooses, the coarsest first: all that are solved by `Method::minimise`.
+/// The qualities among which `auto` chooses, the coarsest first: all with `Method::minimise`.
 std::vector<Quality> steadyQualities(std::vector<Quality> all);
 
-/// What `auto` chooses: the most accurate quality that holds the target.
-/// @param ms that a frame took with each quality, the coarsest first. The last ones may be missing: they do
-/// not hold.
+/// The quality that `auto` chooses: the most accurate one that meets the target.
+/// @param ms duration of a frame with each quality, the coarsest first. The last ones may be missing: they do
+///   not meet the target.
 /// @param target ms
-/// @return its place; 0, the coarsest, where none holds
+/// @return its index; 0, the coarsest, if none meets the target
 std::size_t mostAccurate(const std::vector<double>& ms, double target);
 
-/// What is taken instead of a budget that costs too much: the most accurate quality that costs less; nothing
-/// where there is none.
+/// The replacement for a budget that costs too much: the most accurate quality that costs less; null if there
+/// is none.
 /// @param steady the coarsest first
 const Quality* coarserThan(const clay::Budget& budget, const std::vector<Quality>& steady);
 
-/// What to expect of it, in words.
+/// The errors to expect of a quality, in words.
 std::string expectation(const Quality& quality);
 
 /// What a rig asks for.
 struct QualityWish {
   std::string quality = "balanced";  // a preset, or `automatic`
-  double target_ms = 0.0;            // that a frame may take; 0: none
+  double target_ms = 0.0;            // maximum duration of a frame; 0: none
   bool lockstep = false;
   std::string solver;                // empty: the preset's
   int substeps = 0, iterations = 0;  // 0: the preset's
-  /// Whether the computer has a say in the quality.
+  /// Whether the speed of the computer decides about the quality.
   bool adapts() const { return quality == automatic || target_ms > 0.0; }
 };
 
-/// @throws std::runtime_error with one line where the computer is to have a say and cannot: in lockstep, or
-/// where substeps, iterations or another solver are given; and where the quality is not known
+/// @throws std::runtime_error with one line if the quality is not known; or if the speed of the computer is
+///   to decide, but cannot: in lockstep, or if substeps, iterations or another solver than `minimise` are
+///   given
 void requireQuality(const QualityWish& wish, const std::vector<Quality>& all);
 
 }  // namespace tactile_clay::scene

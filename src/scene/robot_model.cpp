@@ -75,9 +75,9 @@ std::string inWords(const Eigen::Vector3d& v) {
   return stream.str();
 }
 
-/// The link that all others hang on. urdfdom leaves out what does not, without a word.
+/// The root link, to which all others are joined. urdfdom leaves out links that are not, without an error.
 std::string rootOf(XMLElement& robot) {
-  std::map<std::string, std::string> parent;  // by link
+  std::map<std::string, std::string> parent;  // of each link
   std::map<std::string, const XMLElement*> links;
   forEach(robot, "link", [&](XMLElement& link) {
     if (!links.emplace(nameOf(link), &link).second)
@@ -163,7 +163,8 @@ XMLElement& addPart(XMLElement& part, XMLElement& after, const char* shape, doub
   return *copy;
 }
 
-/// Capsules as MoveIt, Drake and Bullet write them: `length` is that between the centres of the two spheres.
+/// Capsules as MoveIt, Drake and Bullet write them: `length` is the distance of the centres of the two
+/// spheres.
 bool splitCapsules(XMLElement& link, const char* kind) {
   bool changed = false;
   forEach(link, kind, [&](XMLElement& part) {
@@ -187,7 +188,7 @@ bool splitCapsules(XMLElement& link, const char* kind) {
   return changed;
 }
 
-/// An address of a path: what has a meaning in addresses is coded.
+/// The address of a path; characters that have a meaning in addresses are coded.
 std::string addressOf(const fs::path& path) {
   std::string address = "file://";
   for (const char c : path.string()) {
@@ -200,7 +201,8 @@ std::string addressOf(const fs::path& path) {
   return address;
 }
 
-/// Makes addresses of the relative names of files, which rviz needs, and readers that do not know the folder.
+/// Replaces relative names of files by addresses. rviz and other readers that do not know the folder need
+/// them.
 bool nameFiles(XMLElement& element, const fs::path& folder) {
   bool changed = false;
   for (XMLElement* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {

@@ -17,12 +17,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double max_particles = 1e7;  // of a scene: some 5 GB, and minutes a frame
+constexpr double max_particles = 1e7;  // of a scene: some 5 GB, and minutes per frame
 
-/// Where the files are that a scene names.
+/// Where to look for the files that a scene names.
 struct Places {
   fs::path beside;  // folder of the scene
-  fs::path share;   // of the package
+  fs::path share;   // share folder of the package
   FindPackage find_package;
   std::string material;  // of all bodies; empty: their own
 };
@@ -32,7 +32,7 @@ clay::Material readMaterial(YamlMap map, const std::string& name) {
   m.name = name;
   for (const clay::Coefficient& c : clay::coefficients) {
     double& value = m.*c.value;
-    if (c.value == &clay::Material::skin_friction) value = m.friction;  // where the file does not say
+    if (c.value == &clay::Material::skin_friction) value = m.friction;  // if the file does not give it
     value =
         c.may_be_infinite ? map.getOrInfinite(c.name, value, c.meaning) : map.get(c.name, value, c.meaning);
   }
@@ -45,7 +45,7 @@ clay::Material readMaterial(YamlMap map, const std::string& name) {
   return m;
 }
 
-/// `size` of a shape: what its numbers are, as doc/reference/scene_file.md tells.
+/// `size` of a shape: the meaning of its numbers, as in doc/reference/scene_file.md.
 struct SizeOf {
   Shape::Kind kind;
   std::size_t numbers;
@@ -99,7 +99,7 @@ Eigen::Isometry3d readPose(YamlMap& map) {
   return map.has("pose") ? values::poseOf(map.pose("pose")) : Eigen::Isometry3d::Identity();
 }
 
-/// A body's material is a named file, with values of the body's own where it gives a map.
+/// A body's material is a named file. If the body gives a map, its values replace those of the file.
 std::uint8_t materialOf(YamlMap& body, const Places& places, Scene& scene,
                         std::map<std::string, std::uint8_t>& known) {
   const auto own = body.get<std::string>("material", "the name of a material");
@@ -120,7 +120,7 @@ std::uint8_t materialOf(YamlMap& body, const Places& places, Scene& scene,
   return known[name] = static_cast<std::uint8_t>(scene.materials.size() - 1);
 }
 
-/// Whether two motions of a joint go on at the same time.
+/// Whether two motions of a joint overlap in time.
 bool overlap(const Motion& a, const Motion& b) {
   constexpr double rounding = 1e-9;  // s, of a start that is the sum of others
   return std::min(a.start + a.duration, b.start + b.duration) - std::max(a.start, b.start) > rounding;

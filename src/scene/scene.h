@@ -11,17 +11,16 @@ namespace tactile_clay::scene {
 /// A body of clay: a shape filled with particles on a lattice.
 struct Body {
   std::string name;
-  std::uint8_t material = 0;                                // of Scene::materials
+  std::uint8_t material = 0;                                // index into Scene::materials
   Eigen::Vector3f color = Eigen::Vector3f::Constant(0.6f);  // RGB, 0-1
 };
 
-/// A piece of the motion of a joint of the URDF. Those of one joint follow one another: none begins before
-/// the one before it has ended.
+/// A piece of the motion of a joint of the URDF. The pieces of one joint follow one another without overlap.
 struct Motion {
   std::string joint;
   double start = 0.0;     // s
   double velocity = 0.0;  // rad/s or m/s
-  double duration = 0.0;  // s; infinite where not given
+  double duration = 0.0;  // s; infinite if not given
 };
 
 /// A scene file, read and checked.
@@ -37,9 +36,9 @@ struct Scene {
 
 /// Reads a scene.
 /// @param name a file, or the name of one in `<share>/config/scenes`
-/// @param share the package's share folder, which holds `config`
+/// @param share the package's share folder, which contains `config`
 /// @param spacing between particles, m, instead of the scene's own; 0: the scene's
-/// @param find_package for files of other packages; without it there are none
+/// @param find_package finds other packages; without it their files are not found
 /// @param material of all bodies, instead of their own; empty: their own
 /// @throws std::runtime_error with one line: what, where, what was expected
 Scene loadScene(const std::string& name, const std::string& share, double spacing = 0.0,

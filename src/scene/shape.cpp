@@ -49,7 +49,7 @@ struct Point {
 
 /// Points of a lattice about the middle of a box that are inside a shape, or not farther out than `around`,
 /// m.
-/// @param phase of each axis: whether the middle is a point, or lies between two
+/// @param phase of each axis: 0 if the middle is a point, 1 if it lies between two points
 std::vector<Point> latticeNear(const Eigen::AlignedBox3d& box, const Distance& distance, double spacing,
                                const Eigen::Array3i& phase, double around) {
   const Eigen::Array3d first = 0.5 * phase.cast<double>();
@@ -66,9 +66,9 @@ std::vector<Point> latticeNear(const Eigen::AlignedBox3d& box, const Distance& d
   return points;
 }
 
-/// How far around the shape points count, m, so that they are as many as wanted, or nearly. Points that are
-/// equally far out stay together, as symmetry has them.
-/// @return negative: within it
+/// Distance from the shape, m, up to which points count, so that their number is as close as possible to the
+/// wanted number. Points at equal distances stay together, which keeps the symmetry.
+/// @return negative: inside the shape
 double bestSurface(const std::vector<Point>& points, double wanted, double around) {
   std::vector<double> distances;
   for (const Point& p : points)
@@ -91,13 +91,13 @@ double bestSurface(const std::vector<Point>& points, double wanted, double aroun
 
 std::vector<Eigen::Vector3d> latticeOfVolume(const Eigen::AlignedBox3d& box, double volume,
                                              const Distance& distance, double spacing) {
-  constexpr double max_moved = 0.15;      // spacings, that the surface counts as larger or smaller
+  constexpr double max_moved = 0.15;      // spacings, by which the surface may be larger or smaller
   constexpr double enough_for_one = 2e5;  // particles; the volume of so many is right in any lattice
   const double wanted = volume / (spacing * spacing * spacing), around = max_moved * spacing;
   std::vector<Point> best;
   double minimum = INFINITY;
   for (int k = 0; k < (wanted > enough_for_one ? 1 : 8); ++k) {
-    // Between points first: then a shape of whole layers has all of them, as a box has.
+    // The middle between points is tried first: then a shape of whole layers gets all its layers, like a box.
     const Eigen::Array3i phase(1 - k % 2, 1 - k / 2 % 2, 1 - k / 4);
     std::vector<Point> points = latticeNear(box, distance, spacing, phase, around);
     const double surface = bestSurface(points, wanted, around);

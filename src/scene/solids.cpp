@@ -24,8 +24,8 @@ Eigen::Isometry3d toEigen(const urdf::Pose& pose) {
   return result;
 }
 
-/// The first error that urdfdom tells while this lives. It tells them on the console only, and leaves out of
-/// a model what it could not read.
+/// The first error that urdfdom reports while this object exists. urdfdom reports errors on the console only,
+/// and leaves parts that it cannot read out of the model.
 class FirstError : public console_bridge::OutputHandler {
  public:
   FirstError() { console_bridge::useOutputHandler(this); }
@@ -111,8 +111,8 @@ struct Solids::Model {
   JointMotions joints;
   std::vector<clay::Solid> solids;
 
-  /// Calls f(link, collision, pose) for every collision of a link and of what hangs on it.
-  /// @param pose of it
+  /// Calls f(link, collision, pose) for every collision of a link and of the links below it.
+  /// @param pose of the link
   template <typename F>
   void forCollisions(const urdf::Link& link, const Eigen::Isometry3d& pose, double t, const F& f) const {
     for (const auto& collision : link.collision_array) f(link, *collision, pose * toEigen(collision->origin));

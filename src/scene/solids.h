@@ -15,16 +15,16 @@ namespace tactile_clay::scene {
 class Solids {
  public:
   /// @param urdf_xml text of the robot model; see readyModel for what is done with it
-  /// @param find_package for meshes of other packages; without it there are none
+  /// @param find_package finds other packages; without it their meshes are not found
   /// @throws std::runtime_error where the model cannot be read, a motion names no joint of it that can move,
-  ///         or a collision shape is not known, has no size, or is a mesh that is not closed
+  ///   or a collision shape is not known, has no size, or is a mesh that is not closed
   Solids(const std::string& urdf_xml, const std::vector<Motion>& motions,
          const FindPackage& find_package = {});
   ~Solids();
 
   /// All solids, with their poses at time 0.
   const std::vector<clay::Solid>& solids() const;
-  /// Their poses, by time (s); good as long as this lives.
+  /// The poses of the solids by time (s). It may be used only while this object exists.
   clay::SolidMotion motion() const;
   /// Solids with their poses at time t (s).
   std::vector<clay::Solid> at(double t) const;
@@ -32,7 +32,7 @@ class Solids {
   /// Position of each joint that can move at time t (rad or m), by name.
   std::map<std::string, double> joints(double t) const;
 
-  /// What the motions ask for and do not get, a line each.
+  /// Parts of the motions that the joints cannot follow, one line each (JointMotions::remarks).
   const std::vector<std::string>& remarks() const;
 
  private:

@@ -16,7 +16,7 @@ bool startsWith(const std::string& text, const std::string& start) {
   return text.compare(0, start.size(), start) == 0;
 }
 
-/// Control characters have no place in a text, but for tabs and the ends of lines.
+/// Whether a text may contain a character: no control characters except tabs and line ends.
 bool isText(boost::locale::utf::code_point c) {
   return boost::locale::utf::is_valid_codepoint(c) && (c >= 0x20 || c == '\t' || c == '\n' || c == '\r') &&
          c != 0x7f;

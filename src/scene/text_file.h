@@ -5,8 +5,7 @@
 namespace tactile_clay::scene {
 
 /// Text of a file in UTF-8, without a byte order mark.
-/// @throws std::runtime_error as files::readWhole, or with file and line of the first byte that is no such
-/// text
+/// @throws std::runtime_error as files::readWhole, or with file and line of the first byte that is not UTF-8
 std::string readText(const std::string& path);
 
 /// @param text loses its byte order mark
@@ -14,7 +13,7 @@ std::string readText(const std::string& path);
 /// @throws as readText
 void expectUtf8(std::string& text, const std::string& path);
 
-/// One line of a text, for messages: other white space than blanks is taken out.
+/// A text as one line, for messages: white space other than blanks is removed.
 std::string oneLine(const std::string& text);
 
 }  // namespace tactile_clay::scene

@@ -21,7 +21,7 @@ namespace tactile_clay::scene {
 namespace {
 
 constexpr char patience[] = "20";  // s
-constexpr int timed_out = 124;     // exit code of the program `timeout`, which kills what takes longer
+constexpr int timed_out = 124;     // exit code of the program `timeout` after it has killed a program
 
 using Stream = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
@@ -91,7 +91,7 @@ std::string expandMacros(const std::string& file) {
   if (code != 0) {
     std::string said = oneLine(textOf(err.get()));
     constexpr std::size_t enough = 300;
-    if (said.size() > enough) said = "..." + said.substr(said.size() - enough);  // the cause stands last
+    if (said.size() > enough) said = "..." + said.substr(said.size() - enough);  // the cause is at the end
     throw std::runtime_error("xacro ends with code " + std::to_string(code) + ": " + said);
   }
   return textOf(out.get());

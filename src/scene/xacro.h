@@ -4,13 +4,13 @@
 
 namespace tactile_clay::scene {
 
-/// Whether a robot model is written with macros of xacro: by its name, or by what stands in it. Models that
-/// xacro made still name its namespace, and have none.
+/// Whether a robot model is written with macros of xacro, by its file name or its contents. Models that xacro
+/// has made still name its namespace, but contain no macros.
 bool hasMacros(const std::string& xml, const std::string& file);
 
-/// What the program `xacro` of ROS makes of a file, with the defaults of its arguments.
-/// @throws std::runtime_error with one line where there is no such program, it fails, or it takes longer than
-/// 20 s
+/// Output of the program `xacro` of ROS for a file, with the default values of its arguments.
+/// @throws std::runtime_error with one line if there is no such program, it fails, or it takes longer than 20
+///   s
 std::string expandMacros(const std::string& file);
 
 }  // namespace tactile_clay::scene

@@ -13,7 +13,7 @@
 namespace tactile_clay::scene {
 namespace {
 
-constexpr std::size_t declared_within = 200;  // bytes: a declaration stands at the start
+constexpr std::size_t declared_within = 200;  // bytes: a declaration is at the start
 
 struct Converter {
   Converter(const std::string& from, const std::string& file) : handle(iconv_open("UTF-8", from.c_str())) {

@@ -13,7 +13,7 @@
 namespace tactile_clay::scene {
 namespace {
 
-constexpr std::size_t max_nodes = 200000;  // of a file, with all that its aliases repeat
+constexpr std::size_t max_nodes = 200000;  // of a file, with the nodes that its aliases repeat
 
 class Check : public YAML::EventHandler {
  public:
@@ -82,7 +82,7 @@ class Check : public YAML::EventHandler {
   int documents_ = 0;
   std::size_t nodes_ = 0;
   std::vector<Open> open_;
-  std::map<YAML::anchor_t, std::size_t> sizes_;  // nodes of what an anchor names, aliases repeated
+  std::map<YAML::anchor_t, std::size_t> sizes_;  // number of nodes of each anchor, aliases repeated
 };
 
 }  // namespace

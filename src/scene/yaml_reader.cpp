@@ -44,7 +44,7 @@ YamlMap::YamlMap(const YAML::Node& node, std::string file) : node_(node), file_(
   collect(node_);
 }
 
-/// Takes the keys of a map that are not there yet.
+/// Adds the keys of a map that are not there yet.
 void YamlMap::collect(const YAML::Node& map) {
   if (!map.IsMap()) fail(map, "expected a map of keys and values");
   std::set<std::string> own;
@@ -54,7 +54,7 @@ void YamlMap::collect(const YAML::Node& map) {
     const std::string& key = entry.first.Scalar();
     if (!isPlainTag(entry.first.Tag())) fail(entry.first, nameOfTag(entry.first) + "a key, expected none");
     if (!own.insert(key).second) fail(entry.first, "key '" + key + "' stands there twice, expected it once");
-    if (key == merge_key && entry.first.Tag() != "!")  // which is what is quoted
+    if (key == merge_key && entry.first.Tag() != "!")  // a quoted key has the tag "!"
       merges.push_back({entry.first, entry.second});
     else if (!has(key))
       entries_.push_back({entry.first, entry.second});
@@ -165,7 +165,8 @@ void YamlMap::failAt(const std::string& key, const std::string& what) const {
   throw std::runtime_error(placeOf(key) + oneLine(what));
 }
 
-/// That a value, or a part of it, is not of the kind that was expected. What has no value has no line either.
+/// Reports that a value, or a part of it, is not of the expected kind. An empty value has no line: then the
+/// line of the key is given.
 void YamlMap::failIn(const std::string& key, const YAML::Node& value, const std::string& expected) const {
   const std::string what = nameOfTag(value) + "'" + key + "' cannot be read, expected " + expected;
   if (value.IsNull()) failAt(key, what);
@@ -184,7 +185,7 @@ double YamlMap::number(const std::string& key, const YAML::Node& value, const st
   if (!value.IsScalar()) failIn(key, value, expected);
   std::string text = value.Scalar(), tag = isPlainTag(value.Tag()) ? "" : value.Tag();
   if (angle && tag.empty() && text.size() > 5 && text.back() == ')') {
-    // rosparam takes deg(90) and rad(1.5), too.
+    // rosparam accepts deg(90) and rad(1.5), too.
     if (text.compare(0, 4, "deg(") == 0) tag = tag_degrees;
     if (text.compare(0, 4, "rad(") == 0) tag = tag_radians;
     if (!tag.empty()) text = text.substr(4, text.size() - 5);

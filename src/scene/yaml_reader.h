@@ -15,9 +15,9 @@
 
 namespace tactile_clay::scene {
 
-/// A YAML map that is read strictly: a key that nobody asked for or that stands there twice, or a value of
-/// the wrong kind, is an error with file, line and what was expected. Numbers are finite. Merge keys (`<<`)
-/// give the keys that the map has not itself.
+/// A YAML map that is read strictly. A key that nobody asked for, a key that is there twice, or a value of
+/// the wrong kind is an error with file, line and what was expected. Numbers are finite. Merge keys (`<<`)
+/// give the keys that the map does not have itself.
 class YamlMap {
  public:
   YamlMap(const YAML::Node& node, std::string file);
@@ -46,7 +46,7 @@ class YamlMap {
                          const std::string& expected);
   /// Required `[x, y, z, roll, pitch, yaw]`, m and rad; angles may have the tag `!degrees` or `!radians`.
   std::vector<double> pose(const std::string& key);
-  /// List of maps, empty where the key is missing or has no value.
+  /// List of maps, empty if the key is missing or has no value.
   std::vector<YamlMap> maps(const std::string& key);
   YamlMap map(const std::string& key, const std::string& expected);
 
@@ -54,7 +54,7 @@ class YamlMap {
   void finish() const;
 
   [[noreturn]] void fail(const std::string& what) const { fail(node_, what); }
-  /// Where a key of the map stands, "file:line: ", for lines about it.
+  /// The place of a key of the map, "file:line: ", for messages about it.
   std::string placeOf(const std::string& key) const;
   /// @throws std::runtime_error with the line of a key of the map
   [[noreturn]] void failAt(const std::string& key, const std::string& what) const;
@@ -88,7 +88,7 @@ class YamlMap {
     static_assert(std::is_arithmetic_v<T> && !std::is_same_v<T, bool>);
     const double number = this->number(key, value, expected);
     if constexpr (std::is_integral_v<T>) {
-      // Whole numbers that a double holds exactly: more is not counted by any key.
+      // Whole numbers that a double represents exactly. No key needs larger ones.
       constexpr double maximum = 9007199254740992.0;  // 2^53
       const double low = std::max<double>(-maximum, static_cast<double>(std::numeric_limits<T>::lowest()));
       const double high = std::min<double>(maximum, static_cast<double>(std::numeric_limits<T>::max()));
@@ -117,7 +117,7 @@ class YamlMap {
                            const std::string& expected) const;
 
   YAML::Node node_;
-  std::vector<Entry> entries_;  // in their order, merged ones last
+  std::vector<Entry> entries_;  // in the order of the file, merged ones last
   std::string file_;
   std::set<std::string> asked_;
 };

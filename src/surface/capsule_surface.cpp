@@ -8,14 +8,14 @@
 namespace tactile_clay::surface {
 namespace {
 
-constexpr float reach = 0.004f;  // m, beyond a capsule, that its kernel ends
+constexpr float reach = 0.004f;  // m, distance from a capsule at which its kernel ends
 constexpr float level = 0.5f;
 constexpr double farthest = 1000.0;  // m, from the origin
 
-/// A capsule in numbers for lanes. One whose sphere holds the other is that sphere.
+/// A capsule as numbers for lanes. If one of its spheres contains the other, it is that sphere.
 struct Cone {
   Eigen::Vector3f from, axis;         // m; unit
-  float length, radius, slope, lean;  // m, m, of the radius along the axis, of the normals against it
+  float length, radius, slope, lean;  // m, m; slope of the radius along the axis, of the normals
 };
 
 Cone coneOf(const hand::Capsule& capsule) {
@@ -74,7 +74,7 @@ const TriangleMesh& CapsuleSurface::update(const std::vector<hand::Capsule>& cap
   block_of_.clear();
   grid_.update(boxes_,
                [&](std::uint32_t k, const FieldGrid::Window& window) { addKernel(cones[k], window); });
-  // The root is linear in the distance, as marching has it along edges.
+  // The root is linear in the distance, as marching cubes assumes along edges.
   for (FieldGrid::Block& block : grid_.blocks())
     for (float& value : block.value) value = std::sqrt(std::sqrt(value));
   march(grid_, level, mesh_, block_of_);

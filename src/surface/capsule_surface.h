@@ -9,12 +9,12 @@
 
 namespace tactile_clay::surface {
 
-/// The surface of a hand that is made of tapered capsules: a closed manifold mesh, within half a millimetre
-/// of the capsules where one is alone, and a millimetre outside of them where two meet, which it joins
-/// smoothly.
+/// The surface of a hand that is made of tapered capsules: a closed manifold mesh. It is within half a
+/// millimetre of a capsule that is alone. Where two capsules meet it joins them smoothly, a millimetre
+/// outside of them.
 ///
-/// Each capsule adds u^4 to a field, where u falls from 1 to 0 across 8 mm about its surface; the surface is
-/// where the fourth root of the field is 1/2.
+/// Each capsule adds u^4 to a field, where u falls from 1 to 0 across 8 mm about its surface. On the surface
+/// of the hand the fourth root of the field is 1/2.
 class CapsuleSurface {
  public:
   /// @param cell m, of the grid
@@ -22,7 +22,7 @@ class CapsuleSurface {
 
   /// Positions, normals and triangles; no colours. Capsules that are not finite, or farther than a kilometre
   /// from the origin, are left out.
-  /// @throws std::runtime_error with one line where they are too large (FieldGrid)
+  /// @throws std::runtime_error with one line if they are too large (FieldGrid)
   const TriangleMesh& update(const std::vector<hand::Capsule>& capsules);
 
  private:

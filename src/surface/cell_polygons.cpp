@@ -27,7 +27,7 @@ std::array<std::array<unsigned, 4>, 6> faces() {
   return all;
 }
 
-/// Whether a face of the cell holds both edges.
+/// Whether a face of the cell contains both edges.
 bool shareFace(unsigned a, unsigned b) {
   for (unsigned axis = 0; axis < 3; ++axis)
     if (a / 4 != axis && b / 4 != axis && (edge_begin[a] >> axis & 1) == (edge_begin[b] >> axis & 1))
@@ -54,8 +54,9 @@ bool cut(const std::vector<unsigned>& loop, std::size_t first, std::size_t last,
 }
 
 std::vector<Triangle> trianglesOf(unsigned inside) {
-  // On each face the surface comes in where its border, anticlockwise, enters the clay, and goes out where
-  // the border leaves it next. What goes out of one face comes into the face beside it.
+  // On each face, along its border anticlockwise, the surface comes in at the edge where the border enters
+  // the clay, and goes out at the next edge where it leaves the clay. Where it goes out of one face, it comes
+  // into the next face.
   std::array<std::optional<unsigned>, 12> next;
   for (const auto& face : faces()) {
     for (unsigned k = 0; k < 4; ++k) {

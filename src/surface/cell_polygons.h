@@ -14,10 +14,10 @@ constexpr std::array<std::uint8_t, 12> edge_begin = {0, 2, 4, 6, 0, 1, 4, 5, 0, 
 /// anticlockwise as seen from outside.
 ///
 /// Marching cubes (Lorensen and Cline 1987) whose surface is always a closed manifold. The table is derived,
-/// not listed. On a face with two inside corners across from each other each is cut off for itself, in both
-/// cells of the face, so that the pieces of cells fit. What is left of a cell's surface are polygons, which
-/// are cut so that no cut lies in a face: there it could meet that of the cell beyond, and four triangles
-/// would share it.
+/// not listed. If a face has two inside corners across from each other, each is cut off separately, in both
+/// cells of the face, so that the pieces of the cells fit. The edges on the faces of a cell form polygons.
+/// They are cut into triangles so that no cut lies in a face: there it could meet a cut of the neighbouring
+/// cell, and four triangles would share it.
 class CellPolygons {
  public:
   CellPolygons();

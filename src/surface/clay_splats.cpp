@@ -5,7 +5,7 @@ namespace {
 
 // A particle of the outermost layer lacks neighbours: the centre of its kernel is moved inwards, or the
 // kernel is narrow somewhere (thin sheets and single particles). The field at the surface depends on two
-// layers; what is within the reach of the outermost one is three.
+// layers. The particles within reach of the outermost layer are three layers.
 constexpr float moved_outside = 0.09f;  // spacings
 constexpr float width_outside = 0.9f;   // of the radius of a full lattice
 

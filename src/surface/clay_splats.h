@@ -15,22 +15,22 @@ struct Splat {
   Eigen::Vector3f color;  // RGB, 0-1
 };
 
-/// The kernels of those particles that the surface of the clay can depend on, for a picture by ellipsoid
-/// splatting. Their sum at the surface is that of all kernels (class ClaySurface) within some hundredths; a
-/// particle is left out where neither it nor any of its neighbours lacks neighbours of its own.
+/// The kernels of those particles on which the surface of the clay can depend, for a picture by ellipsoid
+/// splatting. Their sum at the surface is the sum of all kernels (class ClaySurface) within some hundredths.
+/// A particle is left out if neither it nor any of its neighbours lacks neighbours.
 class ClaySplats {
  public:
   /// @param spacing m, of the particles
-  /// @throws std::invalid_argument where it is not from 1 to 20 mm
+  /// @throws std::invalid_argument if it is not from 1 to 20 mm
   explicit ClaySplats(double spacing);
 
-  /// @param position m, n particles; those that are not within a kilometre of the origin are left out
+  /// @param position m, of n particles; particles that are not within a kilometre of the origin are left out
   /// @param color RGB, 0-1, of each particle
-  /// @throws std::invalid_argument where there is not one colour a particle
+  /// @throws std::invalid_argument if there is not one colour per particle
   const std::vector<Splat>& update(const clay::VectorField& position,
                                    const std::vector<Eigen::Vector3f>& color);
 
-  std::size_t particles() const { return particles_.color.size(); }  // of which the splats were chosen
+  std::size_t particles() const { return particles_.color.size(); }  // from which the splats were chosen
   double spacing() const { return spacing_; }
 
  private:

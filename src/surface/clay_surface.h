@@ -13,19 +13,19 @@ namespace tactile_clay::surface {
 
 /// The surface of clay that is given as particles: a closed manifold mesh that encloses the clay's volume.
 ///
-/// The field of the kernels (class Kernels) is summed on a grid of half a spacing. The surface is where it
-/// has the level at which it encloses one spacing^3 a particle, between 0.3 and 0.8. Marching cubes (class
-/// CellPolygons) makes the triangles. The same particles give the same bits, wherever and however often.
+/// The field of the kernels (class Kernels) is summed on a grid of half a spacing. The surface is at the
+/// level of the field at which it encloses one spacing^3 per particle, limited to 0.3 to 0.8. Marching cubes
+/// (class CellPolygons) makes the triangles. The same particles always give the same bits.
 class ClaySurface {
  public:
   /// @param spacing m, of the particles
-  /// @throws std::invalid_argument where it is not from 1 to 20 mm
+  /// @throws std::invalid_argument if it is not from 1 to 20 mm
   explicit ClaySurface(double spacing);
 
   /// @param position m; particles that are not within a kilometre of the origin are left out
-  /// @param color RGB, 0-1, of each particle; bodies that merge blend over the width of a kernel
-  /// @throws std::invalid_argument where there is not one colour a particle, std::runtime_error with one line
-  /// where the clay is spread too far (FieldGrid)
+  /// @param color RGB, 0-1, of each particle; where bodies merge, colours blend over the width of a kernel
+  /// @throws std::invalid_argument if there is not one colour per particle, std::runtime_error with one line
+  ///   if the clay is spread too far (FieldGrid)
   const TriangleMesh& update(const clay::VectorField& position, const std::vector<Eigen::Vector3f>& color);
 
   float level() const { return level_; }  // of the field, at the surface
@@ -39,8 +39,8 @@ class ClaySurface {
   Kernels kernels_;
   FieldGrid grid_;
   std::vector<FieldGrid::Box> boxes_;    // of the kernels
-  ColouredParticles particles_;          // those that are not left out
-  std::vector<std::uint32_t> block_of_;  // of each corner of the mesh
+  ColouredParticles particles_;          // without those that are left out
+  std::vector<std::uint32_t> block_of_;  // block of each corner of the mesh
   TriangleMesh mesh_;
 };
 

@@ -9,7 +9,7 @@ namespace {
 
 using Triangles = std::vector<std::array<std::uint32_t, 3>>;
 
-/// Adds the corner of an edge where the value is 0. The same edge gives the same place from both sides.
+/// Adds the corner on an edge at which the value is 0. An edge gives the same place from both sides.
 std::uint32_t addCorner(TriangleMesh& mesh, const std::vector<float>& value, std::uint32_t a,
                         std::uint32_t b) {
   if (a > b) std::swap(a, b);
@@ -20,7 +20,7 @@ std::uint32_t addCorner(TriangleMesh& mesh, const std::vector<float>& value, std
   return static_cast<std::uint32_t>(mesh.position.size() - 1);
 }
 
-/// Parts of a triangle whose first corner alone lies on one side.
+/// Adds the parts of a triangle of which only the first corner lies on one side.
 void cutOff(TriangleMesh& mesh, const std::vector<float>& value, const std::array<std::uint32_t, 3>& t,
             Triangles& tip, Triangles& rest) {
   const std::uint32_t ab = addCorner(mesh, value, t[0], t[1]), ca = addCorner(mesh, value, t[2], t[0]);

@@ -19,7 +19,7 @@ std::size_t hashOf(const Eigen::Vector3i& at) {
   return static_cast<std::size_t>(h ^ h >> 29u);
 }
 
-/// A box of nodes, with both ends.
+/// A box of nodes, from `low` to `high`, both included.
 struct Nodes {
   Eigen::Vector3i low, high;
 };
@@ -33,9 +33,9 @@ int blockOf(int node) {
   return node >= 0 ? node / size : -((size - 1 - node) / size);
 }
 
-/// Mean of the field at the corners of the cells of a block, and the sum of its mean differences across each,
-/// for rows that a surface between two levels may cut.
-/// @return how many cells are within the surface of any such level
+/// Adds, for each cell of a block, the mean of the field at its corners, and the sum of the mean differences
+/// across the cell along x, y and z. Rows that no surface between the two levels can cut are left out.
+/// @return number of cells in rows that are completely inside of the surface of any such level
 TACTILE_CLAY_MULTIVERSION
 std::size_t findCells(const float* value, float lowest, float highest, std::vector<float>& mean,
                       std::vector<float>& width) {
@@ -69,9 +69,9 @@ std::size_t findCells(const float* value, float lowest, float highest, std::vect
   return full;
 }
 
-/// How many of the cells are within the surface of a level. Of a cell with mean m and difference w across,
-/// that is 1/2 + (m - level) / w: exact where the surface is a plane along the grid, and of no sign
-/// elsewhere.
+/// Number of cells inside the surface of a level, with fractions: 1/2 + (m - level) / w, from 0 to 1, of a
+/// cell with mean m and difference w across. It is exact if the surface is a plane along the grid; otherwise
+/// the error may have either sign.
 TACTILE_CLAY_MULTIVERSION
 double cellsWithin(const std::vector<float>& mean, const std::vector<float>& width, float level) {
   constexpr float min_width = 1e-6f;
@@ -119,7 +119,7 @@ void FieldGrid::listKernels(const std::vector<Box>& boxes) {
   rehash(std::max<std::size_t>(table_.size(), 1024));
   for (std::uint32_t k = 0; k < boxes.size(); ++k) {
     const Nodes nodes = nodesOf(boxes[k], cell_);
-    // A node less: cells and edges belong to the block of their first node.
+    // One node less, because cells and edges belong to the block of their first node.
     const Eigen::Vector3i low = (nodes.low.array() - 1).unaryExpr(&blockOf),
                           high = nodes.high.unaryExpr(&blockOf);
     for (int z = low.z(); z <= high.z(); ++z)

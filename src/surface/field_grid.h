@@ -9,23 +9,23 @@
 
 namespace tactile_clay::surface {
 
-/// A field that is a sum of kernels, at the nodes of a cubic grid that is fixed in the world: what does not
-/// move keeps its mesh. Only blocks of the grid exist that a kernel reaches; elsewhere the field is zero.
+/// A field that is a sum of kernels, at the nodes of a cubic grid. The grid is fixed in the world, so parts
+/// that do not move keep their mesh. Only blocks that a kernel reaches exist; elsewhere the field is zero.
 class FieldGrid {
  public:
   static constexpr int block_size = 8;             // nodes, and cells
   static constexpr int row_size = block_size + 1;  // nodes of a block and the next one beyond it
   static constexpr std::uint32_t none = 0xffffffffu;
   static constexpr std::size_t max_blocks = 32768;
-  // Cells, from the origin of the world: blocks of clay begin and end on multiples of the spacing, and a
-  // surface between nodes has fewer and better triangles than one along them.
+  // Place of the first node, in cells from the origin of the world. Blocks of clay begin and end at multiples
+  // of the spacing, and a surface between nodes has fewer and better triangles than a surface along them.
   static constexpr float first_node = 0.5f;
 
   struct Block {
     Eigen::Vector3i at;                 // blocks
     std::array<std::uint32_t, 8> next;  // blocks at `at` + (k & 1, k >> 1 & 1, k >> 2 & 1)
     std::array<float, row_size * row_size * row_size>
-        value;  // by x, y, z; the last ones are the next blocks'
+        value;  // by x, y, z; the last ones belong to the next blocks
     std::array<std::array<std::uint32_t, block_size * block_size * block_size>, 3>
         corner;  // on the edges, or none
   };
@@ -39,10 +39,10 @@ class FieldGrid {
     Eigen::Vector3f first;      // m, node 0 of the block
     float cell;                 // m
     Eigen::Vector3i low, high;  // nodes along y and z, both ends
-    float* value;               // of the block
+    float* value;               // values of the block
 
-    /// Calls f(y, z, lane) for each row along x: y and z in m, the sums so far of its eight nodes, to be
-    /// added to.
+    /// Calls f(y, z, sums) for each row along x: y and z in m, and the sums so far of its eight nodes, to
+    /// which f adds.
     template <typename F>
     TACTILE_CLAY_INLINE void forEachRow(const F& f) const {
       for (int k = low.z(); k <= high.z(); ++k) {
@@ -62,7 +62,7 @@ class FieldGrid {
   explicit FieldGrid(float cell) : cell_(cell) {}
 
   /// Adds up kernels. `add(k, window)` adds kernel k to the rows of a window.
-  /// @throws std::runtime_error with one line where they lie in more than `max_blocks`
+  /// @throws std::runtime_error with one line if they lie in more than `max_blocks` blocks
   template <typename Add>
   void update(const std::vector<Box>& boxes, const Add& add) {
     listKernels(boxes);
@@ -96,7 +96,7 @@ class FieldGrid {
   std::vector<std::uint32_t> table_;
   std::vector<std::uint32_t> begin_, kernel_of_;       // kernels of each block, ascending
   std::vector<std::array<std::uint32_t, 2>> reached_;  // block and kernel
-  std::vector<float> mean_, width_;                    // of cells near the surface
+  std::vector<float> mean_, width_;                    // of the field in cells near the surface
 };
 
 }  // namespace tactile_clay::surface

@@ -14,7 +14,7 @@ constexpr float floor_full = 0.2f;  // b of a particle with all its neighbours
 // b of a particle that is alone: its field is 1/2 on a ball of one spacing^3, (1 - q)^3 = 1/2 at
 // q = (3 / (4 pi))^(2/3) / (b R^2).
 constexpr float floor_alone = 0.3853f;
-constexpr float smoothing = 0.5f;  // share of its way to the mean of its neighbours that a centre goes
+constexpr float smoothing = 0.5f;  // by which a centre is moved towards the mean of its neighbours
 
 double checked(double spacing) {
   if (!(spacing >= 0.001 && spacing <= 0.02))

@@ -7,7 +7,7 @@
 namespace tactile_clay::surface {
 namespace {
 
-// Corners keep that share of a cell from its nodes, so that no two are the same place.
+// Corners keep this distance from the nodes, as a share of a cell, so that no two are at the same place.
 constexpr float min_share = 1e-3f;
 
 constexpr int size = FieldGrid::block_size, row = FieldGrid::row_size;

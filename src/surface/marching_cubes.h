@@ -8,10 +8,10 @@
 
 namespace tactile_clay::surface {
 
-/// Appends the surface where the field has a level, which must be positive: a closed manifold (class
-/// CellPolygons), with what is above the level inside. Sets positions and triangles only.
-/// @param grid whose `corner` is none on all edges, as after FieldGrid::update; it is used up
-/// @param block_of gets the block of the grid that each corner is in
+/// Appends the surface at a level of the field, which must be positive: a closed manifold (class
+/// CellPolygons) around the places above the level. Sets positions and triangles only.
+/// @param grid its `corner` is none on all edges, as after FieldGrid::update; this call fills it
+/// @param block_of receives the block of the grid in which each corner is
 void march(FieldGrid& grid, float level, TriangleMesh& mesh, std::vector<std::uint32_t>& block_of);
 
 }  // namespace tactile_clay::surface

@@ -10,7 +10,7 @@
 namespace tactile_clay::surface {
 namespace {
 
-// Both formats are little-endian, as is all that ROS 1 runs on.
+// Both formats are little-endian, like all computers that ROS 1 runs on.
 template <typename T>
 void put(std::string& out, const T& value) {
   char bytes[sizeof(T)];

@@ -10,11 +10,11 @@ namespace tactile_clay::surface {
 /// triangles of shared corners.
 std::string ply(const TriangleMesh& mesh);
 
-/// A mesh as a binary STL file in millimetres, the unit that programs for printers take. STL has no colours
-/// and no shared corners: corners of one place have equal bits.
+/// A mesh as a binary STL file in millimetres, the unit of programs for printers. STL has no colours and no
+/// shared corners: corners at one place have equal bits.
 std::string stl(const TriangleMesh& mesh);
 
-/// Either, as the end of the file's name says: `.ply` or `.stl`.
+/// PLY or STL, by the end of the file's name: `.ply` or `.stl`.
 /// @throws std::runtime_error with one line for others
 std::string meshFile(const TriangleMesh& mesh, const std::string& file);
 

@@ -18,18 +18,18 @@ struct SampleWeights {
 };
 
 /// Which samples are near each corner.
-/// @param normal of the samples; those that face away from a corner's normal are on another side of the hand
-/// and do not count
+/// @param normal of the samples; a sample that faces away from a corner's normal is on another side of the
+///   hand and does not count there
 /// @param reach m
 SampleWeights sampleWeights(const TriangleMesh& mesh, const std::vector<Eigen::Vector3f>& position,
                             const std::vector<Eigen::Vector3f>& normal, float reach);
 
-/// Weighted mean of the samples near each corner; zero where there are none.
+/// Weighted mean of the samples near each corner; zero if there are none.
 std::vector<Eigen::Vector3f> meanAt(const SampleWeights& weights, const std::vector<Eigen::Vector3f>& value);
 
-/// The same of samples of which only those are given that are not zero: between them and others the value
-/// falls to zero.
-/// @param full sum of weights where all samples are given, below which a corner lacks some
+/// The same if only the samples whose value is not zero are given. Between them and the other samples the
+/// value falls to zero.
+/// @param full sum of weights at a corner if all samples are given; with a smaller sum, samples are missing
 std::vector<float> sparseMeanAt(const SampleWeights& weights, const std::vector<float>& value, float full);
 
 }  // namespace tactile_clay::surface

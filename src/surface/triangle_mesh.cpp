@@ -21,7 +21,7 @@ double volumeOf(const TriangleMesh& mesh) {
 }
 
 bool isClosedManifold(const TriangleMesh& mesh) {
-  // Around each corner: from the next corner of a triangle to the one before.
+  // For each corner of a triangle: from the next corner to the corner before.
   struct Turn {
     std::uint32_t corner, from, to;
   };
@@ -37,7 +37,7 @@ bool isClosedManifold(const TriangleMesh& mesh) {
   });
   for (std::size_t begin = 0, end = 0; begin < turns.size(); begin = end) {
     while (end < turns.size() && turns[end].corner == turns[begin].corner) ++end;
-    // One cycle through all of them: each edge is left once and reached once.
+    // One cycle must pass all of them: each edge is left once and reached once.
     std::size_t visited = 0;
     std::uint32_t at = turns[begin].from;
     do {

@@ -15,14 +15,15 @@ struct TriangleMesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;  // corners, anticlockwise as seen from outside
 };
 
-/// m^3, signed, of a closed mesh whose triangles are turned outwards (divergence theorem).
+/// Volume, m^3, of a closed mesh whose triangles face outwards; negative if they face inwards (divergence
+/// theorem).
 double volumeOf(const TriangleMesh& mesh);
 
 /// Whether each edge belongs to exactly two triangles, which run along it in opposite directions, and the
 /// triangles around each corner are one fan: the surface then has no border and does not touch itself.
 bool isClosedManifold(const TriangleMesh& mesh);
 
-/// Sets the normals: means of those of the triangles around a corner, weighted by area.
+/// Sets the normal of each corner: the mean of the normals of the triangles around it, weighted by area.
 void setNormals(TriangleMesh& mesh);
 
 }  // namespace tactile_clay::surface

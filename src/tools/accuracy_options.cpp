@@ -43,7 +43,7 @@ clay::Budget settingOf(const std::string& option, const std::string& text) {
   return setting;
 }
 
-/// Which part of the sweep is played here.
+/// Reads which part of the sweep this process plays.
 void readShare(Given& given, AccuracyOptions& o) {
   const std::string& shard = given["--shard"];
   const std::size_t slash = shard.find('/');
@@ -70,7 +70,7 @@ Rendering renderingOf(const std::string& text) {
   return rendering;
 }
 
-/// What the clay and the hands are, beside the budget.
+/// Reads the properties of clay and hands, without the budget.
 void readAxes(Given& given, AccuracyOptions& o) {
   for (const std::string& s : split(given["--spacing"], ','))
     o.spacings.push_back(numberOf("--spacing", s, 0.0, 0.1));

@@ -8,22 +8,22 @@
 
 namespace tactile_clay::tools {
 
-/// What speed_accuracy plays, and where what comes of it goes.
+/// What speed_accuracy plays, and where its results go.
 struct AccuracyOptions {
   std::string scene, hands, csv, share, outcomes;
   int shard = 1, shards = 1;
   bool merge = false;
-  double duration = 0.0;  // s; 0: the hand's
+  double duration = 0.0;  // s; 0: that of the hands
   int threads = 0;
   std::vector<double> spacings;                // m; 0: the scene's
-  std::vector<std::string> materials, models;  // of all bodies, and of hands; "": the scene's
+  std::vector<std::string> materials, models;  // of all bodies ("": the scene's); of hands
   std::vector<double> skins;                   // m; 0: the spacing
   std::vector<Rendering> renderings;
   std::vector<clay::Budget> settings;
   clay::Budget reference;
 };
 
-/// Out of the arguments of the program, as its usage has them.
+/// Reads the arguments of the program, which its usage explains.
 /// @throws std::runtime_error with one line: what was found, what was expected
 AccuracyOptions accuracyOptions(int argc, char** argv);
 

@@ -55,7 +55,7 @@ void writeCsvRow(std::ostream& csv, const Played& played, const Row& row) {
   const clay::Budget& b = row.budget;
   const Outcome& o = row.outcome;
   const Errors& e = row.errors;
-  const double median = quantile(o.ms, 0.5), p99 = quantile(o.ms, 0.99);  // ms a frame
+  const double median = quantile(o.ms, 0.5), p99 = quantile(o.ms, 0.99);  // ms per frame
   csv << played.scene << ',' << played.hands << ',' << played.spacing << ',' << played.particles << ','
       << row.role << ',' << nameOf(b.method) << ',' << b.substeps << ',' << b.iterations << ',' << median
       << ',' << p99 << ',' << median / b.substeps << ',' << p99 / b.substeps << ',' << e.displacement << ','

@@ -14,7 +14,7 @@ namespace tactile_clay::tools {
 /// The inverse of clay::methodNamed.
 std::string nameOf(clay::Method method);
 
-/// What was played.
+/// The scene, hands and settings that were played.
 struct Played {
   std::string scene, hands;                          // as given to the program
   double spacing = 0.0;                              // m
@@ -25,15 +25,15 @@ struct Played {
   bool tells_skin = false, tells_rendering = false;  // whether the table has these columns
 };
 
-/// A budget, what it made of what was played, and how far that is from the reference.
+/// A budget, its outcome, and how far that is from the reference.
 struct Row {
-  std::string role;  // "setting", or which of the references it is
+  std::string role;  // "setting", or the name of a reference
   clay::Budget budget;
   Outcome outcome;
   Errors errors;
   double skin = 0.0;                    // m, between samples of the hands' skin
   std::string rendering = "none";       // nameOf(Rendering)
-  RenderedPressure rendered{NAN, NAN};  // by it
+  RenderedPressure rendered{NAN, NAN};  // by this rendering
 };
 
 /// Title and head of a table in markdown, to standard output.
@@ -42,19 +42,19 @@ void printHead(const Played& played);
 void printRow(const Played& played, const Row& row);
 
 void writeCsvHead(std::ostream& csv);
-/// A line of CSV, and flushes it: the other settings may take long.
+/// Writes a line of CSV and flushes it, because the other settings may take long.
 void writeCsvRow(std::ostream& csv, const Played& played, const Row& row);
 
-/// What the reference is known to.
+/// How accurate the reference is.
 struct Doubt {
   Errors step;   // how it changes when its step is halved
-  Errors aside;  // by how much it changes at most when the clay starts a micrometre elsewhere
+  Errors aside;  // its largest change if the clay starts at a place a micrometre away
 };
 
-/// Whether the reference may be called converged: halving its step changed it by no more than a tenth of the
-/// smallest error in the table, or by no more than twice what a micrometre does ("within chance"): then the
-/// scene itself, not a step, decides. A line of markdown each for displacement, height, and force if there is
-/// any.
+/// Whether the reference counts as converged: halving its step changed it by at most a tenth of the smallest
+/// error in the table, or by at most twice the change by a micrometre ("within chance"): then the scene
+/// itself decides, not the step. One line of markdown each for displacement, height, and force, if they
+/// exist.
 /// @param errors of the settings
 std::string convergence(const Doubt& doubt, const std::vector<Errors>& errors);
 

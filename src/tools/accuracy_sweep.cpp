@@ -18,13 +18,13 @@
 namespace tactile_clay::tools {
 namespace {
 
-/// The scene with its clay a micrometre aside along an axis.
+/// The scene with its clay moved by a micrometre along an axis.
 scene::Scene aside(scene::Scene scene, int axis) {
   for (clay::InitialParticle& particle : scene.particles) particle.position[axis] += 1e-6f;
   return scene;
 }
 
-/// What is played by a sweep, without its settings.
+/// A sweep without its plays.
 Sweep sweepOf(double wanted_spacing, const std::string& material, const std::string& model,
               const AccuracyOptions& options) {
   Sweep sweep;
@@ -50,11 +50,11 @@ Sweep sweepOf(double wanted_spacing, const std::string& material, const std::str
   return sweep;
 }
 
-/// Adds what is to be played.
-/// @param number of the plays before
+/// Adds the plays of a sweep.
+/// @param number of plays so far
 void addPlays(const AccuracyOptions& options, int& number, Sweep& sweep) {
   const auto play = [&](const clay::Budget& budget, std::size_t skin, int axis = -1) -> Play {
-    constexpr double beside = 5.0;  // what a substep costs beside its iterations, in iterations
+    constexpr double beside = 5.0;  // cost of a time step without its iterations, in iterations
     std::string what = nameOf(budget.method) + ':' + std::to_string(budget.substeps) + 'x' +
                        std::to_string(budget.iterations) +
                        (axis < 0 ? "" : std::string(" aside along ") + "xyz"[axis]);

@@ -35,19 +35,19 @@ using tactile_clay::tools::Keys;
 using tactile_clay::tools::Wish;
 namespace topic = tactile_clay::nodes::topic;
 
-constexpr int look = 50;                       // ms, between looks at what has changed
-const ros::WallDuration again(0.1);            // until a stop that was not answered is sent again
-const ros::WallDuration answer_patience(1.0);  // for an answer, before it is told that there is none
+constexpr int look = 50;                       // ms, between checks for changes
+const ros::WallDuration again(0.1);            // after which a stop without an answer is sent again
+const ros::WallDuration answer_patience(1.0);  // after which a missing answer is reported
 const ros::WallDuration leave_patience(3.0);
 
 volatile std::sig_atomic_t interrupted = 0;
 
 void say(const std::string& line) {
-  std::printf("%s\r\n", line.c_str());  // a raw terminal does not go back to the left by itself
+  std::printf("%s\r\n", line.c_str());  // a raw terminal does not return to the left by itself
   std::fflush(stdout);
 }
 
-/// The stop as the arrays know it.
+/// The connection to the arrays: sends stops and resets, and hears their answers.
 class Line {
  public:
   explicit Line(ros::NodeHandle nh)
@@ -74,7 +74,7 @@ class Line {
     say("reset: arrays sound again with the next focal points");
   }
 
-  /// What has to be done again and again.
+  /// To be called again and again: reports changes, and sends a stop again that was not answered.
   /// @return whether a stop waits for its answer
   bool look() {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -103,7 +103,7 @@ class Line {
   }
 
  private:
-  /// An array that comes while the stop holds.
+  /// Sends the stop to an array that connects while the stop is in force.
   void greet(const ros::SingleSubscriberPublisher& array) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!stopped_) return;
@@ -121,9 +121,9 @@ class Line {
     }
   }
 
-  mutable std::mutex mutex_;  // of what follows
+  mutable std::mutex mutex_;  // protects all members below
   bool stopped_ = false, told_ = false;
-  unsigned arrays_ = ~0u;          // told last
+  unsigned arrays_ = ~0u;          // number that was reported last
   std::set<std::string> answers_;  // arrays that are stopped
   ros::WallTime asked_, sent_, latest_, warned_;
   ros::Publisher stop_, reset_;
@@ -154,7 +154,7 @@ int serve(const std::string& path) {
   while (true) {
     Wish wish = waitForWish(keys.get(), foot.get());
     if (wish == Wish::ended) {
-      keys.reset();  // a switch that roslaunch started has no keys
+      keys.reset();  // a switch that roslaunch has started has no keys
       wish = foot ? Wish::none : Wish::stop_and_leave;
     }
     if (wish == Wish::stop || wish == Wish::stop_and_leave) line.stop();
@@ -172,7 +172,7 @@ int serve(const std::string& path) {
 
 int main(int argc, char** argv) {
   return tactile_clay::tools::runTool("array_stop", usage, argc, argv, [&] {
-    // Remappings and names, such as __ns:=, are ROS's.
+    // Remappings and names, such as __ns:=, are for ROS.
     std::vector<char*> ours{argv[0]}, ros_own{argv[0]};
     for (int i = 1; i < argc; ++i)
       (std::string(argv[i]).rfind("__", 0) == 0 ? ros_own : ours).push_back(argv[i]);

@@ -1,4 +1,4 @@
-// Tests an array without a graph: what it is told to play, and what a microphone should read of it.
+// Tests an array without ROS nodes: plays patterns, and prints what a microphone should measure.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -46,7 +46,7 @@ constexpr char usage[] =
 constexpr auto renewal = std::chrono::microseconds(16667);  // as often as the rig
 constexpr double sweep_half = 0.04;                         // m
 constexpr int sweep_steps = 8;                              // to either side
-constexpr double focus_dwells = 10.0;  // how many times longer a focus stays: a finger has to find it
+constexpr double focus_dwells = 10.0;  // factor by which a focus stays longer, so that a finger can find it
 
 volatile std::sig_atomic_t interrupted = 0;
 
@@ -75,7 +75,7 @@ std::string text(const Eigen::Vector3d& at) {
   return line;
 }
 
-/// An open array behind a safety gate, as in the rig. Silent in the end.
+/// An open array behind a safety gate, as in the rig. It is silent at the end.
 class Bench {
  public:
   explicit Bench(const tools::Arguments& arguments)
@@ -148,7 +148,7 @@ class Bench {
     return play(at, seconds, [this](const auto& points) { return driveFor(points); });
   }
 
-  /// @return the drive that played last
+  /// @return the last drive that was played
   ultrasound::Drive play(const Eigen::Vector3d& at, double seconds, const Solve& solve) {
     device::SafetyGate gate(
         config_, {[&](const auto& points, const auto*) {

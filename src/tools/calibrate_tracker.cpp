@@ -52,12 +52,12 @@ std::vector<Vector3d> points(const std::string& text) {
                                "': expected \"x y z, x y z, x y z\" in m, three at least");
     found.push_back(point);
   }
-  // What is wrong with them is told before anybody touches anything.
+  // Reports errors in the points before anybody touches a mark.
   hand::fitRigid(found, found);
   return found;
 }
 
-/// What the finger touches, of the hand that is surest.
+/// The index fingertip of the hand with the highest confidence.
 const hand::JointPose* fingertip(hand::TrackedFrame& frame) {
   hand::leaveOutBadHands(frame.hands);
   const hand::TrackedHand* best = nullptr;
@@ -72,7 +72,7 @@ struct Touches {
 };
 
 /// Waits until each mark was touched.
-/// @param rest s, that a fingertip rests on each, for people
+/// @param rest s, time for which a fingertip rests on each mark, as text for messages
 Touches touch(hand::HandSource& source, const std::vector<Vector3d>& marks,
               const hand::TouchDetector::Config& config, const std::string& rest) {
   hand::TouchDetector detector(config);
@@ -107,7 +107,7 @@ Touches touch(hand::HandSource& source, const std::vector<Vector3d>& marks,
     }
     const auto place = detector.add(now, tip->position);
     if (!place) continue;
-    // The joint is the middle of a fingertip that lies on the mark.
+    // The joint is the centre of a fingertip that lies on the mark.
     touches.targets.push_back(marks[touched.size()] + tip->radius * Vector3d::UnitZ());
     touched.push_back(*place);
     std::printf("  found at (%.4f, %.4f, %.4f) of frame %s\n", place->x(), place->y(), place->z(),
@@ -117,7 +117,7 @@ Touches touch(hand::HandSource& source, const std::vector<Vector3d>& marks,
   return touches;
 }
 
-/// The rest of an old file stays.
+/// Writes the pose into a file; the other contents of an old file stay.
 void writePose(const std::string& file, const Eigen::Isometry3d& pose) {
   namespace fs = std::filesystem;
   const bool is_new = !fs::exists(file) || (fs::is_regular_file(file) && fs::file_size(file) == 0);
@@ -155,7 +155,7 @@ void run(const tactile_clay::tools::Arguments& arguments) {
 
 int main(int argc, char** argv) {
   return tactile_clay::tools::runTool("calibrate_tracker", usage, argc, argv, [&] {
-    int nothing = 0;  // of the arguments is for ROS, which takes := for a remapping
+    int nothing = 0;  // number of arguments for ROS, which would take := for a remapping
     ros::init(nothing, argv, "calibrate_tracker",
               ros::init_options::NoSigintHandler | ros::init_options::AnonymousName);
     std::signal(SIGINT, [](int) { interrupted = 1; });

@@ -12,7 +12,7 @@ namespace tactile_clay::tools {
 
 namespace {
 
-/// Of a cell within 2^20 of the origin: 21 bits for each coordinate.
+/// Key of a cell within 2^20 cells of the origin: 21 bits for each coordinate.
 std::uint64_t keyOf(const Eigen::Vector3i& cell) {
   std::uint64_t key = 0;
   for (int k = 0; k < 3; ++k)
@@ -26,7 +26,7 @@ double volumeOf(const clay::VectorField& position, double spacing) {
   const clay::Kernel kernel(static_cast<float>(2.0 * spacing));
   const float full = clay::latticeSum(kernel, static_cast<float>(spacing));
   const float edge = static_cast<float>(0.5 * spacing);  // m, of a cell
-  const int reach = 4;                                   // cells that the kernel's radius spans
+  const int reach = 4;                                   // cells within the support radius
   std::unordered_map<std::uint64_t, float> cells;        // the sum at the centre of each, 1/m^3
   for (std::size_t i = 0; i < position.size(); ++i) {
     const Eigen::Vector3f at = position.at(i);

@@ -8,14 +8,14 @@
 
 namespace tactile_clay::tools {
 
-/// Volume, m^3, within the surface where the smoothed clay, the sum of kernels over that within the lattice,
-/// is one half. Counted in cubes half a spacing wide.
+/// Volume, m^3, inside the surface at which the smoothed clay (sum of kernels, over its value in the lattice)
+/// is one half. It is counted in cubes half a spacing wide.
 /// @param position of the particles, m
 /// @param spacing of their lattice, m
 double volumeOf(const clay::VectorField& position, double spacing);
 
-/// Height, m, of the highest particle, half a spacing thick, over the nearest of the solids that face up to
-/// it; 0 if none does.
+/// Height, m, of the highest particle plus half a spacing, above the nearest solid whose surface faces up to
+/// it; 0 if there is none.
 /// @param position of the particles, m
 /// @param gravity m/s^2; up is against it
 /// @param spacing m

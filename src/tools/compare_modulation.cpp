@@ -42,7 +42,7 @@ using tools::RefinedSkin;
 using tools::Samples;
 using ultrasound::Modulation;
 
-/// Pose of the array in world, as the run tells it.
+/// Pose of the array in world, from the tf messages of the run.
 Eigen::Isometry3d arrayPose(const rosbag::Bag& bag, const std::string& file) {
   rosbag::View view(bag, rosbag::TopicQuery(std::vector<std::string>{"/tf_static", "/tf"}));
   for (const rosbag::MessageInstance& message : view) {
@@ -102,7 +102,7 @@ void compare(const std::string& file, std::size_t step, const Array& array, std:
   printTable(ways);
 }
 
-/// Of each contact the third frame counts: fields go on from the frame before.
+/// The third frame of each contact counts, because fields are continued from the frame before.
 void compareRandom(unsigned count, const Array& array, std::vector<ModulationWay> ways) {
   constexpr double step = 0.004;  // m, between samples
   constexpr int frames = 3;

@@ -87,7 +87,7 @@ void run(int argc, char** argv) {
     if (arguments[needed].empty())
       throw std::runtime_error(std::string("expected in:=FILE out:=FILE, got no ") + needed);
   const std::string &in = arguments["in"], &out = arguments["out"];
-  surface::meshFile({}, out);  // before working
+  surface::meshFile({}, out);  // checks the name before the work begins
   const auto existing = arguments.flag("overwrite") ? files::Existing::replace : files::Existing::keep;
   const double time = arguments["time"].empty() ? std::numeric_limits<double>::infinity()
                                                 : arguments.number("time", 0.0, 1e9);

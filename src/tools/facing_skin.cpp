@@ -9,7 +9,7 @@
 namespace tactile_clay::tools {
 namespace {
 
-constexpr float neighbours = 0.008f;  // m; samples farther apart have no skin between them that counts
+constexpr float neighbours = 0.008f;  // m; skin between samples that are farther apart does not count
 constexpr std::size_t max_neighbours = 3;
 
 }  // namespace
@@ -61,7 +61,8 @@ RefinedSkin refined(const Samples& samples) {
     skin.area.push_back(area);
     skin.weight.push_back(weight);
   };
-  // Half of the area of a sample is counted at the sample, the other half on the ways to its neighbours.
+  // Half of the area of a sample counts at the sample, the other half in the middle between it and its
+  // neighbours.
   for (std::size_t i = 0; i < samples.size(); ++i)
     add(samples[i].position, samples[i].pressure, samples[i].area * (count[i] > 0.0 ? 0.5 : 1.0),
         samples[i].weight);

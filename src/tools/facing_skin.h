@@ -10,8 +10,8 @@ namespace tactile_clay::tools {
 
 using Samples = std::vector<contact::PressureSample>;
 
-/// The pressed samples, and those around them that are not, in the frame of the array.
-/// @param pressed in that frame already
+/// The pressed samples and the bare samples around them, in the frame of the array.
+/// @param pressed already in the frame of the array
 Samples facingSkin(const Samples& pressed, const Skin& in_world, const Eigen::Isometry3f& to_array);
 
 /// The skin that faces the array around a contact, at its samples and halfway between neighbours.
@@ -21,9 +21,9 @@ struct RefinedSkin {
 };
 RefinedSkin refined(const Samples& samples);
 
-/// The ShapeError of what is rendered.
+/// The ShapeError of a rendering.
 /// @param rendered radiation pressure at each place of the skin
-/// @param weighted by the weights of the samples
+/// @param weighted whether places also count by the weights of the samples
 double shapeError(const RefinedSkin& skin, const std::vector<float>& rendered, bool weighted);
 
 }  // namespace tactile_clay::tools

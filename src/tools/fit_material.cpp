@@ -1,4 +1,4 @@
-// Fits a material to a measured press: how deep a tool is in a sample of clay, and what presses it.
+// Fits a material to a measured press: depth of a tool in a sample of clay, and force on the tool.
 //
 //   fit_material --help
 #include <algorithm>

@@ -46,7 +46,7 @@ std::vector<HandSample> played(const hand::Score& score, double duration, double
   return samples;
 }
 
-/// The sane hands, in the world.
+/// The hands without errors, in the world.
 std::vector<hand::TrackedHand> usable(std::vector<hand::TrackedHand> seen, const Eigen::Isometry3d& tracker) {
   hand::leaveOutBadHands(seen);
   for (hand::TrackedHand& h : seen) {
@@ -72,7 +72,7 @@ std::vector<HandSample> recorded(const std::string& file, double duration, doubl
   while (recording.read(seen, {}) == hand::HandSource::Read::frame) {
     const auto passed = before ? seen.stamp - *before : nanoseconds(frame);
     before = seen.stamp;
-    // Stamps may leave a long gap, which is not worth playing, or go back.
+    // Stamps may have a long gap, which need not be played in full, or go back.
     const double sample_duration = std::clamp(std::chrono::duration<double>(passed).count(), 0.0, 1.0);
     time += sample_duration;
     if (duration > 0.0 && time > duration) break;

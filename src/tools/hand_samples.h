@@ -10,22 +10,21 @@
 
 namespace tactile_clay::tools {
 
-/// The skin of all hands at the end of a piece of time.
+/// The skin of all hands at one time.
 struct HandSample {
   double duration = 0.0;  // s, since the sample before
   Skin skin;
 
-  // What it is the skin of, for hands that the clay holds back.
+  // The tracked hands of this skin, from which soft hands are made.
   std::vector<hand::TrackedHand> hands = {};  // in the world
   std::chrono::nanoseconds stamp{0};
 };
 
-/// What hands do, sample by sample: scripted ones at 60 Hz, recorded ones as often as they were seen.
+/// What hands do, sample by sample: scripted hands at 60 Hz, recorded hands as often as they were seen.
 /// @param hands none, knead, potter, press, or a Leap recording
 /// @param duration s, at most that of a recording; 0: all that the hands do, 1.2 s without hands
 /// @param spacing of the skin, m
-/// @param share the package's share folder, whose config/rig.yaml says where the tracker of a recording
-/// stands
+/// @param share the package's share folder, whose config/rig.yaml has the pose of the tracker of a recording
 /// @throws std::runtime_error with one line: what, where, what was expected
 std::vector<HandSample> handSamples(const std::string& hands, double duration, double spacing,
                                     const std::string& share);

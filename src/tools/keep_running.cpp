@@ -39,11 +39,11 @@ namespace nodes = tactile_clay::nodes;
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
-constexpr std::size_t max_starts = 5;  // again, within `of_late`
+constexpr std::size_t max_starts = 5;  // restarts within `of_late`
 constexpr Seconds of_late(60.0);
 constexpr Seconds look(0.1);              // between two looks at the program
-constexpr Seconds stopped_patience(1.0);  // a program that is stopped (SIGSTOP) is no busy one
-constexpr Seconds ending_patience(60.0);  // longer than roslaunch has, which kills by then
+constexpr Seconds stopped_patience(1.0);  // for a program that is stopped (SIGSTOP), which cannot be busy
+constexpr Seconds ending_patience(60.0);  // longer than the time after which roslaunch kills
 
 struct Options {
   bool again = false;
@@ -76,10 +76,10 @@ Options optionsOf(int argc, char** argv) {
   return options;
 }
 
-/// A folder in which the program leaves what it needs when it is started again. It goes with the keeper.
+/// A folder in which the program saves what it needs after a restart. The keeper removes it at its end.
 class Folder {
  public:
-  /// @param beside folder of the run; empty or not to be written to: that for temporary files
+  /// @param beside folder of the run; if it is empty or cannot be written to, the folder for temporary files
   Folder(const std::string& beside, const std::string& name) {
     std::error_code ignored;
     for (const std::filesystem::path& parent :
@@ -108,21 +108,21 @@ void say(const std::string& line) {
   std::fprintf(stderr, "tactile_clay: %s\n", line.c_str());
 }
 
-/// Signals that this process takes one after the other, instead of being interrupted by them.
+/// Receives the signals of this process one after the other, so that they do not interrupt it.
 class Signals {
  public:
   Signals() {
-    std::signal(SIGCHLD, SIG_DFL);  // whoever started this may have ignored it
+    std::signal(SIGCHLD, SIG_DFL);  // the parent process may have ignored it
     ::sigemptyset(&set_);
     for (const int number : {SIGCHLD, SIGINT, SIGTERM, SIGHUP}) ::sigaddset(&set_, number);
     ::sigprocmask(SIG_BLOCK, &set_, &before_);
   }
-  /// @return 0 where none comes in the time of a look
+  /// @return the number of a signal; 0 if none comes within `look`
   int wait() const {
     const timespec time{0, static_cast<long>(1e9 * look.count())};
     return std::max(::sigtimedwait(&set_, nullptr, &time), 0);
   }
-  /// For the program.
+  /// Lets signals through again, in the process of the program.
   void letThrough() const { ::sigprocmask(SIG_SETMASK, &before_, nullptr); }
 
  private:
@@ -141,7 +141,7 @@ class Program {
     if (process_ < 0) fail("no process");
     if (process_ == 0) {
       signals.letThrough();
-      // Whoever could end it, or start it again, is gone then.
+      // If the keeper dies, nobody could end or restart the program: so it ends, too.
       ::prctl(PR_SET_PDEATHSIG, SIGTERM);
       ::fcntl(ends[1], F_SETFD, 0);
       ::setenv(nodes::beat_variable, std::to_string(ends[1]).c_str(), 1);
@@ -168,7 +168,7 @@ class Program {
     }
   }
 
-  /// @param awake time that passed since the last call, and in which this process was awake
+  /// @param awake time since the last call in which this process was awake
   bool isFrozen(Seconds awake) {
     char beats[256];
     bool beat = false;
@@ -188,8 +188,8 @@ class Program {
   Seconds patience_;
   int beats_ = -1;
   pid_t process_ = -1;
-  bool begun_ = false;    // it gives signs of life
-  bool stopped_ = false;  // as by SIGSTOP
+  bool begun_ = false;    // whether it has given a sign of life
+  bool stopped_ = false;  // by SIGSTOP, for instance
   Seconds quiet_{0.0};
 };
 
@@ -197,7 +197,7 @@ class Program {
 struct End {
   int status = 0;  // of waitpid
   bool frozen = false;
-  bool asked = false;  // to end
+  bool asked = false;  // whether it was asked to end
 
   int code() const { return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status); }
   std::string words() const {
@@ -216,13 +216,13 @@ End runOnce(const Options& options, const Signals& signals, const std::string& f
   while (!program.hasEnded(end.status)) {
     const int number = signals.wait();
     const Clock::time_point now = Clock::now();
-    // Where this process itself was frozen, the program had no chance to be heard.
+    // While this process itself was frozen, it could not hear the program.
     const Seconds awake = std::min<Seconds>(now - before, 2.0 * look);
     before = now;
     if (number != 0 && number != SIGCHLD) {
       end.asked = true;
       program.send(number);
-      program.send(SIGCONT);  // one that is stopped would not end
+      program.send(SIGCONT);  // a stopped program would not end
     }
     if (end.asked) {
       if ((asked_for += awake) > ending_patience) program.send(SIGKILL);

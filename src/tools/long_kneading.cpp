@@ -37,14 +37,14 @@ double neighboursOf(const clay::Clay& clay) {
   return sum / static_cast<double>(position.size());
 }
 
-/// The clock of a live run: that of this computer, or that of one whose frames take `slowness` times what
-/// they simulate.
+/// The clock of a live run: that of this computer, or that of a computer whose frames take `slowness` times
+/// their simulated time.
 class LiveClock {
  public:
   /// @param slowness 0: the clock of this computer
   explicit LiveClock(double slowness) : slowness_(slowness) {}
 
-  /// s, since the start
+  /// Time since the start, s.
   double now() const { return slowness_ > 0.0 ? now_ : Seconds(Clock::now() - start_).count(); }
 
   void waitUntil(double time) {
@@ -54,17 +54,17 @@ class LiveClock {
       std::this_thread::sleep_until(start_ + std::chrono::duration_cast<Clock::duration>(Seconds(time)));
   }
 
-  /// A frame was computed.
-  /// @param simulated s, of it
+  /// To be called when a frame was computed.
+  /// @param simulated s, simulated time of the frame
   /// @param took s, on this computer
-  /// @return s, that it took by this clock
+  /// @return its duration by this clock, s
   double computed(double simulated, double took) {
     if (!(slowness_ > 0.0)) return took;
     now_ += slowness_ * simulated;
     return slowness_ * simulated;
   }
 
-  /// The last `duration` s are no part of the run.
+  /// Leaves the last `duration` s out of the run.
   void setAside(double duration) {
     if (!(slowness_ > 0.0)) start_ += std::chrono::duration_cast<Clock::duration>(Seconds(duration));
   }
@@ -123,7 +123,7 @@ class Yardstick {
   explicit Yardstick(const scene::Scene& scene)
       : clay_(scene.config, scene.materials, scene.particles), start_(clay_.sculpture()) {}
 
-  /// @return ms of a frame, median
+  /// @return median ms per frame
   double measure(const scene::Solids& solids, const std::vector<HandSample>& samples) {
     constexpr std::size_t frames = 60;
     clay_.restore(start_);

@@ -28,10 +28,10 @@ using tactile_clay::TrackedHand;
 using tactile_clay::TrackedHands;
 
 constexpr int rate = 60;          // Hz
-const ros::Time epoch(1'000, 0);  // a clock of its own, as a tracker's
+const ros::Time epoch(1'000, 0);  // the hands' own clock, like that of a tracker
 constexpr double sight = 0.3;     // m; a hand whose palm is farther aside than this is not seen
 
-/// What happens to a sample on its way from the hand to the bag; t in s since the first one.
+/// Changes a sample on its way from the hand to the bag; t is in s since the first sample.
 using Mishap = std::function<void(double t, int sample, TrackedHands&)>;
 
 void write(const std::string& file, const hand::Score& score, const Mishap& mishap = {}) {
@@ -64,7 +64,7 @@ hand::Score pressRedBlock(double depth) {
   return hand::pressFinger(press);
 }
 
-// The finger touches 1.3 s after the start, and with a depth of 4 mm stays pressed in until 1.93 s.
+// The finger touches the block 1.3 s after the start. With a depth of 4 mm it stays pressed in until 1.93 s.
 constexpr double pressed = 1.6;  // s
 
 void loseHand(double t, int, TrackedHands& message) {
@@ -76,7 +76,7 @@ void changeId(double t, int, TrackedHands& message) {
     if (t >= pressed) hand.id += 40;
 }
 
-// Two of every six samples of the touching hand are broken, each in another way.
+// Two of every six samples of the touching hand are broken, each in a different way.
 void breakSamples(double t, int sample, TrackedHands& message) {
   if (t < 1.2 || sample % 6 > 1) return;
   constexpr double nan = std::numeric_limits<double>::quiet_NaN(),

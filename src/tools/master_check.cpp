@@ -27,8 +27,8 @@ bool isOn(const Arguments& arguments, const std::string& key) {
   return value != "false";
 }
 
-/// `roslaunch -p PORT` means another master than ROS_MASTER_URI, but does not tell the programs that it runs
-/// for parameters.
+/// Port of `roslaunch -p PORT`, if that is the parent process. It means another master than ROS_MASTER_URI,
+/// but roslaunch does not give it to programs that it runs for parameters.
 std::string portOfRoslaunch() {
   std::ifstream file("/proc/" + std::to_string(::getppid()) + "/cmdline");
   std::vector<std::string> words;
@@ -68,7 +68,8 @@ void requireFreeNames(const nodes::Address& master, const Arguments& arguments) 
                            "), or give this rig a namespace of its own (ROS_NAMESPACE=NAME)");
 }
 
-/// Hands of a topic may come from a player whose clock begins later; lockstep needs no clock.
+/// Requires that somebody publishes the clock if it is simulated. Hands of a topic may come from a player
+/// whose clock begins later, and lockstep needs no clock.
 void requireClock(const nodes::Address& master, const Arguments& arguments) {
   if (valueOf(arguments, "hands", "bag") == "topic" || isOn(arguments, "lockstep")) return;
   auto simulated = nodes::ask(master, "getParam", {"/use_sim_time"});

@@ -16,15 +16,16 @@ namespace {
 
 using clay::Material;
 
-constexpr double stray = 0.1;  // of the root mean square force; beyond, a residual counts by its size
-constexpr double edges[] = {0.5, 0.25};  // of a logarithm, of the first simplex and of one that starts anew
+// Share of the root mean square force; larger residuals count by their size, not by its square.
+constexpr double stray = 0.1;
+constexpr double edges[] = {0.5, 0.25};  // of a logarithm, for the first simplex and for the second one
 constexpr double done = 0.01;            // of a logarithm: parameters within 1 %
-constexpr double shift = 0.3;      // of a logarithm, for sensitivities: much more than the clay is rough
-constexpr double min_bulk = 10.0;  // times the stiffness
+constexpr double shift = 0.3;      // of a logarithm, for sensitivities: much larger than the clay's noise
+constexpr double min_bulk = 10.0;  // in units of the stiffness
 constexpr double wrong = 1e6;      // loss of a material that gives no forces
 const double undetermined = std::log(1.5);  // standard error of a logarithm
 
-/// A parameter as the fit sees it.
+/// How the fit reads and sets a parameter, and its bounds.
 struct Access {
   double low, high;
   std::function<double(const Material&)> get;
@@ -34,7 +35,7 @@ double yieldStress(const Material& m) {
   return 2.0 * m.stiffness * m.yield_strain;
 }
 const std::map<std::string, Access> accesses = {
-    // What yields goes on to yield at the same stress, whatever its stiffness.
+    // The yield stress stays the same when the stiffness changes.
     {"stiffness",
      {1e2, 1e8, [](const Material& m) { return m.stiffness; },
       [](Material& m, double v) {
@@ -74,7 +75,7 @@ Material withValues(Material m, const std::vector<std::string>& names, const Poi
   return m;
 }
 
-/// How far out of their bounds logarithms are, squared.
+/// Sum of the squared distances of logarithms from their bounds.
 double beyondBounds(const std::vector<std::string>& names, const Point& logarithms) {
   double sum = 0.0;
   for (std::size_t k = 0; k < names.size(); ++k) {
@@ -89,14 +90,14 @@ std::string number(double value) {
   char text[32];
   if (std::isinf(value)) return ".inf";
   std::snprintf(text, sizeof text, "%.4g", value);
-  // YAML 1.1 wants a point in what has an exponent.
+  // In YAML 1.1 a number with an exponent needs a point.
   std::string yaml = text;
   const std::size_t e = yaml.find('e');
   if (e != std::string::npos && yaml.find('.') == std::string::npos) yaml.insert(e, ".0");
   return yaml;
 }
 
-/// @throws std::runtime_error with one line where these parameters of the material cannot be fitted
+/// @throws std::runtime_error with one line if these parameters of the material cannot be fitted
 void requireFittable(const Material& start, const std::vector<std::string>& names) {
   for (const std::string& name : names)
     if (accesses.count(name) == 0)
@@ -112,8 +113,8 @@ bool isFitted(const std::vector<std::string>& names, const char* name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// Standard errors of the parameters' logarithms (Gauss & Newton): of residuals r with the slopes J, their
-/// covariance is |r|^2 / (m - n) (J^T J)^-1.
+/// Standard errors of the parameters' logarithms (Gauss & Newton). With m residuals r and their slopes J by n
+/// parameters, the covariance is |r|^2 / (m - n) (J^T J)^-1.
 /// @param run forces at a point
 /// @param best where the fit ended
 /// @param left residuals there, N
@@ -195,7 +196,7 @@ MaterialFit fitMaterial(const ForceModel& forces, const std::vector<double>& mea
       best = at;
     }
   }
-  // A simplex may shrink too early where the clay is rough; a new one goes on from where it ended.
+  // A simplex may shrink too early because the forces are noisy; a second one starts where it ended.
   for (const double edge : edges) best = nelderMead(loss, best, edge, done, maximum / 2).at;
   fit.model = run(best);
   const std::vector<double> left = difference(fit.model, measured);

@@ -1,5 +1,5 @@
-// What a long kneading costs: hands do the same again and again, and each stretch of time is told with what
-// its frames were spent on.
+// Measures the cost of a long kneading: hands do the same again and again, and for each stretch of time the
+// cost of its frames is printed, stage by stage.
 //
 //   measure_kneading --help
 #include <cstdio>

@@ -30,7 +30,8 @@ constexpr char usage[] =
 constexpr double whole_bag = 1e9;  // s
 constexpr int longest_bar = 50;    // characters
 
-/// Place of a topic in nodes::latency_topics, in whatever namespace; their number where it is none of them.
+/// Index of a topic in nodes::latency_topics, in any namespace; the number of these topics if it is not one
+/// of them.
 std::size_t placeOf(const std::string& topic) {
   const auto& all = nodes::latency_topics;
   const auto found = std::find_if(all.begin(), all.end(), [&](const char* name) {
@@ -61,7 +62,7 @@ void measure(const std::string& file) {
       latency.arrived(placeOf(message.getTopic()), stampOf(message), message.getTime());
       ++messages;
     }
-  } catch (const std::runtime_error& error) {  // rosbag::BagException, too
+  } catch (const std::runtime_error& error) {  // includes rosbag::BagException
     throw std::runtime_error(file + ": " + error.what());
   }
   latency.finish();

@@ -35,10 +35,10 @@ using ultrasound::FocalPoint;  // not the message
 
 struct Figures {
   std::size_t frames = 0, points = 0, saturated = 0, raised = 0, merged = 0;
-  std::vector<double> pressure;  // Pa of clay
-  std::vector<double> asked;     // Pa of clay that would ask for the same share 0.2 m above the centre, alone
-  std::vector<double> amplitude;                // Pa, that the intensity of a point stands for
-  std::vector<double> aside;                    // m, from a point to its peak
+  std::vector<double> pressure;   // Pa of clay
+  std::vector<double> asked;      // Pa of clay with which one point at 0.2 m asks for the same share
+  std::vector<double> amplitude;  // Pa, of a point by its intensity
+  std::vector<double> aside;      // m, from a point to its peak
   std::vector<double> rendering, phases, both;  // s
 
   void add(const Figures& other) {

@@ -44,7 +44,7 @@ using device::SonicSurfaceTerminal;
 
 constexpr auto patience = 20s;             // for a sound
 constexpr auto settled = 60ms;             // of sound before a stop, and of silence after it
-constexpr char space[] = "/measure_stop";  // of names: no other array hears of it
+constexpr char space[] = "/measure_stop";  // namespace: no other array receives these messages
 constexpr double frame_rate = 60.0;        // Hz
 
 /// A process that ends with this one.
@@ -116,10 +116,10 @@ void tell(const char* what, const std::vector<double>& times) {
               tools::quantile(times, 1.0));
 }
 
-/// What came of the stops, ms each.
+/// Results of the stops, ms each.
 struct Stops {
   std::vector<double> silence, answer;
-  int failures = 0;  // after which the boards sounded
+  int failures = 0;  // stops after which the boards sounded
 };
 
 Stops stopAgainAndAgain(ros::NodeHandle& nh, const SonicSurfaceTerminal& boards, int rounds, bool by_topic) {
@@ -205,7 +205,7 @@ int main(int argc, char** argv) {
                                       {"modulation_frequency", "200"}});
     if (arguments["by"] != "service" && arguments["by"] != "topic")
       throw std::runtime_error("by '" + arguments["by"] + "': expected service or topic");
-    // Before any thread of ours.
+    // The processes are started before this process has threads.
     std::vector<Child> busy;
     const auto count = static_cast<std::size_t>(arguments.number("busy", 0, 64));
     for (std::size_t i = 0; i < count; ++i)

@@ -50,7 +50,7 @@ device::Instrument instrumentOf(const Array& array, const ultrasound::FieldSolve
   return instrument;
 }
 
-/// The emission as the array plays it with nothing in its way.
+/// The sound that the array plays for these points, without a safety gate.
 device::Sound soundOf(const Array& array, const std::vector<ultrasound::FocalPoint>& points,
                       ModulationWay& way) {
   const Modulation modulation = way.config.modulation;
@@ -74,7 +74,7 @@ double mean(const std::vector<double>& values) {
          std::max(1.0, static_cast<double>(values.size()));
 }
 
-/// Mean of what is known of every frame, or a dash.
+/// Mean of the known values, or a dash if there are none.
 std::string known(const std::vector<double>& values, double unit, const char* format) {
   char text[40] = "-";
   if (!values.empty()) std::snprintf(text, sizeof text, format, unit * mean(values));
@@ -111,7 +111,7 @@ void renderFrame(const Array& array, const Samples& pressed, const Samples& all,
   const device::Sound sound = soundOf(array, points, way);
   if (skin == nullptr) return;
   std::vector<double> square(skin->position.size(), 0.0);  // mean of squared amplitudes
-  double on = 0.0;                                         // mean of the modulation, of pressure
+  double on = 0.0;                                         // mean of the modulation of pressure
   float amplitude = 0.0f;
   for (const device::Sound::Part& part : sound.parts) {
     amplitude =

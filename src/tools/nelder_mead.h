@@ -16,9 +16,9 @@ struct Minimum {
 };
 
 /// Minimises a function of a few numbers without its derivatives, by the simplex of Nelder & Mead (1965),
-/// with the usual coefficients 1, 2, 1/2 and 1/2. It ends where no corner of the simplex is farther than
-/// `tolerance` from the best one along any axis, or after `maximum` evaluations.
-/// @param edge of the first simplex, which has a corner at `start`
+/// with the usual coefficients 1, 2, 1/2 and 1/2. It ends when no corner of the simplex is farther than
+/// `tolerance` from the best corner along any axis, or after `maximum` evaluations.
+/// @param edge length of the first simplex, which has a corner at `start`
 inline Minimum nelderMead(const std::function<double(const Point&)>& f, const Point& start, double edge,
                           double tolerance, int maximum) {
   struct Corner {
@@ -50,7 +50,7 @@ inline Minimum nelderMead(const std::function<double(const Point&)>& f, const Po
     for (const Corner& c : corners)
       for (std::size_t k = 0; k < n; ++k) size = std::max(size, std::abs(c.at[k] - corners[0].at[k]));
     if (size <= tolerance || result.evaluations >= maximum) break;
-    Point middle(n, 0.0);  // of all but the worst
+    Point middle(n, 0.0);  // mean of all corners except the worst
     for (std::size_t c = 0; c < n; ++c)
       for (std::size_t k = 0; k < n; ++k) middle[k] += corners[c].at[k] / static_cast<double>(n);
     Corner& worst = corners.back();

@@ -28,7 +28,7 @@ Load loadOnSolids(const clay::Clay& clay) {
   return load;
 }
 
-/// The hands of a sample: as they were tracked, or as the clay lets them be.
+/// The hands of a sample: as they were tracked, or soft hands that the clay pushes back.
 class Hands {
  public:
   explicit Hands(double soft_skin) {
@@ -42,7 +42,7 @@ class Hands {
   }
   const Skin& skin() const { return skin_; }
 
-  /// The answer of the clay.
+  /// Gives the forces of the clay to the hands.
   void react(const std::vector<SkinForce>& answer) {
     if (soft_) soft_->react(stamp_, answer);
   }
@@ -66,7 +66,7 @@ std::vector<Load> meansOf(const std::vector<TimedLoad>& loads) {
   for (const TimedLoad& piece : loads) {
     impulse += piece.duration * piece.load;
     time += piece.duration;
-    if (time > 0.1 - 1e-9) {  // six frames of 1/60 s make one, however their sum is rounded
+    if (time > 0.1 - 1e-9) {  // six frames of 1/60 s are enough, however their sum is rounded
       means.push_back(impulse / time);
       impulse.setZero();
       time = 0.0;
@@ -80,7 +80,7 @@ Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::
   clay::ClayConfig config = scene.config;
   config.budget = budget;
   config.threads = options.threads;
-  config.sleeping = false;  // the solver alone is compared
+  config.sleeping = false;  // only the solver is compared
   clay::Clay clay(config, scene.materials, scene.particles);
   const double first_volume = volumeOf(clay.particles().position, config.spacing);
   const double step = config.timeStep();
@@ -100,7 +100,7 @@ Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::
     clay.advance(hands.skin(), solids.solids(), solids.motion(), sample.duration);
     const double ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-    // A recorded sample may be shorter than a step, or longer than a frame.
+    // A recorded sample may be shorter than a time step, or longer than a frame.
     const long steps = std::lround((clay.time() - before) / step);
     if (steps > 0)
       outcome.ms.push_back(ms / static_cast<double>(steps) * static_cast<double>(budget.substeps));

@@ -11,7 +11,8 @@
 
 namespace tactile_clay::tools {
 
-/// Force of the clay, N, on the left and on the right hand; without hands, on all solids and zero.
+/// Force of the clay, N, on the left and on the right hand. Without hands: the force on all solids, then
+/// zeros.
 using Load = Eigen::Matrix<double, 6, 1>;
 
 struct TimedLoad {
@@ -19,25 +20,25 @@ struct TimedLoad {
   Load load = Load::Zero();
 };
 
-/// Means over whole samples that make 0.1 s or just more; what is left at the end is not told.
+/// Means over whole samples that last 0.1 s together, or just longer. A shorter rest at the end is left out.
 std::vector<Load> meansOf(const std::vector<TimedLoad>& loads);
 
-/// How a scene is played, beside its budget.
+/// How a scene is played, without its budget.
 struct PlayOptions {
-  int threads = 0;         // of the clay
-  double soft_skin = 0.0;  // m, between skin samples of soft hands; 0: hands as the samples have them
-  std::vector<Rendering> renderings;                        // of the pressure on the skin, ten times a second
+  int threads = 0;                    // of the clay
+  double soft_skin = 0.0;             // m, between skin samples of soft hands; 0: the skin of the samples
+  std::vector<Rendering> renderings;  // of the pressure on the skin, ten times per second
   Eigen::Isometry3d array = Eigen::Isometry3d::Identity();  // in the world
 };
 
-/// What a budget made of a scene.
+/// Results of playing a scene with a budget.
 struct Outcome {
-  std::vector<double> ms;                  // of each frame's steps
+  std::vector<double> ms;                  // of the time steps of each frame
   clay::VectorField position;              // m, at the end
   double height = 0.0;                     // m, at the end (heightOf)
   std::vector<Load> force;                 // means of 0.1 s (meansOf)
   double mean_force = 0.0;                 // N, of the norm of both hands' load
-  double density = 0.0, densest = 0.0;     // rho / rho_0 - 1 where positive: mean and maximum
+  double density = 0.0, densest = 0.0;     // rho / rho_0 - 1 if positive: mean and maximum
   double volume_change = 0.0;              // end over start - 1 (volumeOf)
   std::vector<RenderedPressure> rendered;  // by each of the renderings
 };
@@ -49,16 +50,16 @@ Outcome play(const scene::Scene& scene, const scene::Solids& solids, const std::
 /// How far an outcome is from the reference.
 struct Errors {
   double displacement = 0.0;  // spacings, root mean square over the particles
-  double height = 0.0;        // of the reference's; nan if that is 0
-  double force = 0.0;         // of the reference's, root mean squares; nan if that is 0
-  double mean_force = 0.0;    // of the reference's; nan if that is 0
+  double height = 0.0;        // as a share of the reference's; nan if that is 0
+  double force = 0.0;         // as a share of the reference's, root mean squares; nan if that is 0
+  double mean_force = 0.0;    // as a share of the reference's; nan if that is 0
 };
 
 /// @param reference of the same particles and samples
 /// @param spacing m
 Errors compare(const Outcome& outcome, const Outcome& reference, double spacing);
 
-/// The greater of each two errors, by size.
+/// For each error the larger one of the two absolute values.
 Errors max(const Errors& a, const Errors& b);
 
 }  // namespace tactile_clay::tools

@@ -36,7 +36,7 @@ class Hash {
   std::uint64_t value_ = 0xcbf29ce484222325U;
 };
 
-// "position 3", then the numbers of a list.
+// Writes "position 3", for instance, then the numbers of a list.
 template <typename List, typename Write>
 void writeList(std::ostream& out, const char* name, const List& list, const Write& write) {
   out << name << ' ' << list.size() << '\n';

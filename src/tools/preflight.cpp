@@ -61,7 +61,7 @@ std::string environment(const char* name) {
   return value == nullptr ? "" : value;
 }
 
-/// A name without a folder or an ending is one of config/.
+/// Whether a name means a file of config/: it has no folder and no ending.
 bool isOfConfig(const std::string& name) {
   const std::string ending = ".yaml";
   return name.find('/') == std::string::npos &&
@@ -69,7 +69,7 @@ bool isOfConfig(const std::string& name) {
           name.compare(name.size() - ending.size(), ending.size(), ending) != 0);
 }
 
-/// Files by their absolute names, as rig.launch has them.
+/// Makes the names of files absolute, as rig.launch needs them.
 void nameFiles(Arguments& arguments) {
   const std::string here = std::filesystem::current_path().string(), home = environment("HOME");
   const auto name = [&](const std::string& key) {
@@ -160,12 +160,13 @@ void check(const Arguments& arguments, const std::string& key, double low, doubl
 void checkSwitch(const Arguments& arguments, const std::string& key) {
   const auto found = arguments.find(key);
   if (found == arguments.end()) return;
-  const std::string value = lowerCase(found->second);  // roslaunch takes them in any case
+  const std::string value = lowerCase(found->second);  // roslaunch accepts upper and lower case
   if (value != "true" && value != "false")
     throw std::runtime_error(key + " '" + found->second + "': expected true or false");
 }
 
-/// The nodes read it from the parameter server, where nobody tells its lines.
+/// Checks the poses of a rig file. The nodes read them from the parameter server, which does not know their
+/// lines.
 void checkRig(const std::string& file) {
   clay::scene::YamlMap rig = clay::scene::loadYaml(file);
   for (const char* key : {"tracker_pose", "array_pose"})
@@ -186,7 +187,8 @@ void checkParameters(const Arguments& arguments, const clay::scene::Scene& scene
   clay::tools::requireParameters(parameters, scene);
 }
 
-/// Beside what the node says: in lockstep, or with a budget of one's own, nothing is fitted to the computer.
+/// Checks more than the node does: in lockstep, or with a budget of one's own, the quality is not fitted to
+/// the computer.
 void checkQuality(const Arguments& arguments, const std::string& package) {
   for (const char* key : {"substeps", "iterations"}) check(arguments, key, 0, 1000);
   check(arguments, "target_ms", 0.0, 1000.0);
@@ -251,8 +253,8 @@ std::string checkAll(const Arguments& arguments) {
   return urdf;
 }
 
-/// Where the program's output goes. From then on what others print, as ROS_INFO does, goes to the standard
-/// error: roslaunch takes all of the output for the robot model.
+/// The standard output of the program. After this call other output, such as that of ROS_INFO, goes to the
+/// standard error, because roslaunch takes all of the standard output for the robot model.
 std::FILE* takeOutput() {
   std::FILE* const output = fdopen(dup(STDOUT_FILENO), "w");
   if (output == nullptr || dup2(STDERR_FILENO, STDOUT_FILENO) < 0)

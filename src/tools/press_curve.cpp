@@ -12,14 +12,14 @@
 namespace tactile_clay::tools {
 namespace {
 
-constexpr double frame = 1.0 / 60.0;   // s, of the clay and of what is compared
+constexpr double frame = 1.0 / 60.0;   // s, of the clay and of the windows
 constexpr double settling = 0.2;       // s, in which the sample comes to rest under its weight
-constexpr double longest = 120.0;      // s, of a curve: 7200 frames an evaluation
+constexpr double longest = 120.0;      // s, of a curve: 7200 frames per evaluation
 constexpr std::size_t fewest = 5;      // moments of a curve
 constexpr double largest = 1e9;        // of any number in a file
 constexpr double deepest_share = 0.8;  // of the height of the sample
-constexpr double latest_share = 0.05;  // of the maximum depth, at which a curve begins at the latest
-constexpr std::size_t few = 3000;      // particles, for which threads are not worth their cost
+constexpr double latest_share = 0.05;  // of the maximum depth: a curve must not begin deeper
+constexpr std::size_t few = 3000;      // particles: for fewer, threads cost more than they gain
 constexpr double max_particles = 2e5;  // of a sample
 
 std::vector<std::string> cellsOf(const std::string& line) {
@@ -33,7 +33,7 @@ bool isHeading(const std::string& line) {
   return line.find_first_of("0123456789") == std::string::npos;
 }
 
-/// Index of the last moment that is not after t; the last but one at most.
+/// Index of the last moment that is not after t, but at most that of the last moment but one.
 std::size_t before(const PressCurve& curve, double t) {
   const auto later = std::upper_bound(curve.begin(), curve.end(), t,
                                       [](double at, const PressSample& s) { return at < s.time; });
@@ -83,7 +83,7 @@ clay::Solid toolOf(const PressSetup& setup) {
   return solid;
 }
 
-/// m, from the lowest point of a tool up to its origin
+/// Distance from the lowest point of a tool up to its origin, m.
 double originOver(const clay::Solid& tool) {
   switch (tool.shape) {
     case clay::Solid::Shape::cylinder:

@@ -7,7 +7,8 @@
 
 namespace tactile_clay::tools {
 
-/// The value below which a share (0 to 1) of them lies: one of them, not interpolated. NaN of none.
+/// The value below which a share (0 to 1) of the values lies: one of the values, not interpolated. NaN if
+/// there are none.
 inline double quantile(std::vector<double> values, double share) {
   if (values.empty()) return NAN;
   const auto at =

@@ -35,7 +35,7 @@ contact::PressureSample sample(const Eigen::Vector3d& at, double pressure, doubl
 }
 
 std::vector<contact::PressureSample> fingers(Uniform& uniform, int count, double step) {
-  constexpr double apart = 0.018;  // m, of two tips at least
+  constexpr double apart = 0.018;  // m, minimum distance of two tips
   std::vector<Eigen::Vector3d> tips;
   while (static_cast<int>(tips.size()) < count) {
     const double x = 0.05 * uniform(), y = 0.05 * uniform();

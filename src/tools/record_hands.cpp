@@ -78,7 +78,7 @@ Pose trackerPose(const std::string& given) {
   return pose;
 }
 
-/// Median size of the person's hand of one side.
+/// Median size of the person's hand on one side.
 class PersonScale {
  public:
   void add(const hand::TrackedHand& hand) {
@@ -96,7 +96,7 @@ class PersonScale {
   std::vector<double> scales_;
 };
 
-/// The bag to write, whose folder is there then.
+/// The bag to write. Its folder is made if it is missing.
 std::string newBag(const std::string& given) {
   namespace fs = std::filesystem;
   if (given.empty()) throw std::runtime_error("expected the bag to write in out:=");
@@ -237,7 +237,7 @@ class Recorder {
 
 int main(int argc, char** argv) {
   return tactile_clay::tools::runTool("record_hands", usage, argc, argv, [&] {
-    int nothing = 0;  // of the arguments is for ROS, which takes := for a remapping
+    int nothing = 0;  // number of arguments for ROS, which would take := for a remapping
     ros::init(nothing, argv, "record_hands",
               ros::init_options::NoSigintHandler | ros::init_options::AnonymousName);
     std::signal(SIGINT, [](int) { interrupted = 1; });

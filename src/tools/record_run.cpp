@@ -1,4 +1,4 @@
-// Records a run of the rig of its namespace, and loses nothing of it.
+// Records a run of the rig of its namespace without losing messages.
 //
 //   record_run --help
 #include <ros/callback_queue.h>
@@ -43,7 +43,7 @@ the disk or the compression takes, and a rig in lockstep waits for it. record.la
   _topics:="A B"     these topics, instead of those of the rig                   []
 )";
 
-// Below the namespace of the rig. {skin} may be missing.
+// Topics below the namespace of the rig. {skin} may be left out.
 constexpr const char* topics_of_rig =
     "rig/(description|changes|numbers)|[^/]+/parameter_updates|joint_states|trial/(instruction|state|answer)|"
     "hands/(tracked|{skin}bones|pressure|joint_states_left|joint_states_right)|clay/"
@@ -51,9 +51,9 @@ constexpr const char* topics_of_rig =
     "array/(focal_points|rendering|acoustics|state|drive|measured|field|geometry)";
 
 constexpr double look_period = 0.2;  // s, between questions to the master for new topics
-// s. After it was asked to end it goes on until nothing has come for that long: what was sent before is still
-// on its way, and comes slowly where the computer is at work. A rig that goes on is never silent, so there is
-// a limit.
+// s. When the recorder is asked to end, it goes on until nothing has come for `silence`: messages that were
+// sent before are still on their way, and come slowly if the computer is busy. A rig that goes on is never
+// silent, so the recorder ends after `max_ending` at the latest.
 constexpr double silence = 0.3, max_ending = 2.0;
 
 volatile std::sig_atomic_t asked_to_end = 0;
@@ -89,7 +89,7 @@ std::string newBag(const ros::NodeHandle& private_nh) {
   return bag;
 }
 
-/// Topics of this rig alone: another one may run beside it.
+/// Topics of this rig only: another rig may run at the same time.
 std::regex topicsOfRig(const ros::NodeHandle& nh, bool skin) {
   std::string below = topics_of_rig;
   const std::string place = "{skin}";
@@ -101,7 +101,7 @@ std::regex topicsOfRig(const ros::NodeHandle& nh, bool skin) {
 
 class Recorder {
  public:
-  /// @throws std::runtime_error with one line where a parameter is wrong or the bag cannot be made
+  /// @throws std::runtime_error with one line if a parameter is wrong or the bag cannot be made
   Recorder(ros::NodeHandle nh, const ros::NodeHandle& private_nh)
       : nh_(nh),
         named_(words(nodes::param<std::string>(private_nh, "topics", ""))),
@@ -115,7 +115,7 @@ class Recorder {
     ROS_INFO("record: to '%s'", path_.c_str());
   }
 
-  /// Until it is asked to end.
+  /// Records until it is asked to end.
   void run() {
     ros::SteadyTime looked;
     while (ros::ok() && asked_to_end == 0) {
@@ -131,7 +131,7 @@ class Recorder {
          ros::ok() && (now - asked).toSec() < max_ending && (now - came_).toSec() < silence;
          now = ros::SteadyTime::now())
       queue_.callAvailable(ros::WallDuration(0.02));
-    queue_.callAvailable();  // all that has come by now
+    queue_.callAvailable();  // all messages that have come by now
     bag_.close();
     std::filesystem::rename(path_ + ".active", path_);
   }
@@ -146,7 +146,7 @@ class Recorder {
   }
 
   void subscribe(const std::string& topic) {
-    // Only a recorder that can tell is waited for.
+    // The rig waits only for a recorder that records answers: it confirms them on this topic.
     if (topic == answers_) recorded_ = nh_.advertise<std_msgs::Header>(nodes::topic::recorded, 0);
     ros::SubscribeOptions options;
     options.topic = topic;
@@ -174,10 +174,10 @@ class Recorder {
   std::vector<std::string> named_;
   std::regex of_rig_;
   std::string answers_;  // topic whose messages are the last of a sample
-  std::string path_;     // of the bag once it is whole
+  std::string path_;     // of the bag when it is complete
   rosbag::Bag bag_;
   ros::SteadyTime came_;      // when the last message had been written
-  ros::CallbackQueue queue_;  // that of ROS is emptied when ROS ends
+  ros::CallbackQueue queue_;  // its own queue, because ROS empties the global one when it ends
   std::map<std::string, ros::Subscriber> subscribers_;
   ros::Publisher recorded_;
 };

@@ -63,7 +63,7 @@ void PressureMeter::add(const Skin& skin, const std::vector<SkinForce>& contacts
     drives.push_back(ultrasound::solvePhases(layout_, air_, points).drive);
   }
   sum_.ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-  std::vector<double> had(all.size(), 0.0);  // radiation pressure, in no unit: the scale is free
+  std::vector<double> had(all.size(), 0.0);  // radiation pressure, without a unit: the scale is free
   for (const ultrasound::Drive& drive : drives) {
     const auto at = ultrasound::pressuresAt(layout_, air_, drive, places);
     for (std::size_t i = 0; i < had.size(); ++i) had[i] += static_cast<double>(std::norm(at[i]));

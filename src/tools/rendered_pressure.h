@@ -15,16 +15,18 @@ namespace tactile_clay::tools {
 /// turns.
 struct Rendering {
   bool field = false;
-  int count = 8;  // focal points at a time, at most; or patterns
+  int count = 8;  // maximum number of focal points at a time; or number of patterns
 };
 
 /// "points:8" or "field:2".
 std::string nameOf(const Rendering& rendering);
 
-/// What a rendering made of contacts: means over the frames that were touched; 0 where none was.
+/// Results of a rendering: means over the frames with contact; 0 if there were none.
 struct RenderedPressure {
-  double error = 0.0;  // of the radiation pressure on the skin, at the best common scale: RMS, of the clay's
-  double ms = 0.0;     // that a frame of it took: points or samples, and phases
+  /// Error of the radiation pressure on the skin at the best common scale: RMS, over that of the clay's
+  /// pressure.
+  double error = 0.0;
+  double ms = 0.0;  // duration of a frame: points or samples, and phases
 };
 
 /// Renders frames, and measures how well.

@@ -21,10 +21,9 @@ namespace {
 
 const std::set<std::string> poses = {"tracker_pose", "array_pose"};
 const std::set<std::string> points = {"head_point", "workspace_low", "workspace_high"};
-const std::set<std::string> also_arguments = {"tracker_pose",
-                                              "head_spl_cap"};  // which have no value by default
+const std::set<std::string> also_arguments = {"tracker_pose", "head_spl_cap"};  // they have no default value
 
-/// A value as rosparam takes it, which reads 3e5 as a text.
+/// A value as rosparam reads it: 3e5 is a text.
 nodes::SettingValue valueOf(const std::string& text) {
   static const std::regex whole("[-+]?(0|[1-9][0-9]{0,8})");
   static const std::regex number("[-+]?([0-9]+\\.[0-9]*|\\.[0-9]+)([eE][-+][0-9]+)?");
@@ -34,7 +33,7 @@ nodes::SettingValue valueOf(const std::string& text) {
   return text;
 }
 
-/// Arguments of rig.launch that always have a value: it would stand for one of the file.
+/// Arguments of rig.launch that always have a value. It would replace a value of the file.
 std::set<std::string> argumentsOfRig() {
   static const std::regex argument("<arg name=\"([a-z_]+)\" default=");
   const std::string text =
@@ -53,7 +52,7 @@ void readRenderer(nodes::Settings& settings) {
   nodes::slipGain(settings);
 }
 
-/// What the nodes of the rig read, as they read it, of a rig file.
+/// Reads the parameters of a rig file as the nodes of the rig read them.
 void readAll(nodes::Settings& settings, device::SafetyGateConfig gate) {
   nodes::cleanConfig(settings);
   readRenderer(settings);
@@ -107,7 +106,7 @@ void requireRigFile(const std::string& file) {
   try {
     readAll(settings, gate);
   } catch (const std::invalid_argument& error) {
-    throw std::runtime_error(file + ": " + error.what());  // what the core says knows no file
+    throw std::runtime_error(file + ": " + error.what());  // errors of the core do not name the file
   }
 }
 

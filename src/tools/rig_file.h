@@ -7,12 +7,13 @@
 
 namespace tactile_clay::tools {
 
-/// Checks a file of rig:=, a map of parameters that stand for those of config/rig.yaml and of the nodes, with
-/// the functions by which the nodes read them. Arguments of the rig are given there, and not in the file.
+/// Checks a file of rig:=, a map of parameters that replace those of config/rig.yaml and of the nodes, with
+/// the functions by which the nodes read them. Arguments of rig.launch must be given as arguments, not in the
+/// file.
 /// @throws std::runtime_error with one line: file, line, what was expected
 void requireRigFile(const std::string& file);
 
-/// Checks a file of person:=, a map of what the renderer knows of a person, as `staircase` writes it.
+/// Checks a file of person:=, a map of the renderer's parameters for a person, as `staircase` writes it.
 /// @throws std::runtime_error with one line: file, line, what was expected
 void requirePersonFile(const std::string& file);
 

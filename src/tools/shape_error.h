@@ -7,8 +7,8 @@ namespace tactile_clay::tools {
 
 constexpr float skin_around_contacts = 0.06f;  // m from a contact, of the skin that counts
 
-/// Relative RMS error that is left when the scale is the best: the sine of the angle between the wanted
-/// pressure and the one that is had, over places of skin.
+/// Relative RMS error at the best scale: the sine of the angle between the wanted pressure and the pressure
+/// that is had, over places of skin.
 class ShapeError {
  public:
   /// @param weight of the place, such as its area
@@ -19,7 +19,7 @@ class ShapeError {
     had_ += weight * had * had;
   }
 
-  /// 1 where nothing is wanted or had.
+  /// The error; 1 if nothing is wanted or had.
   double value() const {
     if (!(wanted_ > 0.0 && had_ > 0.0)) return 1.0;
     return std::sqrt(std::max(0.0, 1.0 - both_ * both_ / (wanted_ * had_)));

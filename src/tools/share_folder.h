@@ -6,9 +6,9 @@
 
 namespace tactile_clay::tools {
 
-/// The package's folder that holds config/scenes: above the program, or share/tactile_clay beside what is
-/// above it.
-/// @param given that of the user, which stands instead unless it is empty
+/// The package's folder that contains config/scenes: a folder above the program, or share/tactile_clay in
+/// such a folder.
+/// @param given the user's choice; it is returned unless it is empty
 /// @throws std::runtime_error if there is none
 inline std::string shareFolder(const std::string& given) {
   namespace fs = std::filesystem;

@@ -1,5 +1,6 @@
-// What a budget buys: plays a scene, with or without a hand, over a grid of solver, substeps, iterations and
-// particle spacing, headless and in lockstep, and tells the error of each against a converged reference.
+// Speed and accuracy of budgets: plays a scene, with or without a hand, over a grid of solver, substeps,
+// iterations and particle spacing, headless and in lockstep, and prints the error of each against a converged
+// reference.
 //
 //   speed_accuracy --help
 #include <cmath>
@@ -85,7 +86,7 @@ void printTable(const Sweep& sweep, Player& player, std::ofstream& csv) {
       printRow(sweep.played, row);
       if (csv.is_open()) writeCsvRow(csv, sweep.played, row);
     };
-    // Of settings alone: what is rendered has an error of its own, against the pressure of the same clay.
+    // Only for settings: a rendering has an error of its own, against the pressure of the same clay.
     const std::size_t renderings = std::string(role) == "setting" ? outcome.rendered.size() : 0;
     for (std::size_t k = 0; k < renderings; ++k) {
       row.rendering = nameOf(sweep.how.renderings[k]);

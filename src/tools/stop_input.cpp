@@ -18,7 +18,7 @@ namespace {
 constexpr char control_c = 3;
 constexpr char reset_key = 'r';
 
-/// A terminal that hands on each key at once, Ctrl-C and Ctrl-Z too: nothing is to keep a key from stopping.
+/// Sets a terminal so that it gives each key at once, also Ctrl-C and Ctrl-Z: every key must be able to stop.
 void makeRaw(int descriptor, const termios& before) {
   termios raw = before;
   raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO | ISIG | IEXTEN);
@@ -46,10 +46,10 @@ Wish Keys::read() {
   if (count <= 0) return Wish::ended;
   if (terminal()) {
     if (std::find(bytes, bytes + count, control_c) != bytes + count) return Wish::stop_and_leave;
-    // Keys such as the arrows come as several bytes: only what is nothing but `r` resets.
+    // Keys such as the arrows come as several bytes: only input of nothing but `r` resets.
     return std::count(bytes, bytes + count, reset_key) == count ? Wish::reset : Wish::stop;
   }
-  // Of several lines at once the last one counts, for they may be a stop and its reset.
+  // If several lines come at once the last one counts, because they may be a stop and its reset.
   Wish wish = Wish::none;
   for (ssize_t i = 0; i < count; ++i) {
     if (bytes[i] != '\n') {
@@ -73,7 +73,7 @@ FootSwitch::~FootSwitch() {
 void FootSwitch::open() {
   struct stat there {};
   const bool fifo = ::stat(path_.c_str(), &there) == 0 && S_ISFIFO(there.st_mode);
-  // A FIFO that is open for writing too has no end when those who write to it leave.
+  // A FIFO that is open for writing, too, does not end when its writers leave.
   descriptor_ = ::open(path_.c_str(), (fifo ? O_RDWR : O_RDONLY) | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
   if (descriptor_ < 0)
     throw std::runtime_error("switch '" + path_ + "' cannot be opened: " + std::strerror(errno) +

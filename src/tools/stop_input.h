@@ -7,14 +7,14 @@
 
 namespace tactile_clay::tools {
 
-/// What somebody wants of the array.
-enum class Wish { none, stop, reset, stop_and_leave, ended };  // ended: nothing more will come
+/// What a person wants from the array.
+enum class Wish { none, stop, reset, stop_and_leave, ended };  // ended: the input has ended
 
-/// The keys of a terminal, each of which counts at once: `r` resets, Ctrl-C stops and leaves, any other one
-/// stops. From a pipe or a file come lines: `r` or `reset` resets, any other one stops.
+/// The keys of a terminal. Each key counts at once: `r` resets, Ctrl-C stops and leaves, any other key stops.
+/// A pipe or a file gives lines: `r` or `reset` resets, any other line stops.
 class Keys {
  public:
-  /// @param descriptor such as 0; a terminal is given back as it was in the end
+  /// @param descriptor such as 0; the settings of a terminal are restored at the end
   explicit Keys(int descriptor);
   ~Keys();
   Keys(const Keys&) = delete;
@@ -32,12 +32,12 @@ class Keys {
   std::string line_;               // so far
 };
 
-/// A foot switch: an input device of Linux (/dev/input/event...), of which any key that goes down stops, and
-/// which is kept from typing elsewhere; a serial line, a FIFO or a file, of which any byte stops. It never
-/// resets. A switch that is gone stops, and is opened again once it is back.
+/// A foot switch. It is an input device of Linux (/dev/input/event...), of which any key that goes down
+/// stops, and whose keys reach no other program; or a serial line, a FIFO or a file, of which any byte stops.
+/// It never resets. A switch that disappears stops, and is opened again when it is back.
 class FootSwitch {
  public:
-  /// @throws std::runtime_error with one line where it cannot be opened
+  /// @throws std::runtime_error with one line if it cannot be opened
   explicit FootSwitch(std::string path);
   ~FootSwitch();
   FootSwitch(const FootSwitch&) = delete;
@@ -50,14 +50,14 @@ class FootSwitch {
   /// @return whether it is there
   bool reopen() noexcept;
 
-  int descriptor() const { return descriptor_; }  // -1: it is gone
+  int descriptor() const { return descriptor_; }  // -1: it has disappeared
 
  private:
   void open();
 
   std::string path_;
   int descriptor_ = -1;
-  bool keys_ = false;  // an input device
+  bool keys_ = false;  // whether it is an input device
 };
 
 }  // namespace tactile_clay::tools

@@ -11,9 +11,9 @@
 
 namespace tactile_clay::tools {
 
-/// A number out of text.
-/// @param name of what it is for
-/// @throws std::runtime_error if it is none from low to high
+/// The number that a text contains.
+/// @param name of the argument, for errors
+/// @throws std::runtime_error if the text is not a number from low to high
 inline double numberOf(const std::string& name, const std::string& text, double low, double high) {
   std::istringstream stream(text);
   double number = 0.0;
@@ -25,7 +25,7 @@ inline double numberOf(const std::string& name, const std::string& text, double 
   return number;
 }
 
-/// Prints the usage where one of the arguments is `--help` or `-h`.
+/// Prints the usage if one of the arguments is `--help` or `-h`.
 /// @return whether it did
 inline bool askedForHelp(int argc, char** argv, const char* usage) {
   for (int k = 1; k < argc; ++k)
@@ -34,8 +34,8 @@ inline bool askedForHelp(int argc, char** argv, const char* usage) {
   return false;
 }
 
-/// The main function of a tool: `--help` or `-h` prints the usage; what `run` throws is told in one line,
-/// with the tool's name, and ends it with 1.
+/// The main function of a tool. `--help` or `-h` prints the usage. An exception of `run` is printed in one
+/// line, with the tool's name, and the exit code is 1.
 /// @param run returns the exit code, or nothing
 template <typename Run>
 int runTool(const char* name, const char* usage, int argc, char** argv, const Run& run) {
@@ -56,7 +56,7 @@ int runTool(const char* name, const char* usage, int argc, char** argv, const Ru
 class Arguments {
  public:
   /// @param known keys and their default values
-  /// @throws std::runtime_error naming an argument that is none
+  /// @throws std::runtime_error naming an argument that is not known
   Arguments(int argc, char** argv, std::map<std::string, std::string> known) : values_(std::move(known)) {
     for (int i = 1; i < argc; ++i) {
       const std::string argument = argv[i];

@@ -26,7 +26,7 @@ std::string environment(const char* name, const char* fallback) {
   return value == nullptr || *value == '\0' ? fallback : value;
 }
 
-/// The resolved name of the node. Empty where the arguments do not tell it.
+/// The resolved name of the node; empty if the arguments do not contain it.
 std::string nodeName(int argc, char** argv) {
   std::string name, space = environment("ROS_NAMESPACE", "/");
   for (int i = 2; i < argc; ++i) {

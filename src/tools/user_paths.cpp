@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Bytes of the UTF-8 sequence at `i`; 0 where there is none.
+/// Number of bytes of the UTF-8 sequence at `i`; 0 if there is none.
 std::size_t sequenceLength(const std::string& text, std::size_t i) {
   const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
   const unsigned first = byte(i);
@@ -35,7 +35,7 @@ std::size_t sequenceLength(const std::string& text, std::size_t i) {
   return length;
 }
 
-/// Parameters travel in XML.
+/// Checks that a name can be a parameter: parameters are sent as XML.
 void requireText(const std::string& name, const std::string& what) {
   for (std::size_t i = 0; i < name.size();) {
     const std::size_t length = sequenceLength(name, i);
@@ -102,7 +102,7 @@ std::string requireNewBag(const std::string& name) {
   if (isThere(bag + ".active"))
     fail("'" + bag +
          ".active' is there already: it is being recorded, or was cut off and wants rosbag reindex");
-  // The recorder makes what folders are missing, in the nearest that is there.
+  // The recorder makes the missing folders inside the nearest folder that exists.
   fs::path folder = fs::path(bag).parent_path();
   while (!fs::exists(fs::symlink_status(folder, error)) && folder.has_relative_path())
     folder = folder.parent_path();

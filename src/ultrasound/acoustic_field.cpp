@@ -23,9 +23,9 @@ void checkDrive(const ArrayLayout& layout, const Drive& drive) {
                               layout.name);
 }
 
-constexpr std::size_t block_size = 4 * wide_lane_count;  // points that are summed together
+constexpr std::size_t block_size = 4 * wide_lane_count;  // points that are processed together
 
-/// Points as structure of arrays, and their sums.
+/// Points as structure of arrays, and the pressures summed at them.
 struct Block {
   std::array<float, block_size> x, y, z, re, im;
 };
@@ -41,7 +41,7 @@ void store(const Lanes& a, float* to) {
 }
 
 /// Sums all sources, in their order, at each point of a block.
-/// @tparam simple the sources lie in one plane of equal z and look along z, and the air takes little
+/// @tparam simple the sources lie in one plane of equal z and look along z, and the air attenuates little
 template <bool simple>
 TACTILE_CLAY_INLINE void sumBlock(const std::vector<PistonSource>& sources, const PistonConstants& air,
                                   Block& block) {
@@ -75,11 +75,12 @@ bool inOnePlane(const std::vector<PistonSource>& sources) {
 }
 
 bool reachable(const Eigen::Vector3f& point) {
-  constexpr float horizon = 100.0f;  // m; nothing is heard there, and float would lose the phase
+  constexpr float horizon = 100.0f;  // m; the pressure there is negligible, and float would lose the phase
   return point.allFinite() && point.cwiseAbs().maxCoeff() < horizon;
 }
 
-/// Whether the air takes at most e^{-1/2} on every way from a source to a point in reach.
+/// Whether the air lowers the amplitude by the factor e^{-1/2} at most, on every way from a source to a point
+/// in reach.
 bool airTakesLittle(const std::vector<PistonSource>& sources, const std::vector<Eigen::Vector3f>& points,
                     float attenuation) {
   float reach = 0.0f;  // m, in each coordinate

@@ -9,7 +9,7 @@
 
 namespace tactile_clay::ultrasound {
 
-/// What each transducer is driven with, in the channel order of the layout.
+/// Phase and amplitude of each transducer, in the channel order of the layout.
 struct Drive {
   std::vector<float> phase;      // rad, 0 to 2 pi
   std::vector<float> amplitude;  // 0-1
@@ -21,10 +21,10 @@ struct Drive {
 //   p = sum_n P_ref a_n D(theta_n) / r_n e^{-alpha r_n} e^{i (k r_n + phi_n)},  D = 2 J1(x)/x,  x = k R
 //   sin(theta)
 //
-// A larger phi_n is the same as a longer way, so the drive that focuses at a point has phi_n = -k r_n.
-// Nothing is heard behind a transducer's face. Closer than its radius R, where the formula grows without
-// bound, r_n counts as R in the fall-off. Points are in the frame of the array, m; a point that is not finite
-// has pressure 0.
+// A larger phi_n acts like a longer way, so the drive that focuses at a point has phi_n = -k r_n. Behind a
+// transducer's face its pressure is 0. The formula grows without bound near a transducer: below its radius R,
+// r_n counts as R in the amplitude. Points are in the frame of the array, m; a point that is not finite has
+// pressure 0.
 
 /// Field at `point` of transducer n alone, at amplitude 1 and phase 0.
 std::complex<double> transducerPressure(const ArrayLayout& layout, const Acoustics& acoustics, std::size_t n,
@@ -48,7 +48,7 @@ std::vector<float> meanAmplitudesAt(const ArrayLayout& layout, const Acoustics& 
                                     const std::vector<Drive>& drives,
                                     const std::vector<Eigen::Vector3f>& points);
 
-/// Sound pressure level of the drive at a person's head, dB re 20 uPa rms; 0 where silent.
+/// Sound pressure level of the drive at a person's head, dB re 20 uPa rms; 0 if it is silent.
 double headSpl(const ArrayLayout& layout, const Acoustics& acoustics, const Drive& drive,
                const Eigen::Vector3d& head_point);
 

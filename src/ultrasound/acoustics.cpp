@@ -9,7 +9,7 @@ namespace tactile_clay::ultrasound {
 namespace {
 
 constexpr double zero_celsius = 273.15;  // K
-constexpr double max_piston = 4.0;       // k R that pistonDirectivity holds for
+constexpr double max_piston = 4.0;       // largest k R for which pistonDirectivity is accurate
 
 void require(bool holds, const char* name, double value, const char* expected) {
   if (holds) return;

@@ -15,14 +15,13 @@ struct Acoustics {
   double wavelength() const;  // m
   double wavenumber() const;  // rad/m
 
-  /// @throws std::invalid_argument naming the parameter, its value and its range. The directivity is
-  ///   evaluated to rounding for k R up to 4 (5.4 mm at 40 kHz), the range of wavenumber times radius that is
-  ///   accepted
+  /// @throws std::invalid_argument naming the parameter, its value and its range. Wavenumber times radius may
+  ///   be at most 4 (5.4 mm at 40 kHz): up to there the directivity is exact to rounding
   void validate() const;
 };
 
 /// Directivity of a piston, 2 J1(x) / x, as a power series in x^2 whose error is below 1e-6 up to x = 4,
-/// where x = k R sin(theta). Eight powers, so that it needs no Bessel function and compilers vectorise it.
+/// where x = k R sin(theta). A series needs no Bessel function, and compilers vectorise it.
 template <typename T>
 constexpr T pistonDirectivity(T x_squared) {
   // sum over m of (-u)^m / (m! (m+1)!), u = x^2/4

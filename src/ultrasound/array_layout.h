@@ -33,14 +33,14 @@ std::vector<std::string> arrayLayoutNames();
 ///   table is not of that form or does not place each channel and each transducer exactly once
 ArrayLayout arrayLayout(const std::string& name, const std::string& channel_csv = "");
 
-/// The same transducers elsewhere: `pose` takes points of the layout to the frame that they are wanted in.
+/// The same transducers at another place: `pose` transforms points of the layout into the wanted frame.
 ArrayLayout placed(ArrayLayout layout, const Eigen::Isometry3d& pose);
 
 /// Several arrays that are driven together, channels one after the other.
 ArrayLayout joined(const std::vector<ArrayLayout>& layouts);
 
-/// One or more arrays as text: `name`, or `name x y z roll pitch yaw; name ...` with the pose of each in the
-/// frame of the array (m, rad; R = Rz(yaw) Ry(pitch) Rx(roll)).
+/// One or more arrays from a text: `name`, or `name x y z roll pitch yaw; name ...` with the pose of each in
+/// the frame of the array (m, rad; R = Rz(yaw) Ry(pitch) Rx(roll)).
 /// @throws std::invalid_argument with one line that quotes the part that is wrong
 ArrayLayout arrayLayouts(const std::string& text);
 

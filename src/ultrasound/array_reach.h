@@ -11,8 +11,8 @@ namespace tactile_clay::ultrasound {
 
 struct TransducerLanes;
 
-/// What an array can give at a point when all of it is focused there, quickly: focusPressure in single
-/// precision.
+/// The pressure that an array can give at a point when all of it is focused there: focusPressure, but quickly
+/// and in single precision.
 class ArrayReach {
  public:
   ArrayReach(const ArrayLayout& layout, const Acoustics& acoustics);

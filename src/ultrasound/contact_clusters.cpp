@@ -13,17 +13,20 @@ using contact::PressureSample;
 
 namespace {
 
-constexpr std::size_t restarts = 4;  // of the first clustering; more buy little on a hand. Then one a frame
-constexpr double warm_start_slack = 0.05;  // share of the objective given up for points that stay in place
+// Restarts of the first clustering; more gain little on a hand. After that one per frame is enough.
+constexpr std::size_t restarts = 4;
+constexpr double warm_start_slack = 0.05;  // share by which the objective may be worse if points stay
 
-/// How close two points may be: apart by `distance`, m, and for the array, if there is one, by `separation`.
+/// How close two points may be: at least `distance` apart, m, and, if there is an array, at least
+/// `separation` apart as separation() of focus_beam.h measures it.
 struct Spacing {
   double distance;
   double separation;
   const ArrayReach* array;
 };
 
-/// Map of space in which points 1 apart are as close as they may be. The array's part is that at `centre`.
+/// Metric in which two points at their minimum distance are 1 apart. The beam of the array is that at
+/// `centre`.
 Eigen::Matrix3d seedMetric(const Spacing& minimum, const Eigen::Vector3d& centre) {
   const double k = minimum.array->acoustics().wavenumber();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> beam(
@@ -33,7 +36,7 @@ Eigen::Matrix3d seedMetric(const Spacing& minimum, const Eigen::Vector3d& centre
   return over_length.asDiagonal() * beam.eigenvectors().transpose();
 }
 
-/// How far two centres are apart, over the minimum that they may be.
+/// Distance of two centres over the minimum distance; the smaller one of distance and separation.
 double clearance(const Eigen::Vector3d& way, const FocusBeam& a, const FocusBeam& b, const Spacing& minimum) {
   double clear = std::numeric_limits<double>::infinity();
   if (minimum.distance > 0.0) clear = way.norm() / minimum.distance;
@@ -43,8 +46,9 @@ double clearance(const Eigen::Vector3d& way, const FocusBeam& a, const FocusBeam
   return clear;
 }
 
-/// Merges the closest two centres until all are far enough apart, and clusters anew, until they stay so.
-/// @param unresolved counts the pairs that only the array is too coarse for
+/// Merges the closest two centres until all are far enough apart, and clusters again, until they stay far
+/// enough apart.
+/// @param unresolved counts the merged pairs that are far enough apart on the skin, but not for the array
 Clustering separate(const ContactField& field, Clustering clustering, const Spacing& minimum,
                     std::size_t& unresolved) {
   while (clustering.centre.size() > 1) {
@@ -110,7 +114,7 @@ ContactField contactField(const std::vector<PressureSample>& samples, const Foca
       kept.push_back(s);
     }
   }
-  // One order for every permutation of the samples: sums and ties come out the same.
+  // Sorted, so that sums and ties do not depend on the order of the samples.
   const auto key = [](const PressureSample& s) {
     return std::make_tuple(s.position.x(), s.position.y(), s.position.z(), s.pressure, s.area, s.weight);
   };
@@ -135,7 +139,7 @@ Clustering contactClusters(const ContactField& field, const FocalPointConfig& co
   unresolved = 0;
   Eigen::Matrix3d metric = Eigen::Matrix3d::Identity();
   double apart = config.min_separation;
-  std::size_t on_skin = 0;  // points that there is room for there
+  std::size_t on_skin = 0;  // points that have room on the skin
   if (array != nullptr && config.min_resolution > 0.0 && !field.position.empty()) {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     double total = 0.0;
@@ -151,7 +155,8 @@ Clustering contactClusters(const ContactField& field, const FocalPointConfig& co
   }
   Clustering cold = weightedKMeans(field.position, field.weight, config.max_points, apart,
                                    previous.empty() ? restarts : 1, metric);
-  const std::size_t unseeded = on_skin - std::min(on_skin, cold.centre.size());  // room on the skin only
+  // They have room on the skin, but not for the array.
+  const std::size_t unseeded = on_skin - std::min(on_skin, cold.centre.size());
   cold = separate(field, std::move(cold), minimum, unresolved);
   unresolved += unseeded;
   if (previous.empty() || previous.size() > config.max_points) return cold;

@@ -21,18 +21,20 @@ struct ContactField {
   std::vector<SkinDisc> skin;
 };
 
-/// Whether all that rendering needs of a sample is finite, and it has an area and a weight.
+/// Whether position, pressure, area and weight of a sample are finite, and area and weight are positive.
 bool usable(const contact::PressureSample& sample);
 
-/// The samples that press at least `minimum_pressure`, in one order for every permutation of them.
-/// @param ignored how many were not usable
+/// The samples that press at least `minimum_pressure`, in an order that does not depend on the order of
+/// `samples`.
+/// @param ignored receives the number of samples that are not usable
 ContactField contactField(const std::vector<contact::PressureSample>& samples, const FocalPointConfig& config,
                           std::size_t& ignored);
 
 /// Where the focal points of a contact go (Eq. 8): see FocalPointRenderer.
-/// @param array null: any resolution
+/// @param array null: the resolution of the array does not count
 /// @param previous points of the frame before
-/// @param unresolved how many points there would be more if the array could tell them apart
+/// @param unresolved receives the number of further points that there would be if the array could resolve
+///   them
 Clustering contactClusters(const ContactField& field, const FocalPointConfig& config, const ArrayReach* array,
                            const std::vector<FocalPoint>& previous, std::size_t& unresolved);
 

@@ -37,7 +37,8 @@ TACTILE_CLAY_MULTIVERSION void sumAny(const PistonSource* sources, const std::ui
 DrivenGroups::DrivenGroups(const ArrayLayout& layout, const Acoustics& acoustics,
                            const TransducerGroups& groups, const Drive& drive, bool simple)
     : ends_(groups.ends.size()), air_(acoustics), simple_(simple) {
-  std::vector<std::uint32_t> driven(groups.order.size() + 1, 0);  // of the first n in order
+  // Number of driven transducers among the first n in order.
+  std::vector<std::uint32_t> driven(groups.order.size() + 1, 0);
   for (std::size_t n = 0; n < groups.order.size(); ++n) {
     const std::size_t t = groups.order[n];
     if (drive.amplitude[t] != 0.0f) source_.push_back(pistonSource(layout, acoustics, drive, t));

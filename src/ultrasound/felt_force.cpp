@@ -8,11 +8,11 @@ namespace tactile_clay::ultrasound {
 namespace {
 
 constexpr double finger_threshold = 0.4e-3;               // N, at 200 Hz
-constexpr double threshold_low = 150.0;                   // Hz, where that of 200 Hz is taken
-constexpr double threshold_high = 250.0;                  // Hz
-constexpr double lateral_equivalence = 0.21 / 0.027;      // N felt for a N
+constexpr double threshold_low = 150.0;                   // Hz, from which on the threshold of 200 Hz is used
+constexpr double threshold_high = 250.0;                  // Hz, up to which it is used
+constexpr double lateral_equivalence = 0.21 / 0.027;      // felt N per N
 constexpr double lateral_low = 5.0, lateral_high = 15.0;  // Hz
-constexpr double circle_equivalence = 10.9;               // N felt for a N
+constexpr double circle_equivalence = 10.9;               // felt N per N
 constexpr double circle_low = 4.0, circle_high = 6.0;     // Hz
 
 }  // namespace

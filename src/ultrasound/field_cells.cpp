@@ -16,8 +16,8 @@ struct Division {
   double floor;  // Pa
 };
 
-/// Of a group at a point: sum of amplitudes a, and of a s and a s s for the unit vectors s from its
-/// transducers.
+/// Sums over a group of transducers at a point: amplitudes a, and a s and a s s^T, where s is the unit vector
+/// from the transducer to the point.
 struct Beam {
   float a = 0.0f;
   Eigen::Vector3f s = Eigen::Vector3f::Zero();
@@ -48,7 +48,7 @@ struct Spreads {
   }
 };
 
-/// @param slack m, by which transducers are taken to be nearer to the point's direction than they are
+/// @param slack m, how far from `centre` points may lie; each directivity is the largest one at such points
 Spreads spreadsAt(const Division& box, const Eigen::Vector3f& centre, float slack) {
   const auto radius = static_cast<float>(box.acoustics.transducer_radius);
   const auto piston =

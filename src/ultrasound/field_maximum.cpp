@@ -10,9 +10,9 @@
 namespace tactile_clay::ultrasound {
 namespace {
 
-constexpr std::size_t max_parts = 4096;  // of cells that are followed, at a depth
+constexpr std::size_t max_parts = 4096;  // parts of cells that are followed at one depth
 constexpr std::size_t max_climbs = 12;
-constexpr int climb_steps = 24, climb_halvings = 5;  // from half a cell down to a 64th
+constexpr int climb_steps = 24, climb_halvings = 5;  // steps from half a cell down to a 64th
 
 const ArrayLayout& checked(const ArrayLayout& layout, const Eigen::Vector3d& low, const Eigen::Vector3d& high,
                            double floor) {
@@ -30,7 +30,7 @@ struct FieldMaximum::Search {
   Peak best;
   Effort effort;
 
-  /// What the centre of a part has at least where its lobe is higher than all that is known.
+  /// Minimum sum at the centre of a part whose lobe can be higher than the floor and all known pressures.
   float minimum() const { return static_cast<float>((1.0 - beam_sag) * std::max(floor, best.pressure)); }
 };
 
@@ -56,7 +56,7 @@ FieldMaximum::FieldMaximum(const ArrayLayout& layout, const Acoustics& acoustics
   }
 }
 
-/// Uphill to the top of a lobe, in steps that halve where no neighbour is higher.
+/// Climbs to the top of a lobe. If no neighbour is higher, the step is halved.
 FieldMaximum::Peak FieldMaximum::climb(const DrivenGroups& sources, const Lobe& from, Effort& effort) const {
   static const std::array<Eigen::Vector3f, wide_lane_count> ways = [] {
     std::array<Eigen::Vector3f, wide_lane_count> all;
@@ -100,7 +100,7 @@ FieldMaximum::Peak FieldMaximum::climb(const DrivenGroups& sources, const Lobe& 
   return {pressure, here.cast<double>()};
 }
 
-/// The parts of cells that a search is still interested in, and the sums of their groups.
+/// Those of the open parts in which a higher pressure is still possible, with the sums of their groups.
 std::vector<FieldMaximum::Lobe> FieldMaximum::follow(const DrivenGroups& sources, std::size_t depth,
                                                      const std::vector<Part>& open, Search& search) const {
   std::vector<Lobe> found;
@@ -121,7 +121,7 @@ std::vector<FieldMaximum::Lobe> FieldMaximum::follow(const DrivenGroups& sources
   std::stable_sort(found.begin(), found.end(),
                    [](const Lobe& a, const Lobe& b) { return a.pressure > b.pressure; });
   if (found.size() > max_parts) {
-    // What is not looked into counts as loud as it can be.
+    // A part that is not searched counts with its bound.
     const Lobe& dropped = found[max_parts];
     if (dropped.pressure > search.best.pressure)
       search.best = {dropped.pressure, dropped.part.centre.cast<double>()};
@@ -130,8 +130,8 @@ std::vector<FieldMaximum::Lobe> FieldMaximum::follow(const DrivenGroups& sources
   return found;
 }
 
-/// Parts of cells that may hold the top of a lobe, the highest first.
-/// @param strongest amplitude of a transducer
+/// Parts of cells in which the top of a lobe may lie, the highest first.
+/// @param strongest largest amplitude of all transducers
 std::vector<FieldMaximum::Lobe> FieldMaximum::lobes(const DrivenGroups& sources, float strongest,
                                                     Search& search) const {
   std::vector<Part> open;
@@ -140,7 +140,7 @@ std::vector<FieldMaximum::Lobe> FieldMaximum::lobes(const DrivenGroups& sources,
   for (std::size_t depth = groups_.ends.size() - 1;; --depth) {
     std::vector<Lobe> found = follow(sources, depth, open, search);
     if (depth == 0 || found.empty()) return found;
-    // The field itself at the most promising parts: what is below it need not be followed.
+    // The field itself at the most promising parts: parts with lower sums need not be followed.
     std::vector<Part> promising;
     for (std::size_t i = 0; i < std::min(wide_lane_count, found.size()); ++i)
       promising.push_back(found[i].part);
@@ -192,7 +192,7 @@ void FieldMaximum::climbAll(const DrivenGroups& sources, float strongest, Search
   const std::vector<Lobe> found = lobes(sources, strongest, search);
   for (const Lobe& lobe : found) {
     if (search.effort.climbs == max_climbs || lobe.pressure < search.minimum()) break;
-    // A part beside a higher one lies on the slope to the same top.
+    // A part beside a higher part lies on the slope to the same top.
     const bool slope = std::any_of(higher.begin(), higher.end(), [&](const Part* part) {
       return ((part->centre - lobe.part.centre).cwiseAbs().array() <=
               1.5f * (part->half + lobe.part.half).array())

@@ -12,12 +12,12 @@ class DrivenGroups;
 
 /// Finds where in a box the field of a drive is strongest, whatever the drive.
 ///
-/// Transducers are grouped, neighbours with neighbours, into groups of at most four, these in pairs, and so
-/// on up to the whole array. The sum of |p| over groups is never below |p| of the whole, and changes over a
-/// way no shorter than the width of a group's beam. So the box is divided into cells within which the beams
-/// of the smallest groups hardly change, and each of these into cells for the groups of twice the size, down
-/// to cells within a lobe of the whole array. A search follows only cells whose sum may reach what is
-/// searched for, and climbs from the last ones to the tops of their lobes.
+/// Neighbouring transducers form groups of at most four. Two neighbouring groups form a larger one, and so on
+/// up to the whole array. The sum of |p| over the groups is never below |p| of the whole array, and it hardly
+/// changes within the width of a group's beam. So the box is divided into cells within which the beams of the
+/// smallest groups hardly change. Each cell is divided into parts for the groups of twice the size, and so
+/// on, down to parts within a lobe of the whole array. A search follows only parts whose sum may exceed the
+/// highest pressure that is known. From the smallest parts it climbs to the tops of their lobes.
 class FieldMaximum {
  public:
   struct Peak {
@@ -25,25 +25,26 @@ class FieldMaximum {
     Eigen::Vector3d position = Eigen::Vector3d::Zero();
   };
 
-  /// What the last search did.
+  /// How much work a search took.
   struct Effort {
     std::size_t evaluations = 0;  // of the field at a point
     std::size_t climbs = 0;
   };
 
   /// @param low, high corners of the box, m, frame of the array
-  /// @param floor Pa; lobes that are lower are of no interest
-  /// @throws std::invalid_argument if the layout has no transducers, or the box is none
+  /// @param floor Pa; lower lobes are not searched for
+  /// @throws std::invalid_argument if the layout has no transducers, the box is empty or the floor is not
+  ///   positive
   FieldMaximum(const ArrayLayout& layout, const Acoustics& acoustics, const Eigen::Vector3d& low,
                const Eigen::Vector3d& high, double floor);
 
-  /// The highest pressure in the box, within 1 %, if it is above `floor`; else the one at the strongest of
-  /// `places`, or more.
+  /// The highest pressure in the box, within 1 %, if it is above `floor`; otherwise at least the highest
+  /// pressure at `places`.
   /// @param drive amplitudes 0 to 1
-  /// @throws std::invalid_argument if its length is not the layout's
+  /// @throws std::invalid_argument if the length of the drive is not the layout's
   Peak find(const Drive& drive, const std::vector<Eigen::Vector3d>& places, Effort* effort = nullptr) const;
 
-  /// Cells for the smallest groups.
+  /// Number of cells for the smallest groups.
   std::size_t cells() const { return cells_.size(); }
 
  private:
@@ -70,8 +71,8 @@ class FieldMaximum {
   double floor_;
   TransducerGroups groups_;
   std::vector<FieldCell> cells_;
-  std::vector<float> nearest_;  // Pa, of each transducer at full drive, at most in the box
-  bool simple_ = false;         // in one plane, looking along z, and the air takes little
+  std::vector<float> nearest_;  // Pa, bound in the box for each transducer at full drive
+  bool simple_ = false;         // all in one plane, looking along z, and the air attenuates little
 };
 
 }  // namespace tactile_clay::ultrasound

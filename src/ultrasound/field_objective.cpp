@@ -31,7 +31,7 @@ TACTILE_CLAY_MULTIVERSION void toTurns(const ComplexLanes* z, std::size_t width,
   for (std::size_t i = 0; i < width; ++i) turns[i] = turnsOf(z[i].re, z[i].im);
 }
 
-/// factor Im(q z), a transducer each.
+/// factor Im(q z) of each transducer.
 TACTILE_CLAY_MULTIVERSION void imaginaryPart(const LaneArray<ComplexLanes>& q,
                                              const LaneArray<ComplexLanes>& z, float factor, Turns& out) {
   for (std::size_t i = 0; i < q.size(); ++i) out[i] = factor * (q[i].re * z[i].im + q[i].im * z[i].re);
@@ -77,11 +77,11 @@ FieldObjective::FieldObjective(const ArrayLayout& layout, const Acoustics& acous
   felt_wanted_ = felt(wanted_, felt_wanted_);
   for (std::size_t m = 0; m < count_; ++m)
     wanted_square_ += static_cast<double>(weight_[m]) * felt_wanted_[m] * felt_wanted_[m];
-  if (!(wanted_square_ > 0.0)) unit_ = 0.0;  // none of it counts
+  if (!(wanted_square_ > 0.0)) unit_ = 0.0;  // no target with a wanted pressure has a weight
 }
 
-/// As the skin tells it apart.
-/// @param blurred room for that
+/// The values, blurred as skin blurs them.
+/// @param blurred memory for the result
 const std::vector<float>& FieldObjective::felt(const std::vector<float>& values,
                                                std::vector<float>& blurred) const {
   if (blur_.none()) return values;
@@ -89,7 +89,7 @@ const std::vector<float>& FieldObjective::felt(const std::vector<float>& values,
   return blurred;
 }
 
-/// Slopes of the objective by the intensities, from its slopes by the sums.
+/// Sets the derivatives of the objective by the intensities, from its derivatives by the sums.
 void FieldObjective::setSlopes(double on_wanted, double on_intensity) {
   const std::vector<float>& had = blur_.none() ? intensity_ : felt_;
   std::vector<float>& slope = blur_.none() ? slope_ : felt_slope_;
@@ -100,7 +100,7 @@ void FieldObjective::setSlopes(double on_wanted, double on_intensity) {
 
 Turns FieldObjective::start() {
   Turns turns(size());
-  constexpr double golden = 0.6180339887498949;  // parts that no pattern repeats
+  constexpr double golden = 0.6180339887498949;  // golden ratio: multiples whose fractions do not repeat
   for (std::size_t k = 0; k < patterns_; ++k) {
     ComplexLanes* z = &z_[k * width_];
     for (std::size_t m = 0; m < rows_; ++m) {
@@ -111,7 +111,7 @@ Turns FieldObjective::start() {
     g_.transposed(re_.data(), im_.data(), z);
     toTurns(z, width_, &turns[k * width_]);
   }
-  // What arrives in phase was sent earlier by the way: the phases of G^H, the negative ones of G^T.
+  // To arrive in phase, sound is sent earlier by the time of its way: phases of G^H, minus those of G^T.
   for (Lanes& lane : turns) lane *= -1.0f;
   return turns;
 }
@@ -133,7 +133,7 @@ double FieldObjective::operator()(const Turns& turns, Turns* gradient) {
     both += static_cast<double>(weight_[m]) * now[m] * felt_wanted_[m];
     had += static_cast<double>(weight_[m]) * now[m] * now[m];
   }
-  constexpr double tiny = 1e-30;  // of a field that misses all targets
+  constexpr double tiny = 1e-30;  // for a field that misses all targets
   both = std::max(both / wanted_square_, tiny);
   had = std::max(had / wanted_square_, tiny);
   scale_ = both;
@@ -156,7 +156,7 @@ double FieldObjective::operator()(const Turns& turns, Turns* gradient) {
     }
     g_.transposed(re, im, &z_[k * width_]);
   }
-  // dI/dphi = 2 Re(conj(p) i G q) = -2 Im(conj(p) G q), and 2 pi of them a turn.
+  // dI/dphi = 2 Re(conj(p) i G q) = -2 Im(conj(p) G q), times 2 pi for a phase in turns.
   imaginaryPart(q_, z_, -2.0f * two_pi * share, *gradient);
   return square_error_ + strength_ * price;
 }

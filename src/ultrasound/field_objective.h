@@ -10,31 +10,32 @@
 
 namespace tactile_clay::ultrasound {
 
-/// Phases of all patterns in turns, one pattern after the other, sixteen transducers a lane.
+/// Phases of all patterns, in turns (1 is 2 pi), one pattern after the other, sixteen transducers per
+/// element.
 using Turns = LaneArray<Lanes>;
 
-/// The objective of solveField and its gradient. Pressures are counted in the largest amplitude that is
-/// wanted.
+/// The objective of solveField and its gradient. The unit of pressures is the largest wanted amplitude.
 class FieldObjective {
  public:
   FieldObjective(const ArrayLayout& layout, const Acoustics& acoustics,
                  const std::vector<FocalPoint>& targets, const FieldSolverOptions& options);
 
-  /// Nothing is wanted, or nothing can be had: there is nothing to evaluate.
+  /// Whether no pressure is wanted, or none is possible. Then there is nothing to evaluate.
   bool silent() const { return !(unit_ > 0.0); }
   std::size_t width() const { return width_; }                 // lanes of a pattern
   std::size_t size() const { return width_ * patterns_; }      // lanes of all
   bool plain() const { return plain_; }                        // neither blurred nor weighted
   const std::vector<double>& reach() const { return reach_; }  // FieldSolution::reach
 
-  /// Phases that send the root of what is wanted to all targets, in phase in the first pattern and each
-  /// otherwise in the next ones.
+  /// Phases that send the wanted amplitudes to all targets at once: in phase in the first pattern, with other
+  /// phases in each further pattern.
   Turns start();
 
-  /// @param gradient if given, receives the derivatives by the phases, a turn each
+  /// @param gradient if given, receives the derivatives with respect to the phases in turns
   double operator()(const Turns& turns, Turns* gradient);
 
-  /// Of the last evaluation: error and scale in the norm of the objective; amplitude (Pa) at target m.
+  /// Results of the last evaluation: error and scale in the norm of the objective; amplitude (Pa) at target
+  /// m.
   double error() const { return std::sqrt(std::max(square_error_, 0.0)); }
   double scale() const { return scale_; }
   double amplitude(std::size_t m) const { return unit_ * std::sqrt(static_cast<double>(intensity_[m])); }
@@ -44,7 +45,7 @@ class FieldObjective {
   void setSlopes(double on_wanted, double on_intensity);
 
   double strength_;
-  std::size_t patterns_, width_, count_, rows_;  // rows: targets, and some of nothing up to a whole block
+  std::size_t patterns_, width_, count_, rows_;  // rows: targets, and empty rows up to a whole block
   FixedPropagator g_;
   std::vector<double> reach_;
   std::vector<float> wanted_, intensity_;  // squares of amplitudes
@@ -52,9 +53,9 @@ class FieldObjective {
   SkinBlur blur_;
   std::vector<float> weight_;              // of each target
   std::vector<float> felt_wanted_, felt_;  // wanted_ and intensity_, blurred
-  std::vector<float> slope_, felt_slope_;  // of the objective by intensity_ and by felt_
-  std::vector<float> re_, im_;             // pressures at the targets, a pattern after the other
-  LaneArray<ComplexLanes> q_, z_;          // of the transducers, a pattern after the other
+  std::vector<float> slope_, felt_slope_;  // derivatives of the objective by intensity_ and felt_
+  std::vector<float> re_, im_;             // pressures at the targets, pattern by pattern
+  LaneArray<ComplexLanes> q_, z_;          // drives, and G^T of the targets; pattern by pattern
   double unit_ = 0.0, wanted_square_ = 0.0, square_error_ = 0.0, scale_ = 0.0;
 };
 

@@ -11,9 +11,10 @@ namespace tactile_clay::ultrasound {
 namespace {
 
 constexpr std::size_t memory = 6;    // pairs of L-BFGS; more gain nothing in 40 evaluations
-constexpr int trial = 2;             // evaluations that tell which of two starts is better
+constexpr int trial = 2;             // evaluations from each of two starts, to compare them
 constexpr double first_step = 0.03;  // turns, root mean square over the transducers
-constexpr double armijo = 1e-4;      // minimum decrease of a step, over that of the slope (Nocedal & Wright)
+// Minimum decrease of a step over the decrease that the slope predicts (Nocedal & Wright).
+constexpr double armijo = 1e-4;
 constexpr auto two_pi = static_cast<float>(2.0 * M_PI);
 constexpr auto over_turn = static_cast<float>(0.5 / M_PI);
 
@@ -64,7 +65,7 @@ TACTILE_CLAY_MULTIVERSION void roundTurns(float levels, Turns& turns) {
   for (Lanes& lane : turns) lane = nearest(lane * levels) / levels;
 }
 
-/// Turns by the shorter way from `before` to `turns`, at most `maximum` of it.
+/// Limits the change from `before` to `turns`, by the shorter way round, to `maximum`.
 TACTILE_CLAY_MULTIVERSION void limitChange(const Turns& before, float maximum, Turns& turns) {
   for (std::size_t i = 0; i < turns.size(); ++i) {
     const Lanes way = turns[i] - before[i];
@@ -74,8 +75,8 @@ TACTILE_CLAY_MULTIVERSION void limitChange(const Turns& before, float maximum, T
 }
 
 struct Pair {
-  Turns step, change;  // of the phases, of the gradient
-  float inverse;       // of their product
+  Turns step, change;  // changes of the phases and of the gradient
+  float inverse;       // 1 over their product
 };
 
 /// -H^-1 gradient, by the two loops of L-BFGS.
@@ -96,8 +97,8 @@ Turns newtonStep(const Turns& gradient, const std::vector<Pair>& pairs) {
   return step;
 }
 
-/// Lowers the objective by so many evaluations.
-/// @return its value there
+/// Lowers the objective with this number of evaluations.
+/// @return its last value
 double descend(FieldObjective& objective, int evaluations, Turns& turns) {
   Turns gradient(turns.size()), next(turns.size()), next_gradient(turns.size());
   std::vector<Pair> pairs;
@@ -127,7 +128,7 @@ double descend(FieldObjective& objective, int evaluations, Turns& turns) {
       addScaled(turns, -1.0f, pair.step);
       addScaled(gradient, -1.0f, pair.change);
       const float product = dot(pair.step, pair.change);
-      constexpr float minimum = 1e-12f;  // a bend that is lost in rounding tells nothing
+      constexpr float minimum = 1e-12f;  // a smaller bend is lost in rounding
       if (product > minimum) {
         pair.inverse = 1.0f / product;
         if (pairs.size() == memory) pairs.erase(pairs.begin());
@@ -149,12 +150,12 @@ Turns turnsOf(const std::vector<Drive>& drives, std::size_t width) {
   return turns;
 }
 
-/// The amplitude of all transducers, such that no more pressure is had than is wanted.
+/// The amplitude of all transducers with which the pressure is not higher than wanted.
 float amplitudeOf(const FieldSolverOptions& options, double scale) {
   const double share = std::min(1.0, std::sqrt(1.0 / scale));
   const double amplitude = options.amplitude * share;
   if (options.amplitude_levels == 0) return static_cast<float>(amplitude);
-  constexpr double rounding = 1e-4;  // of a level: what is one already stays it
+  constexpr double rounding = 1e-4;  // of a level: an amplitude that is a level already stays there
   const double maximum = std::floor(options.amplitude * options.amplitude_levels + rounding);
   return static_cast<float>(std::min(std::ceil(amplitude * options.amplitude_levels - rounding), maximum) /
                             options.amplitude_levels);

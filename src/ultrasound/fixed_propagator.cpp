@@ -10,7 +10,7 @@
 namespace tactile_clay::ultrasound {
 namespace {
 
-// Sums stay below 2^31. Of a row: 2^19 (all |g|) times 2^11 (|q|). Of a column: 64 rows of 2^14 times sqrt 2
+// Sums stay below 2^31. A row: 2^19 (sum of |g|) times 2^11 (|q|). A column: 64 rows of 2^14 times sqrt 2
 // times 2^10 (|u|).
 constexpr float row_sum = 524288.0f, max_in_row = 16384.0f, one = 2048.0f, max_of_u = 1024.0f;
 constexpr std::size_t rows_a_sum = 64;
@@ -28,7 +28,7 @@ TACTILE_CLAY_INLINE LaneBits whole(Lanes a) {
   return __builtin_convertvector(nearest(a), LaneBits);
 }
 
-/// The low half of a lane and the high one.
+/// A lane from its low and its high half.
 TACTILE_CLAY_INLINE LaneBits pair(LaneBits low, LaneBits high) {
   return (high << 16) | (low & 0xffff);
 }
@@ -56,7 +56,7 @@ TACTILE_CLAY_MULTIVERSION void addScaled(const LaneBits* re, const LaneBits* im,
 }
 
 /// Pairs (re, -im) and (im, re) of each u, in whole numbers.
-/// @param unit of each, times `scale`
+/// @param unit, scale each u is multiplied by its unit and by `scale`
 TACTILE_CLAY_MULTIVERSION void roundPairs(const float* re, const float* im, const float* unit, float scale,
                                           std::size_t count, std::int32_t* pairs) {
   for (std::size_t m = 0; m < count; ++m) {
@@ -78,7 +78,7 @@ TACTILE_CLAY_MULTIVERSION float largestPart(const float* re, const float* im, co
   return maximum;
 }
 
-/// Sum of the numbers of a, halves onto each other.
+/// Sum of the numbers of a.
 template <typename Whole>
 TACTILE_CLAY_INLINE std::int32_t total(const Whole& a) {
   using Four = std::int32_t __attribute__((vector_size(16)));
@@ -127,7 +127,7 @@ struct Kernels {
   decltype(&plain::transposed) transposed;
 };
 
-/// Those of the processor at hand.
+/// The fastest kernels that this processor can run.
 const Kernels& kernels() {
   static const Kernels best = [] {
 #if TACTILE_CLAY_TARGETS

@@ -10,8 +10,8 @@ struct FocalPoint {
   std::uint32_t id = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m
   double pressure = 0.0;                               // Pa of the clay's pressure field (Eq. 9)
-  double intensity = 0.0;                              // 0-1, amplitude over what the array can give there
-  double weight = 1.0;                                 // 0 or more: how much its error in a field counts
+  double intensity = 0.0;                              // 0-1, amplitude over what the array can give
+  double weight = 1.0;                                 // 0 or more, of its error in a field
 };
 
 }  // namespace tactile_clay::ultrasound

@@ -20,8 +20,8 @@ double gaussian(double squared_distance, double sigma) {
   return std::exp(-squared_distance / (2.0 * sigma * sigma));
 }
 
-/// The centre of cluster k, or the skin beside it; the closest sample where the centre is farther than sigma
-/// from all.
+/// The centre of cluster k, or the skin beside it. If the centre is farther than sigma from all samples, the
+/// closest sample.
 Eigen::Vector3d onSkin(const ContactField& field, const Clustering& clustering, std::size_t k, double sigma) {
   double closest = std::numeric_limits<double>::infinity();
   std::size_t nearest = 0;
@@ -124,7 +124,7 @@ std::vector<FocalPoint> FocalPointRenderer::render(const std::vector<PressureSam
     point.pressure = fitPressure(field, clustering, k, point.position, config_);
     points.push_back(point);
   }
-  // By place, so that new ids do not depend on which seed found a point.
+  // Sorted by place, so that new ids do not depend on which seed found a point.
   std::sort(points.begin(), points.end(), [](const FocalPoint& a, const FocalPoint& b) {
     return std::lexicographical_compare(a.position.begin(), a.position.end(), b.position.begin(),
                                         b.position.end());

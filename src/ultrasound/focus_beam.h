@@ -6,16 +6,17 @@
 
 namespace tactile_clay::ultrasound {
 
-/// What the whole array makes of one focus. With s the unit vector from each transducer to it, weighted by
-/// amplitude: at a small way d aside the amplitude has fallen by the share k^2 d^T spread d / 2.
+/// The beam of the whole array at one focus. s is the unit vector from each transducer to the focus, weighted
+/// by the transducer's amplitude. At a small distance d beside the focus the amplitude is lower by the share
+/// k^2 d^T spread d / 2.
 struct FocusBeam {
   float reach = 0.0f;                                // Pa, sum of the amplitudes of all transducers
   Eigen::Matrix3f spread = Eigen::Matrix3f::Zero();  // covariance of s
 };
 
 /// How far apart two foci are for the array: k sqrt(d^T spread d) with the mean of their spreads. 2.2 is the
-/// width of a focus at half its amplitude. A focus is some six times as long as it is wide, so a way along z
-/// counts little.
+/// width of a focus at half its amplitude. A focus is some six times as long as it is wide, so a distance
+/// along z counts little.
 /// @param way from one to the other, m
 /// @param wavenumber rad/m
 inline double separation(const Eigen::Vector3d& way, const FocusBeam& a, const FocusBeam& b,

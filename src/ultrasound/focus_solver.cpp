@@ -11,9 +11,9 @@ namespace {
 
 constexpr float tiny = 1e-20f;  // keeps divisions by an amplitude finite
 constexpr int ascent_passes = 10;
-constexpr float poor = 0.01f;              // error of the worst amplitude that calls for another start
+constexpr float poor = 0.01f;              // error of the worst amplitude above which other starts are tried
 constexpr std::size_t more_starts = 6;     // at most wide_lane_count - 1
-constexpr double min_norm_damping = 1e-3;  // of foci that no drive can tell apart
+constexpr double min_norm_damping = 1e-3;  // for foci that no drive can separate
 constexpr int limited_rounds = 3;
 
 /// Weights of the foci: w *= (mean |p| / |p|)^e, where the exponent e of a focus shrinks when its error
@@ -35,7 +35,7 @@ struct Weights {
   }
 };
 
-/// Each drive to amplitude 1.
+/// Sets the amplitude of each drive to 1.
 TACTILE_CLAY_MULTIVERSION void normalise(DriveLanes& q) {
   for (ComplexLanes& a : q) {
     const Lanes scale = inverseRoot(max(a.re * a.re + a.im * a.im, Lanes{} + 1e-30f));
@@ -44,7 +44,7 @@ TACTILE_CLAY_MULTIVERSION void normalise(DriveLanes& q) {
   }
 }
 
-/// Each drive over the mean of their amplitudes, at most 1.
+/// Divides each drive by the mean of their amplitudes, and limits its amplitude to 1.
 TACTILE_CLAY_MULTIVERSION void moderate(DriveLanes& q, std::size_t transducers) {
   Lanes total{};
   for (const ComplexLanes& a : q) {
@@ -78,8 +78,8 @@ LaneArray<ComplexLanes> scattered(std::size_t foci) {
 /// Turns the phases of sources c, |c| = weight, one after the other to where they add most to the power c^H R
 /// c, sixteen starts at once.
 /// @param r R, foci x foci
-/// @param source in: unit; out: c
-/// @param power of each
+/// @param source in: c with amplitudes 1; out: c
+/// @param power out: power of each start
 TACTILE_CLAY_MULTIVERSION void ascend(const Eigen::MatrixXcf& r, const Eigen::ArrayXf& weight, int passes,
                                       ComplexLanes* source, Lanes& power) {
   const auto foci = static_cast<std::size_t>(weight.size());
@@ -173,7 +173,7 @@ const FocusField& FocusSolver::p() {
   return p_;
 }
 
-/// q from the phases of the foci and these weights.
+/// Computes q from the phases of the foci and these weights.
 void FocusSolver::emit(const Eigen::ArrayXf& weight) {
   const Eigen::ArrayXf scale = weight / p_.abs().max(tiny);
   p_.re *= scale;
@@ -233,9 +233,10 @@ Eigen::ArrayXf FocusSolver::strongest() {
   return over_energy / p_.abs().max(tiny);
 }
 
-/// A weak focus above a strong one, on its axis, gets far too much from all drives that give much power,
-/// and no small change helps. Starts from others: those of minimum norm that give each focus its amplitude at
-/// some phase, q = G^H (G G^H)^-1 p, each brought to amplitude 1. Keeps the best.
+/// A weak focus on the axis of a strong one, above it, gets far too much pressure from all drives that give
+/// much power, and no small change helps. So this function starts from other drives: those of minimum norm
+/// that give each focus its amplitude at some phase, q = G^H (G G^H)^-1 p, each brought to amplitude 1. It
+/// keeps the best.
 void FocusSolver::startAnew() {
   Eigen::MatrixXcd r = gram(g_).cast<std::complex<double>>();
   r.diagonal() *= 1.0 + min_norm_damping;

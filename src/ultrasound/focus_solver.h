@@ -11,19 +11,20 @@ namespace tactile_clay::ultrasound {
 /// Solves p = G q for |p| = 1 at every focus, up to a common scale, by one of the methods of solvePhases.
 class FocusSolver {
  public:
-  /// @param transducers of `g`, the lanes past the last one left out
+  /// @param transducers number of transducers of `g`, without the empty lanes at the end
   /// @param wavenumber rad/m
-  /// @param shapes of the foci; empty: amplitudes are all that counts
+  /// @param shapes of the foci; empty: only amplitudes count
   FocusSolver(Propagator g, std::size_t transducers, double wavenumber, std::vector<FocusShape> shapes,
               const PhaseSolverOptions& options);
 
-  /// From the phases that this drive has at the foci.
+  /// Lets solve() start from the phases that this drive has at the foci.
   void start(const DriveLanes& q);
 
-  /// @param power weights that give equal foci in G^H w: target squared
+  /// @param power start weights w with which G^H w gives equal foci: target squared
   void solve(const Eigen::ArrayXf& power);
 
-  /// Turns all drives together to be as close as they can to the drive before, then each to its limit.
+  /// Turns the phases of all drives by one angle, so that they are as close as possible to the drive before,
+  /// then limits the change of each.
   void limit(const PhaseLimit& limit, const DriveLanes& before);
 
   DriveLanes& q() { return q_; }

@@ -34,7 +34,7 @@ void FocalPointRenderer::setIntensities(std::vector<FocalPoint>& points) {
   if (array_) report_.gain = radiationPressure(array_->acoustics(), reference_) / config_.full_scale_pressure;
   report_.gain *= config_.felt_gain;
   std::vector<double> limit;  // Pa on the skin
-  double strongest = 0.0;     // of what is granted, Pa
+  double strongest = 0.0;     // granted pressure of all points, Pa
   for (FocalPoint& point : points) {
     double share = config_.felt_gain * point.pressure / config_.full_scale_pressure;
     limit.push_back(0.0);
@@ -56,10 +56,10 @@ void FocalPointRenderer::setIntensities(std::vector<FocalPoint>& points) {
   raiseWeak(limit, strongest, points);
 }
 
-/// Points that could not be told from the side lobes of others, or that the person does not feel, have more.
+/// Raises points that are weaker than the side lobes of others, or that the person does not feel.
 void FocalPointRenderer::raiseWeak(const std::vector<double>& limit, double strongest,
                                    std::vector<FocalPoint>& points) {
-  // One focus at a time has no neighbours, and in a field what is weak is meant to be so.
+  // In stm a focus is alone at each time. In a field a weak place is meant to be weak.
   if (isField(config_.modulation) || config_.modulation == Modulation::spatiotemporal) return;
   for (std::size_t k = 0; k < points.size(); ++k) {
     double minimum = config_.side_lobe_floor * config_.side_lobe_floor * strongest;

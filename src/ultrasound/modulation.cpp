@@ -95,7 +95,7 @@ std::vector<std::size_t> tour(const std::vector<Eigen::Vector3d>& points) {
     }
     std::swap(order[i + 1], order[closest]);
   }
-  constexpr double rounding = 1e-12;  // m: equal ways must not be exchanged for ever
+  constexpr double rounding = 1e-12;  // m: ways of equal length must not be exchanged again and again
   for (bool shorter = true; shorter;) {
     shorter = false;
     for (std::size_t i = 0; i + 2 < n; ++i) {

@@ -27,16 +27,16 @@ constexpr bool isField(Modulation modulation) {
   return modulation == Modulation::field || modulation == Modulation::field_circle;
 }
 
-/// Names of all, in the order of their numbers.
+/// Names of all modulations, in the order of their numbers.
 std::vector<std::string> modulationNames();
 /// The modulation of a name.
-/// @throws std::invalid_argument listing them
+/// @throws std::invalid_argument listing all names
 Modulation modulation(const std::string& name);
 const char* nameOf(Modulation modulation);
 
-/// Modulations are made of three functions: `samplePath` says where points are (STM; others take those of
-/// FocalPointRenderer), `tour`, `lateralOffset` and `circleOffset` in which order places are visited,
-/// `envelope` how strong they are meanwhile. `period` puts them together.
+/// A modulation is made of these functions. `samplePath` gives the places of points for STM; the others take
+/// the points of FocalPointRenderer. `tour`, `lateralOffset` and `circleOffset` give the order in which
+/// places are visited, and `envelope` the amplitude at each time. `period` puts them together.
 
 struct PathPoint {
   Eigen::Vector3d position;  // m
@@ -72,45 +72,47 @@ Eigen::Vector3d circleOffset(double t, double radius);
 /// square, is (1 - cos 2 pi t) / 2. Others: 1.
 double envelope(Modulation modulation, double t);
 
-/// A part of a period: the points that are there at once, and the share of their amplitude.
+/// A part of a period: the points that sound at the same time, and the share of their amplitude.
 struct Instant {
   std::vector<FocalPoint> points;
   double amplitude = 1.0;
-  std::vector<std::size_t> which;  // of the emission's points each of `points` is
+  std::vector<std::size_t> which;  // index of each of `points` among the points of the emission
 };
 
 constexpr double lateral_stroke = 0.006;  // m
-constexpr std::size_t period_steps =
-    16;  // of AM and lateral modulation: 0.75 mm a step of the latter, under 1 mm
+/// Steps per period of AM and lateral modulation. A step of lateral modulation is 0.75 mm, less than 1 mm.
+constexpr std::size_t period_steps = 16;
 /// m; four foci that went round so at 5 Hz on a finger pad were felt like 0.24 N (FeltForce)
 constexpr double circle_radius = 0.003;
-constexpr std::size_t circle_steps = 20;       // of points: 0.94 mm a step, under 1 mm
-constexpr std::size_t field_circle_steps = 8;  // of fields, each of which is solved: 2.3 mm a step
+constexpr std::size_t circle_steps = 20;       // steps of points: 0.94 mm each, less than 1 mm
+constexpr std::size_t field_circle_steps = 8;  // steps of fields, each of which is solved: 2.3 mm each
 
 /// One period in instants of the same length.
 /// @param stroke of lateral modulation, m
 std::vector<Instant> period(const std::vector<FocalPoint>& points, Modulation modulation,
                             double stroke = lateral_stroke);
 
-/// What an array has to solve once of a period: points that are there at once, whenever they are.
+/// A part of a period that an array has to solve only once: points that sound at the same time, and all
+/// instants at which exactly these points sound.
 struct Part {
   std::vector<FocalPoint> points;
-  std::vector<std::size_t> which;     // of the emission's points each of `points` is
+  std::vector<std::size_t> which;     // index of each of `points` among the points of the emission
   std::vector<std::size_t> instants;  // indices into the period
   double time = 0.0;                  // share of the period, 0-1
   double power = 0.0;                 // mean over the period of the squared amplitude while it is there, 0-1
 };
 
-/// The parts of a period, in the order of their first instants: one of AM and of a field, nine of lateral
-/// modulation (to and fro pass the same places), one a place of STM and of a circle.
+/// The parts of a period, in the order of their first instants: one for AM and `field`, nine for lateral
+/// modulation (both directions pass the same places), one per point for STM, one per step for circles.
 std::vector<Part> parts(const std::vector<Instant>& instants);
 
-/// Period of a tour at the speed at which surface waves run along the skin, where STM is felt most: 5-8 m/s.
+/// Frequency of a tour at the speed at which surface waves run along the skin, 5-8 m/s: there STM is felt
+/// most.
 /// @return Hz, 10 to 200
 double spatiotemporalFrequency(const std::vector<FocalPoint>& points, double speed = 6.5);
 
-/// Time-averaged radiation pressure (Pa) of the true field over a period, at each of `at`: what is left for
-/// the skin to feel when the 40 kHz are demodulated. Each instant is solved as the array would (solvePhases).
+/// Time-averaged radiation pressure (Pa) of the true field over a period, at each of `at`: the pressure that
+/// skin feels, without the 40 kHz. Each instant is solved as the array would solve it (solvePhases).
 /// @param at m, frame of the array
 std::vector<float> tactilePressure(const ArrayLayout& layout, const Acoustics& acoustics,
                                    const std::vector<Instant>& instants, const PhaseSolverOptions& options,

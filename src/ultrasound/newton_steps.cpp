@@ -10,15 +10,15 @@ namespace {
 
 constexpr float tiny = 1e-20f;  // keeps divisions by an amplitude finite
 constexpr int max_steps = 40;
-constexpr int peak_steps = 15;           // after which peaks are given up where they could not be had
+constexpr int peak_steps = 15;           // after which peaks that were not reached are given up
 constexpr float tolerance = 5e-4f;       // of an amplitude: below it single precision gains nothing
 constexpr double peak_tolerance = 7e-4;  // m, from a focus to the peak of its amplitude
 constexpr float min_width = 0.35f;       // of a peak's parabola, over that of a focus that is alone
-constexpr double first_damping = 1e-5;   // foci that no drive can tell apart must not turn it wildly
+constexpr double first_damping = 1e-5;   // limits steps if no drive can separate the foci
 constexpr double max_damping = 1e3;      // beyond it no step helps
 
-/// Rows of J of the free phases only.
-/// @param free 1 where a phase may change, 0 where not
+/// Sets the columns of J to 0 for phases that are not free.
+/// @param free 1 if a phase may change, otherwise 0
 TACTILE_CLAY_MULTIVERSION void mask(const LaneArray<Lanes>& free, std::size_t rows, LaneArray<Lanes>& j) {
   for (std::size_t k = 0; k < rows; ++k) {
     for (std::size_t i = 0; i < free.size(); ++i) j[k * free.size() + i] *= free[i];
@@ -28,7 +28,7 @@ TACTILE_CLAY_MULTIVERSION void mask(const LaneArray<Lanes>& free, std::size_t ro
 /// Turns each drive by the sum of lambda times its row, as an angle up to third order.
 TACTILE_CLAY_MULTIVERSION void turnBy(const Lanes* const* rows, const float* lambda, std::size_t count,
                                       DriveLanes& q) {
-  constexpr float maximum = 0.5f;  // rad a step: J holds nearby only
+  constexpr float maximum = 0.5f;  // rad per step: J is valid for small changes only
   for (std::size_t i = 0; i < q.size(); ++i) {
     Lanes angle{};
     for (std::size_t m = 0; m < count; ++m) angle += lambda[m] * rows[m][i];
@@ -44,27 +44,27 @@ float meanSquareError(const Eigen::ArrayXf& amplitude) {
   return (amplitude / std::max(amplitude.mean(), tiny) - 1.0f).square().mean();
 }
 
-/// What keeps a focus from being a peak close enough to its place.
+/// What a focus lacks to be a peak close enough to its place.
 struct PeakFault {
   PeakShape shape;
   Eigen::Vector2f narrowest = Eigen::Vector2f::UnitX();  // unit vector along which its parabola is flattest
-  float lacking = 0.0f;                                  // width along it, over that of a lone focus
-  float near = 1.0f;                                     // share of the slope that it may have, at most 1
+  float lacking = 0.0f;                                  // share of the minimum width that it lacks along it
+  float near = 1.0f;                                     // share of its slope that is allowed, at most 1
 
   bool none() const { return lacking == 0.0f && near == 1.0f; }
 };
 
 struct Faults {
   FocusParts parts;
-  std::vector<PeakFault> peak;  // of each focus where any may be peaks
-  float total = 0.0f;           // mean square error of amplitudes, and of slopes and widths as they count
+  std::vector<PeakFault> peak;  // of each focus; empty if none has a shape
+  float total = 0.0f;           // mean square error of amplitudes, plus weighted errors of slopes and widths
   bool none = false;
 };
 
-/// @param max_aside wavenumber times the way from a focus to its peak
+/// @param max_aside maximum of wavenumber times the distance from a focus to its peak
 void assess(const Propagator& g, float max_aside, const std::vector<FocusShape>& shapes, const DriveLanes& q,
             const FocusField& p, Faults& faults) {
-  constexpr float slope_weight = 3.0f;  // of slopes, whose s is some 0.3
+  constexpr float slope_weight = 3.0f;  // of slopes; their s is about 0.3
   constexpr float width_weight = 0.03f;
   focusParts(g, q, p, faults.parts);
   faults.total = meanSquareError(faults.parts.amplitude);
@@ -90,7 +90,7 @@ void assess(const Propagator& g, float max_aside, const std::vector<FocusShape>&
   }
 }
 
-/// Asks no more for peaks that could not be had, so that the amplitudes can be.
+/// Gives up the peaks that were not reached, so that the amplitudes can be reached.
 /// @return whether there were any
 bool giveUpPeaks(const Faults& faults, std::vector<FocusShape>& shapes) {
   bool any = false;
@@ -109,7 +109,8 @@ class Equations {
 
   void set(const Propagator& g, const std::vector<FocusShape>& shapes, const Faults& faults,
            const LaneArray<Lanes>& free) {
-    constexpr float well_near = 0.6f;  // of what is allowed, so that one step brings it within
+    // Share of the allowed slope: a step aims below the limit, so that it meets the limit.
+    constexpr float well_near = 0.6f;
     constexpr float well_wide = 1.3f;
     wanted_.clear();
     j_.resize((g.foci + 3 * shapes.size()) * g.width);
@@ -139,8 +140,8 @@ class Equations {
     products_ = rowProducts(rows_, g.width);
   }
 
-  /// Turns q by the smallest change that meets them, damped.
-  /// @return false where there is none
+  /// Turns q by the smallest change that meets the equations, damped.
+  /// @return false if there is none
   bool step(double damping, DriveLanes& q) const {
     Eigen::MatrixXd damped = products_;
     damped.diagonal() *= 1.0 + damping;
@@ -156,7 +157,7 @@ class Equations {
   LaneArray<Lanes> j_;
   std::vector<const Lanes*> rows_;
   std::vector<double> wanted_;
-  std::vector<bool> slope_held_;  // of each focus: whether its slope was too large once
+  std::vector<bool> slope_held_;  // of each focus: whether its slope has been too large
   Eigen::MatrixXd products_;      // J J^T
 };
 

@@ -5,10 +5,10 @@
 namespace tactile_clay::ultrasound {
 namespace {
 
-/// What turning one transducer does to the amplitudes of the foci, sixteen foci a step: turned by delta,
-/// |p_m| changes by re (cos delta - 1) - im sin delta.
+/// Effect of each transducer on the amplitudes of the foci, sixteen foci per element: if it is turned by
+/// delta, |p_m| changes by re (cos delta - 1) - im sin delta.
 struct Effects {
-  std::size_t width;             // of foci
+  std::size_t width;             // elements per transducer
   LaneArray<ComplexLanes> lane;  // transducer by transducer
 
   Effects(const Propagator& g, const DriveLanes& q, const FocusField& p);
@@ -60,13 +60,13 @@ TACTILE_CLAY_MULTIVERSION void chooseLevels(const Effects& effects, const Candid
     const float high_cosine = high.cosine[i][lane] - 1.0f;
     const float high_sine = high.sine[i][lane];
     const ComplexLanes* effect = &effects.lane[n * effects.width];
-    Lanes gain{};  // of the sum of squares, by taking the higher level
+    Lanes gain{};  // change of the sum of squares if the higher level is taken
     for (std::size_t f = 0; f < effects.width; ++f) {
       const Lanes down = effect[f].re * low_cosine - effect[f].im * low_sine;
       const Lanes up = effect[f].re * high_cosine - effect[f].im * high_sine;
       gain += (up - down) * (2.0f * error[f] + up + down);
     }
-    const float higher = sum(gain) < 0.0f ? 1.0f : 0.0f;  // no branch: it would be a coin to guess
+    const float higher = sum(gain) < 0.0f ? 1.0f : 0.0f;  // without a branch, which could not be predicted
     const float cosine = low_cosine + higher * (high_cosine - low_cosine);
     const float sine = low_sine + higher * (high_sine - low_sine);
     for (std::size_t f = 0; f < effects.width; ++f) {
@@ -104,7 +104,8 @@ LaneArray<Lanes> limitPhases(const PhaseLimit& limit, DriveLanes& q) {
 
 namespace {
 
-/// The two levels closest to each phase or, of those beyond the limit, the one closest to the phase before.
+/// The two levels closest to each phase. If only one of them is within the limit, both candidates are that
+/// level; if none is, both are the level closest to the phase before.
 TACTILE_CLAY_MULTIVERSION void findCandidates(const DriveLanes& q, float steps, const PhaseLimit* limit,
                                               Candidates& low, Candidates& high) {
   for (std::size_t i = 0; i < q.size(); ++i) {
@@ -129,7 +130,7 @@ TACTILE_CLAY_MULTIVERSION void findCandidates(const DriveLanes& q, float steps, 
   }
 }
 
-/// Levels to 0 to steps - 1.
+/// Brings levels into 0 to steps - 1.
 TACTILE_CLAY_MULTIVERSION void wrapLevels(float steps, LaneArray<Lanes>& level) {
   for (Lanes& l : level) {
     l -= steps * nearest(l / steps - 0.5f);

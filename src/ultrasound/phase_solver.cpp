@@ -15,7 +15,7 @@ namespace tactile_clay::ultrasound {
 namespace {
 
 constexpr float tiny = 1e-20f;          // keeps divisions by an amplitude finite
-constexpr double min_intensity = 1e-3;  // weaker foci are lost between the others
+constexpr double min_intensity = 1e-3;  // weaker foci are not noticed among the others
 constexpr auto two_pi = static_cast<float>(2.0 * M_PI);
 constexpr auto over_turn = static_cast<float>(0.5 / M_PI);
 constexpr double resolvable = 1.5;  // separation below which two foci cannot both be peaks
@@ -99,7 +99,7 @@ TACTILE_CLAY_INLINE Lanes amplitudeOf(const ComplexLanes& a) {
   return squared * inverseRoot(max(squared, Lanes{} + 1e-30f));
 }
 
-/// Lowers the drive to what the weakest focus needs.
+/// Lowers the drive until the weakest focus has just its target.
 void lower(const FocusField& p, DriveLanes& q) {
   const float factor = std::min(1.0f / std::max(p.abs().minCoeff(), tiny), 1.0f);
   for (ComplexLanes& a : q) {
@@ -108,8 +108,8 @@ void lower(const FocusField& p, DriveLanes& q) {
   }
 }
 
-/// Amplitudes to the levels of the device: a common one up, so that no focus falls below its target; others
-/// to the nearest.
+/// Rounds amplitudes to the levels of the device: a common amplitude up, so that no focus falls below its
+/// target; others to the nearest level.
 TACTILE_CLAY_MULTIVERSION void roundAmplitudes(int levels, bool up, DriveLanes& q) {
   const auto steps = static_cast<float>(levels);
   for (ComplexLanes& a : q) {
@@ -122,7 +122,7 @@ TACTILE_CLAY_MULTIVERSION void roundAmplitudes(int levels, bool up, DriveLanes& 
   }
 }
 
-/// Turns each drive to its level.
+/// Sets the phase of each drive to its level.
 TACTILE_CLAY_MULTIVERSION void setPhases(const LaneArray<Lanes>& level, int levels, DriveLanes& q) {
   for (std::size_t i = 0; i < q.size(); ++i) {
     const Lanes amplitude = amplitudeOf(q[i]);
@@ -132,7 +132,7 @@ TACTILE_CLAY_MULTIVERSION void setPhases(const LaneArray<Lanes>& level, int leve
   }
 }
 
-/// @param level where phases were rounded, else null
+/// @param level of the phases if they were rounded, otherwise null
 Drive driveOf(const DriveLanes& q, std::size_t transducers, const LaneArray<Lanes>* level, int levels) {
   Drive drive{std::vector<float>(transducers), std::vector<float>(transducers)};
   for (std::size_t i = 0, n = 0; n < transducers; ++i) {
@@ -149,15 +149,15 @@ Drive driveOf(const DriveLanes& q, std::size_t transducers, const LaneArray<Lane
   return drive;
 }
 
-/// The points that take part, a row of the propagator each, divided by their targets: then every focus has to
+/// The points that take part. Each has a row of the propagator, divided by its target: so every focus has to
 /// reach 1.
 struct Foci {
-  std::vector<std::size_t> active;  // points
+  std::vector<std::size_t> active;  // indices of the points
   std::vector<FocusBeam> beams;
   Propagator g;
 };
 
-/// Sets the targets of a solution too.
+/// Also sets the targets of a solution.
 Foci fociOf(const ArrayLayout& layout, const Acoustics& acoustics, const std::vector<FocalPoint>& points,
             PhaseSolution& solution) {
   const TransducerLanes transducers(layout);
@@ -166,7 +166,7 @@ Foci fociOf(const ArrayLayout& layout, const Acoustics& acoustics, const std::ve
     if (points[k].intensity < min_intensity) continue;
     const FocusBeam beam = foci.g.addFocus(transducers, acoustics, points[k].position);
     if (!(beam.reach > 0.0f)) continue;
-    solution.target[k] = points[k].intensity * beam.reach;  // over sqrt(M) below
+    solution.target[k] = points[k].intensity * beam.reach;  // divided by sqrt(M) below
     foci.active.push_back(k);
     foci.beams.push_back(beam);
   }
@@ -179,7 +179,7 @@ Foci fociOf(const ArrayLayout& layout, const Acoustics& acoustics, const std::ve
   return foci;
 }
 
-/// Which foci can be peaks; none where that is not asked for, or where there is one.
+/// The foci, with those marked that can be peaks; empty if peaks are not asked for or there is one focus.
 std::vector<FocusShape> shapesOf(const Foci& foci, const std::vector<FocalPoint>& points, double wavenumber,
                                  bool peaks) {
   const std::vector<std::size_t>& active = foci.active;
@@ -197,7 +197,7 @@ std::vector<FocusShape> shapesOf(const Foci& foci, const std::vector<FocalPoint>
 }
 
 /// Lowers and rounds the drive that a solver has found.
-/// @param limit of the phases; null: none
+/// @param limit of the phases; null: no limit
 Drive deviceDrive(const PhaseSolverOptions& options, std::size_t transducers, const PhaseLimit* limit,
                   FocusSolver& solver) {
   DriveLanes& q = solver.q();

@@ -7,7 +7,7 @@
 
 namespace tactile_clay::ultrasound {
 
-/// What `pistonWave` needs of the air.
+/// Constants of air and transducers for `pistonWave`.
 struct PistonConstants {
   float turns_per_metre, attenuation, piston_squared, radius, inverse_radius;
 
@@ -22,7 +22,7 @@ struct PistonConstants {
 /// The wave of one piston over a way of square length `squared`, m^2, for sixteen ways at once: its amplitude
 /// D e^{-alpha r} / r and its phase k r in turns. The field of acoustic_field.h, in single precision.
 /// @tparam near alpha r is at most 1/2
-/// @param along the part of the way along the piston's normal, m; amplitude 0 where it is not positive
+/// @param along the part of the way along the piston's normal, m; if it is not positive, the amplitude is 0
 template <bool near>
 TACTILE_CLAY_INLINE void pistonWave(const PistonConstants& air, Lanes squared, Lanes along, Lanes& amplitude,
                                     Lanes& turns) {

@@ -102,7 +102,7 @@ TACTILE_CLAY_MULTIVERSION void shapeMoments(const ComplexLanes* s, const Lanes* 
   for (std::size_t n = 0; n < 7; ++n) moments[n] = sum(total[n]);
 }
 
-/// A focus along the unit vector u, and what its rows are divided by.
+/// The shape of a focus along the unit vector u, and the factor of its rows.
 struct Along {
   float ux, uy;
   float mean, square;  // of s u, weighted by a, and its variance

@@ -11,8 +11,8 @@
 
 namespace tactile_clay::ultrasound {
 
-/// The transducers of a layout as structure of arrays. Lanes past the last one have no normal, so that
-/// nothing is heard of them.
+/// The transducers of a layout as structure of arrays. Lanes past the last transducer have normal 0, so their
+/// pressure is 0.
 struct TransducerLanes {
   LaneArray<Lanes> x, y, z, nx, ny, nz;
 
@@ -25,7 +25,7 @@ struct LaneWaves {
   Lanes amplitude;         // Pa
   ComplexLanes pressure;   // Pa
 };
-/// @param i which sixteen
+/// @param i index of the sixteen transducers
 /// @param strength P_ref, Pa m
 /// @param point m
 TACTILE_CLAY_INLINE LaneWaves wavesAt(const TransducerLanes& t, std::size_t i, const PistonConstants& air,
@@ -45,10 +45,10 @@ TACTILE_CLAY_INLINE LaneWaves wavesAt(const TransducerLanes& t, std::size_t i, c
   return w;
 }
 
-/// G of p = G q: a row a focus, its transducers in lanes (propagator scaled as its user likes).
+/// The matrix G of p = G q: one row per focus, its transducers in lanes. Its user may scale it.
 struct Propagator {
   std::size_t foci = 0;
-  std::size_t width = 0;      // lanes a row
+  std::size_t width = 0;      // lanes per row
   LaneArray<ComplexLanes> g;  // row by row
   LaneArray<ComplexLanes> s;  // x and y of the unit vectors from transducers to foci, row by row
 
@@ -57,8 +57,8 @@ struct Propagator {
   const ComplexLanes* row(std::size_t m) const { return &g[m * width]; }
   ComplexLanes* row(std::size_t m) { return &g[m * width]; }
 
-  /// Adds a row: the pressure (Pa) of each transducer at `point` at full drive. Kept only if anything is
-  /// heard.
+  /// Adds a row: the pressure (Pa) of each transducer at `point` at full drive. It is kept only if it is not
+  /// 0.
   FocusBeam addFocus(const TransducerLanes& transducers, const Acoustics& acoustics,
                      const Eigen::Vector3d& point);
   void scaleRow(std::size_t m, float factor);
@@ -74,7 +74,7 @@ struct FocusField {
   Eigen::ArrayXf abs() const { return (re.square() + im.square()).sqrt(); }
 };
 
-using DriveLanes = LaneArray<ComplexLanes>;  // of Propagator::width
+using DriveLanes = LaneArray<ComplexLanes>;  // Propagator::width elements
 
 /// p = G q.
 void propagate(const Propagator& g, const DriveLanes& q, FocusField& p);
@@ -85,23 +85,24 @@ void backpropagate(const Propagator& g, const FocusField& p, DriveLanes& q);
 /// R = G G^H, foci x foci.
 Eigen::MatrixXcf gram(const Propagator& g);
 
-/// The field at the foci, transducer by transducer. With a + i b the part of each in p_m, turned so that p_m
-/// is real (sum a = |p_m|, sum b = 0): |p_m| changes with the phases by -b.
+/// The field at the foci, transducer by transducer. a + i b is the part of a transducer in p_m, turned so
+/// that p_m is real (sum a = |p_m|, sum b = 0). Then -b is the derivative of |p_m| by the phase of the
+/// transducer.
 struct FocusParts {
   Eigen::ArrayXf amplitude;        // |p_m|
   LaneArray<Lanes> along, across;  // a and -b, rows of Propagator::width
 };
 void focusParts(const Propagator& g, const DriveLanes& q, const FocusField& p, FocusParts& parts);
 
-/// The amplitude around a focus in its plane of equal z: at a way d aside it is |p| (1 - k slope d - k^2 d^T
-/// width d / 2), so that the peak is at d = -width^-1 slope / k, if width is positive definite. The
-/// amplitudes' own slopes are left out; they move a peak by 0.2 mm.
+/// The amplitude around a focus in its plane of equal z. At the distance d it is |p| (1 - k slope d - k^2 d^T
+/// width d / 2), so the peak is at d = -width^-1 slope / k, if width is positive definite. The slopes of the
+/// transducers' amplitudes are left out; they move a peak by 0.2 mm. s below is the x and y of the unit
+/// vectors from the transducers to the focus.
 struct PeakShape {
-  Eigen::Vector2f slope =
-      Eigen::Vector2f::Zero();  // sum s b / sum a, s being the x and y of the unit vectors to the focus
-  Eigen::Vector2f mean = Eigen::Vector2f::Zero();  // of s, weighted by a
-  Eigen::Matrix2f width =
-      Eigen::Matrix2f::Zero();  // covariance of s, weighted by a; not positive between the lobes of others
+  Eigen::Vector2f slope = Eigen::Vector2f::Zero();  // sum s b / sum a
+  Eigen::Vector2f mean = Eigen::Vector2f::Zero();   // of s, weighted by a
+  /// Covariance of s, weighted by a; not positive between the lobes of other foci.
+  Eigen::Matrix2f width = Eigen::Matrix2f::Zero();
 };
 PeakShape peakShape(const Propagator& g, const FocusParts& parts, std::size_t m);
 

@@ -25,8 +25,8 @@ SideLobe strongestSideLobe(const std::vector<Eigen::Vector3f>& at,
                            const std::vector<FocalPoint>& foci, const std::vector<double>& achieved,
                            double away);
 
-/// Relative RMS of achieved / commanded about their mean, over the foci that were commanded (above 0); 0 for
-/// none.
+/// Relative RMS of achieved / commanded about their mean, over the foci with commanded above 0; 0 if there
+/// are none.
 double relativeError(const std::vector<double>& achieved, const std::vector<double>& commanded);
 
 }  // namespace tactile_clay::ultrasound

@@ -8,13 +8,13 @@
 namespace tactile_clay::ultrasound {
 namespace {
 
-constexpr double cut = 2.5;  // s, beyond which less than 5 % of a place is left
+constexpr double cut = 2.5;  // in units of s; beyond it a weight is below 5 %
 
 }  // namespace
 
 SkinBlur::SkinBlur(const std::vector<FocalPoint>& places, double s) {
   if (!(s > 0.0)) return;
-  // Along x, so that only a strip has to be looked at.
+  // Sorted along x, so that only the places of a strip are compared.
   std::vector<std::uint32_t> order(places.size());
   std::iota(order.begin(), order.end(), std::uint32_t{0});
   const auto x = [&places](std::uint32_t k) { return std::make_tuple(places[k].position.x(), k); };

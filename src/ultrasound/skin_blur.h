@@ -7,18 +7,18 @@
 
 namespace tactile_clay::ultrasound {
 
-/// The blur of skin: means over the places around each, by exp(-d^2 / (2 s^2)) to 2.5 s. Rows of a sparse
-/// matrix whose numbers add up to one.
+/// The blur of pressure by skin: for each place the mean over the places within 2.5 s, weighted by exp(-d^2 /
+/// (2 s^2)). It is a sparse matrix whose rows add up to one.
 class SkinBlur {
  public:
-  /// @param s m; 0: what comes stays as it is
+  /// @param s m; 0: no blur
   SkinBlur(const std::vector<FocalPoint>& places, double s);
   SkinBlur() = default;
 
   bool none() const { return begin_.empty(); }
 
-  /// @param values one a place
-  /// @param blurred the same number; set
+  /// @param values one per place
+  /// @param blurred receives one per place
   void apply(const std::vector<float>& values, std::vector<float>& blurred) const;
   /// The transposed matrix, for gradients.
   void applyTransposed(const std::vector<float>& values, std::vector<float>& sums) const;
@@ -28,7 +28,7 @@ class SkinBlur {
     std::uint32_t place;
     float share;
   };
-  std::vector<std::size_t> begin_;  // of the shares of each place, and their end
+  std::vector<std::size_t> begin_;  // index of the first share of each place, and the end of all shares
   std::vector<Share> shares_;
 };
 

@@ -22,7 +22,7 @@ double SkinDisc::distance(const Eigen::Vector3d& point) const {
 SkinDisc skinDisc(const contact::PressureSample& sample) {
   const Eigen::Vector3d centre = sample.position.cast<double>();
   const Eigen::Vector3d normal = sample.normal.cast<double>().stableNormalized();
-  // One of no length, or of none that is finite, is not normalised.
+  // A normal of length 0, or with numbers that are not finite, could not be normalised.
   if (!(std::abs(normal.squaredNorm() - 1.0) < 0.5)) return {centre, Eigen::Vector3d::Zero(), 0.0};
   return {centre, normal, std::min(flat, std::sqrt(sample.area / M_PI))};
 }
@@ -40,7 +40,7 @@ Eigen::Vector3d ontoSkin(const Eigen::Vector3d& point, const std::vector<SkinDis
   const Eigen::Vector3d way = point - disc->centre;
   const double length = way.norm();
   if (closest <= skin_tolerance && length <= farthest_from_sample) return point;
-  // The way to the centre of a convex disc: what is left of the distance is less than the share of the way.
+  // A disc is convex: on the way to its centre the distance falls at least in proportion.
   const double left = std::clamp(2.0 - closest / skin_tolerance, 0.0, 1.0);
   return disc->centre + std::min(left, farthest_from_sample / length) * way;
 }

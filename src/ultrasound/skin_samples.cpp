@@ -10,10 +10,10 @@ namespace {
 
 using contact::PressureSample;
 
-constexpr double cell = 0.004;            // m, of the curve; below the distance of samples
-constexpr std::int64_t middle = 1 << 20;  // of 21 bits a coordinate: 4 km to either side
+constexpr double cell = 0.004;            // m, cells of the curve; smaller than the distance of samples
+constexpr std::int64_t middle = 1 << 20;  // of the 21 bits per coordinate: 4 km to either side
 
-/// The bits of the cell's coordinates in turn.
+/// Index of a cell on the curve: the bits of its coordinates, interleaved.
 std::uint64_t placeOnCurve(const Eigen::Vector3f& position) {
   std::uint64_t place = 0;
   std::uint64_t coordinate[3];
@@ -26,14 +26,14 @@ std::uint64_t placeOnCurve(const Eigen::Vector3f& position) {
   return place;
 }
 
-/// Adds the pieces of such an area of a part of the skin that is sorted along the curve.
+/// Cuts a part of the skin, sorted along the curve, into pieces of about this area.
 void cut(std::vector<PressureSample>::const_iterator begin, std::vector<PressureSample>::const_iterator end,
          double area, std::vector<SkinSample>& pieces) {
   double total = 0.0;
   for (auto sample = begin; sample != end; ++sample) total += sample->area;
   if (!(total > 0.0)) return;
   const auto count = static_cast<std::size_t>(std::max(1.0, std::floor(total / area * (1.0 + 1e-9))));
-  double passed = 0.0;  // of the area
+  double passed = 0.0;  // area before the sample
   auto sample = begin;
   for (std::size_t k = 0; k < count && sample != end; ++k) {
     const double last = total * static_cast<double>(k + 1) / static_cast<double>(count);

@@ -10,22 +10,23 @@ namespace tactile_clay::ultrasound {
 /// A place on the skin that stands for the skin around it.
 struct SkinSample {
   Eigen::Vector3d position;  // m
-  double pressure;           // Pa, mean over what it stands for, by area
-  double area;               // m^2 of that
+  double pressure;           // Pa, mean over the skin that it stands for, by area
+  double area;               // m^2 of that skin
   double weight = 1.0;       // perceptual, 0-1, mean by area
 };
 
-/// Samples of skin that stand for all of it: all of them, where they are no more than `maximum`, or else some
-/// so many, each for as large an area as the others. They are not denser where skin feels more finely: fields
-/// that the palm has fewer samples of are worse on all of the skin, also by perceptual weights
+/// Samples of skin that stand for all skin. If there are at most `maximum` samples, all are returned;
+/// otherwise about `maximum`, each for an area of the same size. They are not denser where skin feels more
+/// finely: with fewer samples on the palm, fields are worse on all skin, also by perceptual weights
 /// (doc/logbook/rendering.md).
 ///
-/// Skin of more samples is cut into pieces of that area along a curve through cells of 4 mm that passes
-/// neighbours one after the other (Morton 1966), and each piece is told by the sample in its middle, at the
-/// mean pressure of the piece. Pressed and bare skin are cut apart, and each has one piece at least.
+/// Skin with more samples is cut into pieces of equal area along a curve through cells of 4 mm that passes
+/// neighbours one after the other (Morton 1966). The sample in the middle of a piece represents it, with the
+/// mean pressure of the piece. Pressed and bare skin are cut separately, and each has at least one piece.
 /// Deterministic; does not depend on the order of the samples.
 /// @param skin of positive finite area
-/// @param maximum samples, at least 1; one more where each part is smaller than a piece
+/// @param maximum number of samples, at least 1; one more is returned if pressed or bare skin is smaller than
+///   a piece
 std::vector<SkinSample> skinSamples(const std::vector<contact::PressureSample>& skin, std::size_t maximum);
 
 }  // namespace tactile_clay::ultrasound

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::size_t smallest_group = 4;  // transducers
 
-/// Halves a range of transducers along its longest side, and so on.
+/// Halves a range of transducers along its longest side, and its halves again, down to the last depth.
 void halve(const ArrayLayout& layout, std::vector<std::uint32_t>::iterator begin,
            std::vector<std::uint32_t>::iterator end, std::size_t depth, TransducerGroups& groups) {
   groups.ends[depth].push_back(static_cast<std::uint32_t>(end - groups.order.begin()));

@@ -7,13 +7,13 @@
 
 namespace tactile_clay::ultrasound {
 
-/// Neighbours with neighbours: groups of at most four transducers, these in pairs, and so on up to the whole
-/// array.
+/// Groups of neighbouring transducers: at most four form a group, two neighbouring groups form a larger one,
+/// and so on up to the whole array.
 struct TransducerGroups {
-  std::vector<std::uint32_t> order;              // transducers
+  std::vector<std::uint32_t> order;              // indices of the transducers
   std::vector<std::vector<std::uint32_t>> ends;  // of the groups in `order`, by depth: the whole array first
 
-  /// @param layout of one transducer at least
+  /// @param layout with at least one transducer
   explicit TransducerGroups(const ArrayLayout& layout);
 };
 

@@ -27,14 +27,14 @@ std::size_t closest(const std::vector<Eigen::Vector3d>& centre, const Eigen::Vec
 using Positions = std::vector<Eigen::Vector3d>;
 using Weights = std::vector<double>;
 
-/// Clusters with their weights, so that single exchanges know what they gain.
+/// Clusters with their weights, from which the gain of an exchange is computed.
 struct Clusters {
   std::vector<std::size_t> cluster;  // of each sample
   Positions centre;
   Weights total;  // weight of each cluster
 };
 
-/// Each centre to the mean of its samples; centres without any go.
+/// Moves each centre to the mean of its samples, and removes centres without samples.
 void updateCentres(const Positions& position, const Weights& weight, Clusters& c) {
   Positions sum(c.centre.size(), Eigen::Vector3d::Zero());
   c.total.assign(c.centre.size(), 0.0);
@@ -68,7 +68,7 @@ void lloyd(const Positions& position, const Weights& weight, Clusters& c) {
   }
 }
 
-/// Moves single samples to another cluster where that lowers the objective: taking a sample of weight w out
+/// Moves single samples to another cluster if that lowers the objective: taking a sample of weight w out
 /// of a cluster of weight W gains w W / (W - w) d^2, putting it into one costs w W / (W + w) d^2.
 bool exchange(const Positions& position, const Weights& weight, Clusters& c) {
   bool moved = false;
@@ -119,7 +119,7 @@ std::vector<Eigen::Vector3d> addSeeds(const std::vector<Eigen::Vector3d>& positi
       metric * Eigen::Map<const Eigen::Matrix3Xd>(position.front().data(), 3,
                                                   static_cast<Eigen::Index>(position.size())));
   std::vector<double> distance(position.size(), std::numeric_limits<double>::infinity());
-  std::size_t measured = 0;  // seeds that `distance` knows
+  std::size_t measured = 0;  // seeds that `distance` contains
   while (seeds.size() < count) {
     for (; measured < seeds.size(); ++measured) {
       const Eigen::Vector3d seed = metric * seeds[measured];

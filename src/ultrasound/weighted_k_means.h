@@ -15,7 +15,7 @@ struct Clustering {
 /// Adds samples to the `seeds` given, deterministically: each time the sample with the largest w d^2, where d
 /// is its distance to the closest seed so far. Only samples at least `min_separation` (m) away from every
 /// seed are taken, so there may be fewer than `count` in the end. The lower index wins a tie.
-/// @param metric distances are those of metric x, and `min_separation` is in its unit
+/// @param metric distances are those of metric x, and `min_separation` has their unit
 /// @throws std::invalid_argument if the arrays differ in length or, with samples, no seed is given
 std::vector<Eigen::Vector3d> addSeeds(const std::vector<Eigen::Vector3d>& position,
                                       const std::vector<double>& weight, std::vector<Eigen::Vector3d> seeds,
@@ -34,7 +34,7 @@ Clustering refineClusters(const std::vector<Eigen::Vector3d>& position, const st
 /// Weighted k-means (Eq. 8) of at most `count` clusters: the best of `restarts` refinements, seeded by
 /// addSeeds from the heaviest sample, then from the samples farthest from the ones used before.
 /// Deterministic; ties go to the lower index.
-/// @param metric of the seeds, as addSeeds
+/// @param metric for the seeds, as in addSeeds
 Clustering weightedKMeans(const std::vector<Eigen::Vector3d>& position, const std::vector<double>& weight,
                           std::size_t count, double min_separation = 0.0, std::size_t restarts = 8,
                           const Eigen::Matrix3d& metric = Eigen::Matrix3d::Identity());

@@ -34,7 +34,7 @@ class Bag : public ScratchFolder {
     return file;
   }
 
-  /// Frame of the samples that are read; three are.
+  /// Frame of the samples that are read; expects three samples.
   static std::string played(const std::string& file, const std::string& topic = "") {
     BagSource source;
     hand::SourceOptions options;
@@ -85,7 +85,7 @@ TEST_F(Bag, WhatCannotBePlayedSaysWhatToDo) {
   const std::string file = bag({"/hands/tracked"});
   std::filesystem::resize_file(file, std::filesystem::file_size(file) - 100);
   EXPECT_TRUE(has(refused(file), "rosbag reindex")) << refused(file);
-  // What a recorder leaves that was killed: no place of the index is written yet.
+  // A bag whose recorder was killed: the place of its index is not written yet.
   std::string text;
   {
     std::ifstream whole(bag({"/hands/tracked"}), std::ios::binary);

@@ -56,8 +56,8 @@ TEST(Conversions, TrackedHandsComeBackAsTheyWere) {
   }
 }
 
-// What is neither left nor right stays so, for the check of hands to see: taken as one of the two, it would
-// stand in for the hand that is there.
+// A side that is neither left nor right stays so, so that the check of hands sees it. If it were taken for
+// one of the two, it could replace the real hand.
 TEST(Conversions, ASideThatIsNeitherIsNotTakenForOne) {
   TrackedHands message;
   message.hands.resize(3);
@@ -88,8 +88,8 @@ TEST(Conversions, SkinKeepsItsSamplesAndFields) {
   EXPECT_EQ(column<std::uint32_t>(*cloud, "region")[0], 10u);
 }
 
-// Skin of a tracked hand, as old bags have it, is felt where it is; that of a virtual hand on the tracked
-// one.
+// Skin of a tracked hand, as in old bags, is felt where it is. Skin of a virtual hand is felt on the tracked
+// hand.
 TEST(Conversions, SkinOfAVirtualHandTellsWhereItIsFelt) {
   EXPECT_TRUE(pressureSkin(*skinCloud(twoSamples(), header("world"))).isTracked());
   Skin skin = twoSamples();
@@ -116,7 +116,7 @@ TEST(Conversions, SkinThatTellsHalfOfWhereItIsFeltIsRefused) {
   }
 }
 
-// Where a stamp comes twice, forces of one skin must not press samples of the other.
+// If two skins have one stamp, forces of one skin must not press samples of the other.
 TEST(Conversions, ContactsAreOnTheSkinThatTheyAreOf) {
   const auto cloud = skinCloud(twoSamples(), header("world"));
   const auto contacts = contactCloud({{1, {0, 0, 1}}}, claySkin(*cloud), *cloud);

@@ -1,5 +1,5 @@
-// Where recorded hands are given something to feel: hands, skin, clay, pressure and focal points of the
-// graph, in one process, with the messages between them.
+// Focal points for recorded hands: hands, skin, clay, pressure and focal points of the graph in one process,
+// with the messages between them.
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
@@ -43,7 +43,7 @@ std::vector<hand::TrackedFrame> framesOfBag(const std::string& name) {
   return frames;
 }
 
-/// As hand_tracking releases them.
+/// The frames of a recording as hand_tracking publishes them.
 std::optional<std::vector<hand::TrackedFrame>> framesOfRecording(const std::string& name) {
   auto frames = hand::recordedFrames(name);
   if (!frames) return frames;
@@ -107,7 +107,7 @@ class Rig {
   std::optional<std::chrono::nanoseconds> last_;
 };
 
-/// From the surface of the tracked hands, on the bones that were seen, m.
+/// Distance from the surface of the tracked hands, with the bones that were seen, m.
 double fromSkin(const std::vector<hand::TrackedHand>& hands, const Eigen::Vector3d& point) {
   double closest = std::numeric_limits<double>::infinity();
   for (const hand::TrackedHand& hand : hands) {

@@ -1,4 +1,4 @@
-// The gated array in front of an array that writes down what it is told. Needs a master: with_master.py.
+// The gated array in front of an array that records its calls. Needs a master: with_master.py.
 #include "nodes/gated_array.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::seconds patience(10);
 constexpr double frames_a_second = 60.0;
 
-/// What an array was told, in order.
+/// The calls that an array received, in order.
 struct Told {
   bool sounds = false;  // else it was silenced
   device::Sound sound;
@@ -46,8 +46,8 @@ class Array {
     return output;
   }
 
-  /// Waits until something that fits has been told since `from`.
-  /// @return its number; none: it never came
+  /// Waits for a call since `from` that fits.
+  /// @return its index; nothing if none came
   template <typename F>
   std::optional<std::size_t> wait(std::size_t from, const F& fits) {
     std::unique_lock<std::mutex> lock(mutex_);
@@ -151,14 +151,14 @@ TEST_F(GatedArrayTest, EmitsWhatTheGateReturnedAndIsSilentInTheEnd) {
     EXPECT_LT(std::abs((ros::Time::now() - told.stamp).toSec()), 1.0);
     ASSERT_EQ(told.sound.emission.points.size(), 1u);
     EXPECT_NEAR(told.sound.emission.points[0].position.z(), 0.2, 1e-6);
-    // The slew has the last word: a new point does not begin at what was asked for.
+    // The slew is applied last: a new point does not begin with the wanted intensity.
     EXPECT_LT(told.sound.emission.points[0].intensity, 0.5);
     gated_.reset();
   }
   EXPECT_TRUE(silent(array_.told().back()));
 }
 
-/// What is shown of a frame may take long; nobody who stops the array waits for it.
+/// Publishing what a frame shows may take long; a stop of the array does not wait for it.
 TEST_F(GatedArrayTest, AStopDoesNotWaitForABusyCallback) {
   start();
   const Stream stream;

@@ -39,7 +39,7 @@ TEST(LabelRows, RiseAboveObstacles) {
   EXPECT_EQ(risesOf(labels, obstacles), (std::vector<float>{0.75f, 0}));
 }
 
-// What rises out of the way of one is stopped by no other, and goes no farther than it must.
+// A label that rises out of the way of another is not stopped by a third, and rises no farther than it must.
 TEST(LabelRows, CrowdsAreStacked) {
   std::mt19937 random(7);
   std::uniform_real_distribution<float> place(0.0f, 4.0f), size(0.3f, 1.0f);

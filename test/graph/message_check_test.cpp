@@ -19,7 +19,7 @@ using std::chrono::seconds;
 
 constexpr std::uint32_t highest = std::numeric_limits<std::uint32_t>::max();
 
-/// As a message brings it: not set right by a constructor.
+/// A time as it comes in a message: without the normalisation by a constructor.
 ros::Time raw(std::uint32_t sec, std::uint32_t nsec) {
   ros::Time time;
   time.sec = sec;
@@ -99,7 +99,7 @@ TEST(MessageCheck, SaysWhatIsTooMuch) {
   EXPECT_NE(faultOf(points), "");
 }
 
-/// Clouds whose numbers contradict each other are refused before a byte is read.
+/// Clouds whose sizes contradict each other are refused before a byte is read.
 TEST(MessageCheck, CloudsThatContradictThemselvesAreRefused) {
   CloudWriter writer({}, "x y z fx fy fz index:u", 4);
   for (int i = 0; i < 4; ++i) writer << 1.0f << 2.0f << 3.0f << 4.0f << 5.0f << 6.0f << std::uint32_t{7};

@@ -1,4 +1,4 @@
-// What is drawn of an array's sound: from array/geometry and array/drive alone.
+// The picture of an array's sound, computed only from array/geometry and array/drive.
 #include "nodes/played_drives.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ ArrayDrive drive(double stamp, float phase, float amplitude) {
   return message;
 }
 
-// Two arrays that face each other, and the channels of a device in an order of its own.
+// Two arrays that face each other, and a device with its own order of channels.
 TEST(ArrayMarkers, TellTheTransducersAsTheyAre) {
   auto layout = ultrasound::arrayLayouts("autd3; usx 0.1 0.2 0.4 3.1416 0.3 0.1");
   std::swap(layout.position[3], layout.position[300]);

@@ -41,7 +41,7 @@ TEST(RecordingTime, AGapIsNoInterval) {
   EXPECT_EQ(time(100ms), 9010ms);
 }
 
-/// Whatever the stamps say: they rise, by no more than an hour, and end before stamps do.
+/// For any stamps the times rise, by no more than an hour, and stay below the largest stamp that ROS has.
 TEST(RecordingTime, StampsOfAnotherAgeAreRepaired) {
   using std::chrono::nanoseconds;
   RecordingTime time;

@@ -1,4 +1,4 @@
-// What is plotted: each number in the unit of its name.
+// The numbers that are plotted: each in the unit of its name.
 #include "nodes/rig_numbers.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace {
 
 TEST(RigNumbers, AreNaNUntilTheyAreKnown) {
   const RigNumbers numbers = unknownNumbers();
-  // All that follows the header, as it is sent: no number is forgotten.
+  // All bytes after the header, as they are sent: no number is forgotten.
   std::vector<std::uint8_t> bytes(ros::serialization::serializationLength(numbers));
   ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
   ros::serialization::serialize(stream, numbers);

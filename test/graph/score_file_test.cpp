@@ -50,7 +50,7 @@ TEST_F(ScoreFile, EveryShippedScoreIsPlayable) {
   EXPECT_EQ(count, 4);
 }
 
-/// As long as its strokes make it, a score is told to be too long before it is built.
+/// A score that its strokes make too long is refused before it is built.
 TEST_F(ScoreFile, HasLimits) {
   expectFault("moves: [{move: knead, strokes: 1000000000}]", "1", "1 to 1000 strokes");
   expectFault("moves: [{move: pinch, times: 100000000}]", "1", "1 to 1000 times");

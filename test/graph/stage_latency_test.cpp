@@ -1,4 +1,4 @@
-// Latency by stage, of samples whose times are known.
+// Latency by stage, for samples with known times.
 #include "nodes/stage_latency.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,8 @@ std::size_t stage(const RigLatency& told, const std::string& name) {
   throw std::runtime_error("no stage " + name);
 }
 
-/// A sample that takes 1, 2, 4, 0.5, 0.25 ms and `array` ms from one topic to the next, at most once each.
+/// A sample that takes 1, 2, 4, 0.5, 0.25 ms and `array` ms from one topic to the next, with one message per
+/// topic at most.
 void pass(StageLatency& latency, double stamp, double array, bool skin = true) {
   const double stages[] = {1.0, 2.0, 4.0, 0.5, 0.25, array};
   double ms = stamp;

@@ -1,5 +1,5 @@
-// Whatever skin comes, a step has a bounded cost, and the clay goes on afterwards. Cost is counted where it
-// can be.
+// For any skin, a step has a bounded cost, and the clay goes on afterwards. If possible, cost is counted
+// instead of timed.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -57,7 +57,7 @@ Skin atOnePoint(std::size_t count, bool one_way) {
   return skin;
 }
 
-/// Samples all about, in no order, that face and go anywhere.
+/// Samples at random places, with random directions and velocities.
 /// @param speed m/s
 Skin scattered(std::size_t count, float speed) {
   Skin skin;
@@ -65,7 +65,7 @@ Skin scattered(std::size_t count, float speed) {
   return skin;
 }
 
-/// Some samples of a palm among which are numbers that no skin has.
+/// Samples of a palm, some with numbers that no skin can have.
 Skin withBadNumbers() {
   Skin skin = samplePlane({0.0, 0.0, 0.03}, -Eigen::Vector3d::UnitZ(), 0.03, 0.004);
   const float wrong[] = {0.0f, nan, infinity, -infinity, 1e30f, -1e30f, 1e-30f};
@@ -84,7 +84,7 @@ Skin withBadNumbers() {
   return mixed;
 }
 
-/// The same hand twice, from above and below, and skin about the whole block that faces inwards.
+/// The same hand twice, from above and below, and skin around the whole block that faces inwards.
 Skin withoutRoom() {
   Skin skin;
   for (int twice = 0; twice < 2; ++twice) {

@@ -2,8 +2,8 @@
 
 #include "watch.h"
 
-/// Cubes in steps so coarse that gravity alone would carry them by many spacings in one of them. Starts are
-/// shaken by a little, so that no two contacts close at the same time.
+/// Cubes in time steps so coarse that gravity alone would move them by many spacings in one step. Starts are
+/// shaken a little, so that no two contacts close at the same time.
 namespace tactile_clay::clay {
 namespace {
 
@@ -43,9 +43,9 @@ std::vector<Cube> cubes() {
 
 class CoarseCube : public ::testing::TestWithParam<Cube> {};
 
-/// Stands: from the first step on none of its particles moves by more than a hundredth of a spacing beyond
-/// what the cube gives under its weight (rho g H / E of its height, thrice), and in the end its kinetic
-/// energy is less than 1e-6 of what it would gain by falling a spacing.
+/// Stands: from the first step on no particle moves by more than a hundredth of a spacing beyond three times
+/// the compression of the cube under its weight (rho g H / E of its height). In the end its kinetic energy is
+/// less than 1e-6 of the energy of a fall by a spacing.
 TEST_P(CoarseCube, Stands) {
   const auto [step, spacing, edge] = GetParam();
   const double height = edge * spacing;
@@ -86,8 +86,7 @@ INSTANTIATE_TEST_SUITE_P(At, CoarseCube, ::testing::ValuesIn(cubes()), nameOf);
 
 class CoarseSlide : public ::testing::TestWithParam<double> {};
 
-/// Slides down to a wall of the world, which holds what arrives: nothing is squashed against it and thrown
-/// back.
+/// Slides down to a wall of the world and stays there: nothing is squashed against the wall and thrown back.
 TEST_P(CoarseSlide, EndsAtTheWallOfTheWorld) {
   const double slope = 0.3;
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(slope, Eigen::Vector3d::UnitY()).toRotationMatrix();

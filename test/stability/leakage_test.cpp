@@ -16,7 +16,7 @@
 #include "hand/soft_hands.h"
 #include "support/setups.h"
 
-/// Robust contact: violent hands leave no clay inside them or below the table, and what is squeezed goes
+/// Robust contact: violent hands leave no clay inside them or below the table, and squeezed clay goes
 /// sideways, not through.
 namespace tactile_clay::clay {
 namespace {
@@ -146,8 +146,8 @@ TEST_P(OnThePalm, AFistInOneFrameLeavesNoneInside) {
   }
 }
 
-/// The same from starts shaken by 1e-6 of a spacing, which part the ways of the particles. In the frame of
-/// the fist the palm and the fingers overlap, and some clay has nowhere to go.
+/// The same from starts shaken by 1e-6 of a spacing, so that particles take different ways. In the frame of
+/// the fist the palm and the fingers overlap, and some clay has no place to go.
 TEST(ShakenOnThePalm, AFistInOneFrameLeavesNoneInside) {
   for (const hand::Side side : {hand::Side::left, hand::Side::right}) {
     for (unsigned seed = 1; seed <= 8; ++seed) {
@@ -169,8 +169,8 @@ TEST(ShakenOnThePalm, AFistInOneFrameLeavesNoneInside) {
   }
 }
 
-/// Fists of any kind, around clay that is shaken by 1e-6 of a spacing, which parts the ways of the particles.
-/// In the frame of the fist the fingers and the palm overlap, and leave some clay no room where it was.
+/// Fists of any kind, around clay that is shaken by 1e-6 of a spacing, so that particles take different ways.
+/// In the frame of the fist the fingers and the palm overlap, and leave some clay no room at its place.
 TEST(RandomFists, InOneFrameLeaveNoneInside) {
   for (unsigned seed = 61; seed <= 100; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -247,8 +247,8 @@ std::vector<unsigned> seedsTo(unsigned last) {
   return seeds;
 }
 
-/// Two hands clap a block on the table between them, to 2 to 20 mm, at 0.2 to 3 m/s each. In 87 clay was led
-/// under the table, when what makes room for it was not looked at there.
+/// Two hands clap a block on the table between them, to 2 to 20 mm, at 0.2 to 3 m/s each. In the scene of
+/// seed 87 clay was moved under the table when the search for room did not check the table.
 TEST(RandomClaps, LetClayGoSideways) {
   std::vector<unsigned> seeds = seedsTo(20);
   seeds.push_back(87);
@@ -290,7 +290,8 @@ TEST(RandomSlams, LetClayGoSideways) {
 }
 
 /// A hand that came down into a block becomes a fist in one frame, opens in another, and closes once more. In
-/// 43 clay was led into the web between two fingers, when bent fingers bared one without samples.
+/// the scene of seed 43 clay was moved into the web between two fingers, because bent fingers had bared a web
+/// without samples.
 TEST(RandomGrabs, LeaveNoneInside) {
   std::vector<unsigned> seeds = seedsTo(20);
   seeds.push_back(43);
@@ -314,9 +315,9 @@ TEST(RandomGrabs, LeaveNoneInside) {
   });
 }
 
-/// The soft hand's flesh is where it is, not where the tracked hand is: by its triangles. Fingers that press
-/// on each other through clay may snap over a particle; it is out again within the 0.2 s that an inversion
-/// may last.
+/// The place of the soft hand's flesh is that of its triangles, not that of the tracked hand. Fingers that
+/// press on each other through clay may snap over a particle; it is out again within the 0.2 s that an
+/// inversion may last.
 TEST_P(OnThePalm, ASoftFistInOneFrameKeepsNoneInside) {
   const hand::SoftHandParameters parameters;
   hand::SoftHands soft(spacing, parameters);

@@ -1,5 +1,5 @@
-// Minutes of kneading: what a frame is spent on does not grow, and the clay stays clay. By counts, which are
-// the same on every machine; what they cost in milliseconds is for measure_kneading.
+// Minutes of kneading: the work per frame does not grow, and the clay stays clay. Work is counted, so that it
+// is the same on every machine; measure_kneading measures it in milliseconds.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -33,7 +33,7 @@ TEST(LongKneading, TheThirdMinuteCostsNoMoreThanTheSecond) {
   const Stretch &first = minutes[0], &second = minutes[1], &third = minutes[2];
   ASSERT_GT(first.awake, 100.0);
   ASSERT_GT(third.contacts, 10.0);
-  // What is to be solved, by how often.
+  // Number of particles that are solved, times iterations.
   EXPECT_LT(third.awake * third.iterations, 1.15 * second.awake * second.iterations);
   EXPECT_LT(third.contacts, 1.15 * second.contacts);
   EXPECT_LT(third.rounds, 1.15 * second.rounds);
@@ -41,7 +41,7 @@ TEST(LongKneading, TheThirdMinuteCostsNoMoreThanTheSecond) {
   EXPECT_NEAR(third.bonds / second.bonds, 1.0, 0.02);
   EXPECT_NEAR(third.neighbours / second.neighbours, 1.0, 0.02);
   EXPECT_NEAR(third.volume / first.volume, 1.0, 0.02);
-  // None left the scene, and there is no heap of crumbs that hands cannot gather.
+  // No particle has left the scene, and there is no heap of crumbs that hands cannot gather.
   EXPECT_EQ(third.strays, 0U);
   EXPECT_LT(third.crumbs, 0.01 * static_cast<double>(scene.particles.size()));
 }

@@ -86,8 +86,8 @@ TEST(ShortStep, SlidesAsItShould) {
 /// Fails: displacements of a step, and the stretch of the friction springs (mu g dt^2 / 20), are smaller than
 /// the resolution of positions in single precision. Measured on a slope of 0.3 rad, mu = 0.2: in steps of
 /// 0.1 ms the normal force is 1.8 % off; in steps of 10 us the cube has half of its speed. Carrying the
-/// remainders of positions cures that, to 10 us; but with it a cube that stands still starts to move in steps
-/// of 25 ms, where rounding holds it now.
+/// remainders of positions cures that, down to 10 us. But with it a cube that stands still starts to move in
+/// steps of 25 ms; now rounding keeps it still.
 class FineStep : public ::testing::TestWithParam<double> {};
 TEST_P(FineStep, DISABLED_SlidesAsItShould) {
   slideInStepsOf(GetParam());
@@ -300,8 +300,8 @@ Trial clinging(std::mt19937& random) {
   return t;
 }
 
-/// Friction that is taken for constant while the slip turns, or whose springs hold more than was wound up,
-/// throws them.
+/// These blocks are thrown if friction counts as constant while the slip turns, or if its springs store more
+/// energy than was put in.
 void watchClinging(unsigned seed) {
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random(seed);
@@ -313,11 +313,13 @@ TEST_P(Clinging, GainsNoEnergy) {
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, Clinging, ::testing::Range(1u, 201u, 10u),
                          ::testing::PrintToStringParamName());
-/// In 1957, 2310, 3139 and 3452 contacts that close pull clay onto them, harder than it moves.
+/// In seeds 1957, 2310, 3139 and 3452, contacts that close pull clay onto them, harder than it moves by
+/// itself.
 INSTANTIATE_TEST_SUITE_P(PulledOn, Clinging, ::testing::Values(1951u, 2301u, 3131u, 3451u),
                          ::testing::PrintToStringParamName());
 
-/// 336 gained energy before lumps had steps of their own and compression was kept up to twice the density.
+/// Seed 336 gained energy before lumps had steps of their own and compression was kept up to twice the
+/// density.
 INSTANTIATE_TEST_SUITE_P(Crumbs, Clinging, ::testing::Values(331u), ::testing::PrintToStringParamName());
 
 /// Fails: of seeds 1 to 4000 these gain energy.
@@ -329,9 +331,9 @@ INSTANTIATE_TEST_SUITE_P(Seed, ClingingTooFast,
                          ::testing::Values(876u, 893u, 1916u, 2677u, 3101u, 3541u, 3705u),
                          ::testing::PrintToStringParamName());
 
-/// The same without viscosity, bonds and friction: it slides together in the edge of two solids, or of the
-/// world, where particles come by each other by more than a spacing in a step. What that leaves of
-/// compression throws them, where it counts as stored.
+/// The same without viscosity, bonds and friction. Clay slides together in the edge of two solids, or of the
+/// world, where particles pass each other by more than a spacing in a step. If the compression that this
+/// leaves counts as stored energy, it throws them.
 void watchPile(unsigned seed) {
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random(seed);
@@ -343,17 +345,19 @@ class Pile : public ::testing::TestWithParam<unsigned> {};
 TEST_P(Pile, GainsNoEnergy) {
   for (unsigned k = 0; k < 10; ++k) watchPile(GetParam() + k);
 }
-/// 506 and 1395 are lifted where room is made by more than a spacing a step, 1088 where what was expelled is
-/// not told of, 745 falls through a wedge, and in 811, 2048 and 3217 what is lent to compression adds up.
+/// Seeds that failed in earlier versions: 506 and 1395 were lifted when room was made by more than a spacing
+/// per step, 1088 when expelled particles were not reported, 745 fell through a wedge, and in 811, 2048 and
+/// 3217 the energy that is lent to compression added up.
 INSTANTIATE_TEST_SUITE_P(Seeds, Pile, ::testing::Range(1u, 1501u, 10u), ::testing::PrintToStringParamName());
 INSTANTIATE_TEST_SUITE_P(MoreSeeds, Pile, ::testing::Values(1871u, 2041u, 2461u, 3211u, 3671u),
                          ::testing::PrintToStringParamName());
 
-/// The same, but started up to four spacings inside the table, the slope or the wedge. What is inside is
-/// pushed out along the normals at 0.1 m/s. It may gain as much as walls give that move at 0.5 m/s: elastic
-/// clay leaves with twice the speed that has this along all normals, and what walls squeeze stores more. In a
-/// wedge the walls also slide on the clay, and each presses harder for the friction of the other: where that
-/// counts as load, nothing bounds them, and clay is thrown at 100 m/s.
+/// The same, but started up to four spacings inside the table, the slope or the wedge. Particles inside are
+/// pushed out along the normals at 0.1 m/s. They may gain as much energy as walls give that move at 0.5 m/s:
+/// elastic clay leaves with twice the speed that has this component along all normals, and clay that walls
+/// squeeze stores more. In a wedge the walls also slide on the clay, and each presses harder because of the
+/// friction of the other. If that friction counted as load, there would be no limit, and clay would be thrown
+/// at 100 m/s.
 void watchInside(unsigned seed) {
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random(seed);
@@ -374,10 +378,11 @@ TEST_P(Inside, RecoversAtItsSpeed) {
 INSTANTIATE_TEST_SUITE_P(Seeds, Inside, ::testing::Range(301u, 531u, 10u),
                          ::testing::PrintToStringParamName());
 
-/// Pushed out at 0.5 m/s, these gained more than is allowed. But 5023 did where what started in a solid and
-/// strayed deeper was pushed out at once, 618 does where all lumps have common steps of conjugate gradients,
-/// and 6738 did before lumps had steps of their own and compression was kept up to twice the density. 1034
-/// and 1233 do where the work of walls that squeeze clay is stored in its compression, too.
+/// Seeds that gained more energy than is allowed when they were pushed out at 0.5 m/s. Exceptions: 5023 did
+/// so when particles that started in a solid and strayed deeper were pushed out at once; 618, if all lumps
+/// have common steps of conjugate gradients; 6738, before lumps had steps of their own and compression was
+/// kept up to twice the density; 1034 and 1233, if the work of walls that squeeze clay is stored in its
+/// compression, too.
 class InsideSeed : public ::testing::TestWithParam<unsigned> {};
 TEST_P(InsideSeed, RecoversAtItsSpeed) {
   watchInside(GetParam());

@@ -1,4 +1,4 @@
-// Long runs of the soft hand: what holds after seconds of contact, of violence and of nothing.
+// Long runs of the soft hand: its state after seconds of contact, of violence and of rest.
 #include "hand/soft_hands.h"
 
 #include <gtest/gtest.h>
@@ -45,8 +45,8 @@ TEST(SoftHand, FleshIsOfTheSizeOfAHand) {
   for (const auto& t : hand.mesh.tetrahedra) EXPECT_GT(volume(hand.mesh, t), 0.0);
 }
 
-// Free of loads the skin follows bending fingers: the mean of its distance to the capsules stays below a
-// millimetre, quickly, and it comes to rest.
+// Without loads the skin follows bending fingers: its mean distance from the capsules stays below a
+// millimetre. Soon it comes to rest.
 TEST(SoftHand, FollowsTheTrackedHandAndComesToRest) {
   SoftHands hands(spacing);
   int k = settled(hands, palmDown(0.0), 0, 1);
@@ -79,7 +79,7 @@ TEST(SoftHand, RigidMotionIsFollowedWithoutLag) {
     EXPECT_LT((hands.hand(Side::right)->bodies()[b].position - target[b].position).norm(), 2e-4) << b;
 }
 
-// The tracked finger goes 10 mm into a floor of 1 kN/m a sample: the virtual one stays on it.
+// The tracked finger goes 10 mm into a floor of 1 kN/m per sample: the virtual finger stays on it.
 TEST(SoftHand, FingerStopsAtAStiffFloor) {
   Press press(1000.0, true);
   press.approach(-0.01);
@@ -87,7 +87,7 @@ TEST(SoftHand, FingerStopsAtAStiffFloor) {
   EXPECT_LT(press.depth, 2e-3);
   EXPECT_GT(press.force, 1.0);
   EXPECT_LT(press.force, 30.0);
-  // What the floor gives, the springs of the bones carry.
+  // The springs of the bones carry the force of the floor.
   EXPECT_NEAR(press.soft().force().y() / press.force, 1.0, 0.02);
   const auto target = bodyPoses(press.tracked, restHand(Side::right, 1.0));
   const Couplings couplings;
@@ -100,7 +100,8 @@ TEST(SoftHand, FingerStopsAtAStiffFloor) {
   EXPECT_GT(press.soft().bodies()[index_tip_bone].position.y() - target[index_tip_bone].position.y(), 1e-3);
 }
 
-// Root mean square of what a force has above 20 Hz, of its mean. \param force N, of each frame
+// Root mean square of the part of a force above 20 Hz, over the mean of the force.
+// \param force N, of each frame
 double buzz(const std::vector<double>& force) {
   const auto count = static_cast<int>(force.size());
   double mean = 0.0, power = 0.0;
@@ -175,7 +176,7 @@ TEST(SoftHand, LeavesWithoutSticking) {
   }
 }
 
-// How often, and in how many frames on end, flesh was inside out.
+// How many tetrahedra of flesh were inside out, and in how many successive frames.
 class InsideOut {
  public:
   void see(const SoftHand& hand) {
@@ -190,8 +191,8 @@ class InsideOut {
   int on_end_ = 0;
 };
 
-// Up to 2.6 N on a finger and 7 N on a flat hand, which come to rest 10 mm deep, not in any frame. At 15 mm,
-// where they are 5 and 16 N, for three frames at most.
+// With up to 2.6 N on a finger and 7 N on a flat hand, which come to rest 10 mm deep, flesh is inside out in
+// no frame. At 15 mm, with 5 and 16 N, it is for at most three frames.
 TEST(SoftHand, FleshPressedOnAFloorIsNotInsideOut) {
   for (const bool pointing : {true, false})
     for (const double stiffness : {300.0, 1000.0})
@@ -239,7 +240,7 @@ class WaxPress {
     table_.pose.translation() = Vector3d(0.0, foot.y() - 0.1, 0.0);
   }
 
-  /// `height` of the tracked hand's lowest point over the wax, m.
+  /// Makes a frame with the tracked hand's lowest point at `height` over the wax, m.
   void frame(double height) {
     tracked = palmDown(height, pointing_);
     const Skin skin = hands.update({tracked}, stampOf(count_));
@@ -273,8 +274,8 @@ class WaxPress {
   clay::Solid table_;
 };
 
-// 10 mm into hard wax at 50 mm/s, where the clay's answer comes late and in jolts, two seconds of rest, and
-// out again.
+// A hand goes 10 mm into hard wax at 50 mm/s, where the forces of the clay come late and in jolts, rests for
+// two seconds, and goes out again.
 TEST(SoftHand, FleshPressedIntoHardWaxDoesNotStayInsideOut) {
   constexpr double depth = 0.01, speed = 0.05;
   for (const bool pointing : {true, false}) {
@@ -291,9 +292,9 @@ TEST(SoftHand, FleshPressedIntoHardWaxDoesNotStayInsideOut) {
   }
 }
 
-// Where the clay lets go, the finger may not hover over it while it is tracked deeper: that would be felt as
-// silence. With loads of no force that lasted 12 frames it did so in a fifth of the frames, fell into the
-// clay with up to 20 N, and left flesh behind in it.
+// When the clay releases the finger, the finger must not hover over it while it is tracked deeper: that would
+// be felt as silence. With loads of zero force that lasted 12 frames it hovered in a fifth of the frames,
+// fell into the clay with up to 20 N, and left flesh behind in it.
 TEST(SoftHand, FingerStaysOnFirmClayAndLeavesIt) {
   constexpr double depth = 0.01, acceleration = 0.4;  // m, m/s^2
   int frames = 0, silent = 0;
@@ -313,7 +314,7 @@ TEST(SoftHand, FingerStaysOnFirmClayAndLeavesIt) {
   EXPECT_LT(silent, frames / 10);
 }
 
-// What a hand feels, and how its skin moves, in the last of two seconds that it is held `depth` m in hard
+// Force on a hand, and motion of its skin, in the last of two seconds for which it is held `depth` m in hard
 // wax.
 struct Held {
   double mean = 0.0, deviation = 0.0;  // N, of the force on the hand
@@ -340,9 +341,9 @@ Held heldInWax(WaxPress& press, double depth) {
   return held;
 }
 
-// However deep the tracked hand goes, the wax never has to give more than the couplings pull together, 100 N,
-// and the hand leaves without sticking. Springs without end and loads cut to 50 N drove the hand on until the
-// wax gave 2.7 kN.
+// However deep the tracked hand goes, the force of the wax is never larger than the pull of all couplings,
+// 100 N, and the hand leaves without sticking. With springs without a limit and loads cut to 50 N, the hand
+// was driven on until the wax pressed with 2.7 kN.
 TEST(SoftHand, IsHeldByHardWaxAndLeaves) {
   for (const double depth : {0.03, 0.04, 0.06}) {
     WaxPress press(false);
@@ -356,8 +357,9 @@ TEST(SoftHand, IsHeldByHardWaxAndLeaves) {
   }
 }
 
-// Two seconds after a hand came so deep into hard wax, the force on it does not buzz. A finger may slide on
-// to another place later, which is one of the five seconds then: of 180 such seconds of 30 runs three were.
+// Two seconds after a hand came to this depth in hard wax, the force on it does not buzz. Later a finger may
+// slide to another place, so one of the five seconds may be worse: in 30 runs this happened in three of the
+// 180 seconds.
 void expectNoBuzzInWax(bool pointing, double depth, double aside) {
   constexpr int rest = 120, second = 60;
   WaxPress press(pointing, aside);
@@ -398,8 +400,8 @@ void expectRestInWax(bool pointing, double depth, double aside) {
   EXPECT_LT(held.fastest, 2e-3) << depth << ' ' << aside;
 }
 
-// Twelve of twelve within 0.03 % of the force. With other last bits of the clay one of 42 was not: which one
-// it is hangs on them.
+// Twelve of twelve runs are within 0.03 % of the force. With the last bits of the clay changed, one of 42 was
+// not; these bits decide which one.
 TEST(SoftHand, DISABLED_FlatHandComesToRestDeepInHardWax) {
   for (const double aside : {0.0, 1e-6, 1e-4, 3e-4})
     for (const double depth : {0.02, 0.03, 0.04}) expectRestInWax(false, depth, aside);
@@ -412,8 +414,8 @@ TEST(SoftHand, DISABLED_FingerComesToRestDeepInHardWax) {
     for (const double depth : {0.015, 0.02, 0.03, 0.04, 0.06}) expectRestInWax(true, depth, aside);
 }
 
-// A tracker finds the hand 20 mm inside of hard wax. The clay gives it hundreds of newtons in one frame; the
-// hand takes no more than a hand can press with.
+// A tracker finds the hand 20 mm inside of hard wax. The clay presses it with hundreds of newtons in one
+// frame; the hand takes at most the force with which a hand can press.
 TEST(SoftHand, AppearsInsideOfHardWaxWithoutAJolt) {
   for (const bool pointing : {true, false}) {
     WaxPress press(pointing);
@@ -429,7 +431,7 @@ TEST(SoftHand, AppearsInsideOfHardWaxWithoutAJolt) {
   }
 }
 
-// Joints where no hand has them, off by some `size` m and turned anyhow.
+// Joints at places that no hand has, off by about `size` m and turned at random.
 TrackedHand scrambled(TrackedHand hand, double size, std::mt19937& random) {
   std::normal_distribution<double> normal;
   for (JointPose& joint : hand.joints) {
@@ -440,7 +442,8 @@ TrackedHand scrambled(TrackedHand hand, double size, std::mt19937& random) {
   return hand;
 }
 
-// What is inside out while the tracked hand is `hand` for some frames. \param k number of the first
+// Counts flesh that is inside out while the tracked hand is `hand` for some frames.
+// \param k number of the first frame
 InsideOut seen(SoftHands& hands, const TrackedHand& hand, int& k, int frames) {
   InsideOut inside_out;
   for (int step = 0; step < frames; ++step) {
@@ -450,9 +453,9 @@ InsideOut seen(SoftHands& hands, const TrackedHand& hand, int& k, int frames) {
   return inside_out;
 }
 
-// Fist in one frame, joints anywhere within a decimetre, fingers folded back, leaps across the table: of a
-// possible pose after them nothing is inside out for more than 0.2 s, and within two the energy is that of
-// the pose.
+// A fist in one frame, joints anywhere within a decimetre, fingers folded back, leaps across the table: in a
+// possible pose after them, nothing is inside out for more than 0.2 s, and within two seconds the energy is
+// that of the pose.
 TEST(SoftHand, NothingLastsOfViolentAndImpossiblePoses) {
   SoftHands hands(spacing);
   const TrackedHand flat = palmDown(0.0);
@@ -480,7 +483,8 @@ TEST(SoftHand, NothingLastsOfViolentAndImpossiblePoses) {
   }
 }
 
-// m, how far a touch of the palm for some frames moves a bone. \param k number of the first
+// Distance, m, by which a touch of the palm for some frames moves a bone.
+// \param k number of the first frame
 double movedByATouch(SoftHands& hands, const TrackedHand& tracked, int& k, int frames) {
   const SoftHand& soft = *hands.hand(Side::right);
   const BodyPoses before = soft.bodies();
@@ -500,8 +504,8 @@ double movedByATouch(SoftHands& hands, const TrackedHand& tracked, int& k, int f
   return moved;
 }
 
-// Thumbs that are tracked beneath the palm, reached slowly or in a frame, leave flesh room; a touch of the
-// palm then moves no bone far. Without joints that end, up to 201 tetrahedra are inside out, and a touch
+// Thumbs that are tracked beneath the palm, slowly or in a frame, leave room for flesh, and a touch of the
+// palm then moves no bone far. Without limits of the joints, up to 201 tetrahedra are inside out, and a touch
 // throws the thumb by 58 mm.
 TEST(SoftHand, AnImpossibleThumbLeavesRoomForFlesh) {
   for (const FingerAngles& thumb :
@@ -534,7 +538,8 @@ TEST(SoftHand, AnImpossibleThumbLeavesRoomForFlesh) {
     }
 }
 
-// 0.3 s after the tracked hand went a way and stopped, nothing is inside out, and soon the skin lies still.
+// 0.3 s after the tracked hand moved along a way and stopped, nothing is inside out, and soon the skin is at
+// rest.
 // \param still m/s
 void expectHeldRightSideOut(const std::vector<TrackedHand>& way, const std::string& name,
                             double still = 5e-3) {
@@ -554,8 +559,8 @@ void expectHeldRightSideOut(const std::vector<TrackedHand>& way, const std::stri
   EXPECT_EQ(hands.hand(Side::right)->restarts(), 0) << name;
 }
 
-// In the folds of fingers that are bent to the ends of their reach and beyond, in a frame or slowly, 2 to 17
-// tetrahedra stayed inside out for as long.
+// Fingers are bent to the ends of their reach and beyond, in a frame or slowly. In an earlier version, 2 to
+// 17 tetrahedra in their folds stayed inside out for as long as they were bent.
 TEST(SoftHand, FoldedFingersAreHeldRightSideOut) {
   for (const double bend : {1.5, 1.75, 2.0, 2.5, -1.5})
     for (const int frames : {1, 30}) {
@@ -578,7 +583,8 @@ TEST(SoftHand, FingersAtAnyAnglesAreHeldRightSideOut) {
   }
 }
 
-// What no hand can be, held for a second and touched. \param longest frames on end, after it
+// An impossible hand, held for a second and touched.
+// \param longest successive frames with inverted flesh after it
 void expectLetsGo(const TrackedHand& odd, int longest, const std::string& name) {
   SCOPED_TRACE(name);
   const TrackedHand flat = palmDown(0.0);
@@ -592,8 +598,8 @@ void expectLetsGo(const TrackedHand& odd, int longest, const std::string& name) 
   EXPECT_EQ(hands.hand(Side::right)->restarts(), 0);
 }
 
-// Joints scrambled by centimetres: bones turned aside and out of proportion. Hundreds of tetrahedra stayed
-// inside out for up to 107 frames after it, and the touch threw bones by 113 mm.
+// Joints scrambled by centimetres: bones turned aside and out of proportion. In an earlier version hundreds
+// of tetrahedra stayed inside out for up to 107 frames after it, and the touch threw bones by 113 mm.
 TEST(SoftHand, ScrambledJointsLetGo) {
   for (const int seed : {21, 22, 23, 24, 25, 26})
     for (const double size : {0.005, 0.02, 0.03}) {
@@ -610,8 +616,9 @@ TEST(SoftHand, CollapsedJointsLetGo) {
   expectLetsGo(collapsed, 12, "collapsed");
 }
 
-// What is no hand becomes one: of scrambled joints up to 61 tetrahedra stayed inside out for as long as they
-// were held, of a collapsed or a tiny hand hundreds, and the skin trembled at up to 2 m/s.
+// An impossible hand is changed to a possible one. In an earlier version up to 61 tetrahedra of scrambled
+// joints stayed inside out for as long as they were held, and hundreds of a collapsed or a tiny hand, and the
+// skin trembled at up to 2 m/s.
 TEST(SoftHand, WhatIsNoHandIsHeldRightSideOut) {
   const TrackedHand flat = palmDown(0.0);
   const Vector3d middle = flat.joints[palm].position;
@@ -628,9 +635,9 @@ TEST(SoftHand, WhatIsNoHandIsHeldRightSideOut) {
     }
 }
 
-// Proportions that no hand has, each bone for itself within what hands have: up to 31 stayed inside out
-// between the thumb and the palm. Mirrored hands, as of a tracker that takes left for right: up to 13 in the
-// folds that they are led to.
+// Proportions that no hand has, although each bone by itself is possible: in an earlier version up to 31
+// tetrahedra stayed inside out between the thumb and the palm. Mirrored hands, as from a tracker that takes
+// left for right: up to 13 in the folds into which they are moved.
 TEST(SoftHand, StretchedAndMirroredHandsAreHeldRightSideOut) {
   const auto linear = [](TrackedHand hand, const Eigen::Matrix3d& map) {
     const Vector3d middle = hand.joints[palm].position;
@@ -653,8 +660,8 @@ TEST(SoftHand, StretchedAndMirroredHandsAreHeldRightSideOut) {
                              0.05);
 }
 
-// One finger elsewhere: it drags the palm that is told from all, and the thumb alone stayed as it was. Up to
-// 17 stayed inside out between the two.
+// One finger is elsewhere. It drags the palm, whose pose is found from all fingers, while only the thumb
+// stayed in its place. In an earlier version up to 17 tetrahedra stayed inside out between the two.
 TEST(SoftHand, AFingerAstrayIsHeldRightSideOut) {
   struct Astray {
     double size;
@@ -677,8 +684,9 @@ TEST(SoftHand, AFingerAstrayIsHeldRightSideOut) {
   }
 }
 
-// Every finger within its reach, and yet no room between thumb and palm: some tetrahedra were inside out for
-// as long as the joint was astray. The finger yields, and has its reach again when it is tracked elsewhere.
+// Every finger is within its reach, but there is no room between thumb and palm: some tetrahedra were inside
+// out for as long as the joint was astray. Now the finger yields, and has its reach again when it is tracked
+// elsewhere.
 TEST(SoftHand, YieldsWhereAPoseLeavesFleshNoRoom) {
   struct Astray {
     Joint joint;
@@ -705,7 +713,8 @@ TEST(SoftHand, YieldsWhereAPoseLeavesFleshNoRoom) {
   }
 }
 
-// Right side out, but in a knot that only its least volume kept open: of 160 attacks one left such a knot.
+// Flesh may be right side out, but in a knot that only its minimum volume keeps open: one of 160 attacks left
+// such a knot in an earlier version.
 TEST(SoftHand, LeavesNoTangle) {
   const TrackedHand flat = palmDown(0.0);
   for (const int seed : {15, 28, 71, 72, 73, 74}) {
@@ -726,8 +735,8 @@ TEST(SoftHand, LeavesNoTangle) {
   }
 }
 
-// Recorded hands, found anew and held. Where the nodes of a bone gave way farther than flesh, up to 7
-// tetrahedra at the bone of a spread thumb were inside out for as long.
+// Recorded hands, found anew and held. When the nodes of a bone gave way farther than flesh, up to 7
+// tetrahedra at the bone of a spread thumb stayed inside out as long.
 TEST(SoftHand, RecordedHandsAreHeldRightSideOut) {
   SoftHands hands(spacing);
   int k = 0, held = 0;
@@ -795,7 +804,7 @@ TEST(SoftHand, ForcesExpire) {
   EXPECT_EQ(hands.hand(Side::right)->force().norm(), 0.0);
 }
 
-// Both hands, opening and closing; pressed on a floor where `loaded`.
+// Both hands, opening and closing; pressed on a floor if `loaded`.
 Skin twoHands(bool loaded) {
   SoftHands hands(spacing);
   Skin skin;
@@ -823,7 +832,7 @@ TEST(SoftHand, SameAgainBitByBit) {
   EXPECT_EQ(first.area, second.area);
 }
 
-// Under load rounding decides which samples touch, so the mirror image is asked for without.
+// Under load, rounding decides which samples touch, so the mirror image is required only without load.
 TEST(SoftHand, LeftComesFirstAndIsTheMirrorImageOfRight) {
   const Skin skin = twoHands(false);
   const std::size_t half = skin.size() / 2;
@@ -847,8 +856,8 @@ const std::vector<Capsule>& bentFinger() {
   return capsules;
 }
 
-// Scrambled by more than an element's size, half of the flesh is inside out; nothing holds it, so all of it
-// comes back.
+// Scrambled by more than an element's size, half of the flesh is inside out. Nothing holds it, so all of it
+// recovers.
 TEST(NeoHookean, ScrambledFleshUntangles) {
   const FleshMesh mesh = fillCapsules(bentFinger(), 6e-3);
   const NeoHookean flesh(mesh, Elasticity::of(30e3, 0.45));

@@ -9,8 +9,8 @@
 #include "clay/neighbourhood.h"
 #include "support/setups.h"
 
-/// What every extreme is held to: nothing becomes NaN, nobody leaves the world, and no energy comes from
-/// nowhere.
+/// The requirements in every extreme: nothing becomes NaN, no particle leaves the world, and no energy comes
+/// from nowhere.
 namespace tactile_clay::clay {
 
 /// A simulation to be watched.
@@ -47,15 +47,15 @@ inline double storedEnergy(const Trial& trial) {
   return energy;
 }
 
-/// Runs a trial. The kinetic energy gained may not exceed the sum of
-///  - what gravity gave, M g . (x - x_0) of the centre of mass,
-///  - what was stored by compression at the start,
-///  - the work of moving colliders: what strikes at V leaves elastic clay with 2 V at most, M (2 V)^2 / 2;
-///  what
-///    squeezes it does the work of the forces on the samples, where that is more,
-///  - undoing a start inside a collider: lifting by the overlap, and the 0.5 m/s of recovery,
-///  - slack: 1 % of all that, and 20 mm/s of every particle, which is what the step of a contact that was met
-///    late can give.
+/// Runs a trial. The kinetic energy may not exceed the sum of
+/// - the kinetic energy at the start,
+/// - the work of gravity, M g . (x - x_0) of the centre of mass,
+/// - the energy stored by compression at the start,
+/// - the work of moving colliders: elastic clay that is struck at V leaves with at most 2 V, M (2 V)^2 / 2;
+///   if clay is squeezed, the work of the forces on the samples, if that is larger,
+/// - the energy for undoing a start inside a collider: lifting by the overlap, and 0.5 m/s of recovery,
+/// - slack: 1 % of all that, and 20 mm/s of every particle, which is what the step of a contact that was met
+///   late can give.
 inline void watch(Trial trial) {
   trial.config.sleeping = false;  // what is asleep cannot fail
   Clay clay(trial.config, trial.materials, trial.particles);

@@ -29,13 +29,13 @@ std::vector<Material> materials(const Pair& pair) {
   return pair.alike ? std::vector<Material>{firm} : std::vector<Material>{firm, soft};
 }
 
-/// Two weightless cubes between a floor and a ceiling that they cling to, which brings the upper one down to
-/// the lower.
+/// Two weightless cubes between a floor and a ceiling, to which they cling. The ceiling brings the upper cube
+/// down to the lower one.
 class Cubes {
  public:
   explicit Cubes(const std::vector<Material>& of) : clay_(weightless(), of, together(of.size())) {
     ceiling_.pose = Eigen::Translation3d(0.0, 0.0, (2 * side + gap_at_start) * spacing + 0.1);
-    // What is not pressed on does not cling.
+    // Clay clings only after it was pressed on.
     run(30, -(gap_at_start + 0.2) * spacing / (30 * frame));
     run(30);
   }
@@ -58,7 +58,7 @@ class Cubes {
         if (s.body[i] == 0 && s.body[s.bonds[b].other] == 1) ++count;
     return count;
   }
-  /// m/s, of the lower cube's centre
+  /// Speed of the lower cube's centre, m/s.
   double lowerSpeed() const {
     const Particles& p = clay_.particles();
     double total = 0.0;
@@ -66,9 +66,9 @@ class Cubes {
       if (p.body[i] == 0) total += p.velocity[i].z();
     return total / (side * side * side);
   }
-  /// N, between ceiling and floor
+  /// Force between ceiling and floor, N.
   double tension() const { return clay_.solidForces()[0].z(); }
-  /// Pieces that are out of each other's support radius.
+  /// Number of pieces that are out of each other's support radius.
   std::size_t lumps() const { return clay_.statistics().lumps; }
 
  private:
@@ -118,7 +118,7 @@ TEST_P(Blocks, HangTogetherByBondsAndViscosity) {
   }
 }
 
-/// Where it tears is not where the cubes met: the joint is as strong as the clay beside it.
+/// It does not tear where the cubes met: the joint is as strong as the clay beside it.
 TEST_P(Blocks, SplitWhenTorn) {
   Cubes cubes(materials(GetParam()));
   ASSERT_GE(cubes.bondsBetween(), side * side);

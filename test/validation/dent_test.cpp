@@ -2,8 +2,8 @@
 
 #include "support/samples.h"
 
-/// What is pressed stays pressed: a flat disc goes into a block at 40 mm/s, is held for half a second and
-/// lifted. Measured figures stand in doc/method/validation.md.
+/// A dent stays: a flat disc goes into a block at 40 mm/s, is held for half a second and lifted. Measured
+/// figures are in doc/method/validation.md.
 namespace tactile_clay::clay {
 namespace {
 
@@ -41,7 +41,7 @@ Dent dent(const Resolution& resolution, const Material& material, double depth, 
       disc.pose = poseAfter(disc, config.frame);
     }
   };
-  // Mean height of the top layer under the disc, which is a part of it that its rim does not reach.
+  // Mean height of the part of the top layer under the disc that its rim does not influence.
   const auto height = [&] {
     const Particles& p = clay.particles();
     double sum = 0.0;
@@ -117,9 +117,9 @@ INSTANTIATE_TEST_SUITE_P(Disc, DeepDents,
                          ::testing::Values(Resolution{{4, 8}, 0.004}, Resolution{{8, 16}, 0.004}),
                          nameOfResolution);
 
-/// A flat punch presses with 5 tau_y (Prandtl's 2 + pi in plane strain; a circular one with 5.69 where it is
-/// smooth, Shield 1955, and 6.05 where it is rough, Eason & Shield 1960) to 7 tau_y at a quarter of its
-/// radius, at a spacing of a sixth of it.
+/// A flat punch presses with 5 tau_y (Prandtl's 2 + pi in plane strain; a circular punch with 5.69 if it is
+/// smooth, Shield 1955, and 6.05 if it is rough, Eason & Shield 1960) to 7 tau_y at a depth of a quarter of
+/// its radius, at a spacing of a sixth of the radius.
 TEST(Punch, PressesWithFiveToSevenTimesTheYieldStress) {
   const Material clay = firm();
   const Dent result = dent({{4, 8}, radius / 6.0}, clay, 0.25 * radius, false, 0.04, 8.0 * radius / 3.0);

@@ -55,9 +55,9 @@ constexpr auto depthOf = [](const Load& load) { return load.depth; };
 constexpr auto forceOf = [](const Load& load) { return load.force; };
 constexpr auto areaOf = [](const Load& load) { return load.area; };
 
-// A ball held by its upper half, of the hand's flesh with the hand's relaxation. Cells are R/24 where it
-// touches, so that the radius of contact is 2.7 to 5.4 of them. The ball itself departs from Hertz by the
-// order of d/R to the 1/2 (Tatara 1991), hence 15 %.
+// A ball of the hand's flesh, with the hand's relaxation, held by its upper half. Where it touches, cells are
+// R/24, so that the radius of contact is 2.7 to 5.4 cells. The ball itself differs from Hertz by the order of
+// (d/R)^(1/2) (Tatara 1991), hence 15 %.
 TEST(Flesh, BallOnAPlaneIsHertz) {
   constexpr double radius = 0.02, crowding = 0.6;
   const SoftHandParameters hand;
@@ -102,7 +102,7 @@ TEST(Flesh, BallOnAPlaneIsHertz) {
   EXPECT_NEAR(exponent(loads, depthOf, areaOf), 1.0, 0.1);
 }
 
-// Lowest point of the index finger's last phalanx, were its flesh rigid.
+// Lowest point of the index finger's last phalanx if its flesh were rigid.
 double lowestOfIndexTip(const SoftHand& soft, double scale) {
   constexpr int phalanx = 6;
   const TrackedHand rest = restHand(Side::right, 1.0);
@@ -116,11 +116,11 @@ double lowestOfIndexTip(const SoftHand& soft, double scale) {
   return low;
 }
 
-// The pad of an index finger, as it is shipped, on a plane of 40 MPa/m. It touches with the
-// ball about the tip, of radius R = 6.6 mm, over bone of R/2. A half space is softer: of a flat
+// The pad of an index finger, with the parameters that are shipped, on a plane of 40 MPa/m. It touches with
+// the ball about the tip, of radius R = 6.6 mm, over bone of R/2. A half space is softer: on a flat
 // incompressible layer of thickness h on rigid ground the force is 1 + 1.133 c + 1.283 c^2 + 0.769 c^3 +
 // 0.0975 c^4 times Hertz's, c = sqrt(R d)/h (Dimitriadis et al. 2002, Biophys. J. 82:2798). Bone is round and
-// flesh evades around it, so that the pad lies between the two.
+// flesh can move around it, so the pad lies between the two.
 TEST(Flesh, PadOfTheFingerFlattensBetweenHertzAndAThinLayer) {
   const SoftHandParameters flesh;
   const double radius = restHand(Side::right, 1.0).joints[index_tip].radius, layer = 0.5 * radius;
@@ -158,10 +158,10 @@ TEST(Flesh, PadOfTheFingerFlattensBetweenHertzAndAThinLayer) {
   EXPECT_LT(exponent(loads, forceOf, areaOf), 1.0);
 }
 
-// The pad of the index finger as it is shipped, on a plane of 40 MPa/m, at 54 loads up to some 4 N. From
-// three samples of 4 mm^2 on its area is that of Hertz's a^3 = 3 F R / (4 E*) within a quarter. It grows with
-// each load that is half above the one before; between, as facets of flesh come down or tilt, it may fall by
-// a twentieth.
+// The pad of the index finger, with the parameters that are shipped, on a plane of 40 MPa/m, at 54 loads up
+// to some 4 N. From three samples of 4 mm^2 on, its area is that of Hertz's a^3 = 3 F R / (4 E*) within a
+// quarter. It grows with each load that is half above the one before. Between such loads it may fall by a
+// twentieth, when facets of flesh come down or tilt.
 TEST(Flesh, AreaOfAPadGrowsWithEachLoadAsHertzs) {
   const SoftHandParameters flesh;
   const double radius = restHand(Side::right, 1.0).joints[index_tip].radius;

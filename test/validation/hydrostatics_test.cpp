@@ -52,8 +52,8 @@ TEST_P(Column, RestsOnTheFloorWithItsWeightAndPressesTheWallsByItsDepth) {
   EXPECT_LT(error, 0.01);
 }
 
-/// Height M / (rho A). Without what solids add to the density of the particles on them, the column packs by
-/// 15 %.
+/// Height M / (rho A). Without the density that solids add to the particles on them, the column packs by 15
+/// %.
 TEST_P(Column, KeepsItsVolume) {
   ClayConfig config;
   config.budget = {GetParam().first, GetParam().second};
@@ -73,7 +73,7 @@ std::string nameOf(const ::testing::TestParamInfo<std::pair<int, int>>& tested) 
 }
 INSTANTIATE_TEST_SUITE_P(Hydrostatics, Column, ::testing::Values(std::pair{4, 8}, std::pair{8, 16}), nameOf);
 
-/// A settled block of clay beside it: bonded, sticking, and as heavy.
+/// For comparison a settled block of clay: bonded, sticking, and as heavy.
 TEST(SettledClay, WeighsWhatItWeighs) {
   for (const Budget budget : {Budget{4, 8}, Budget{8, 16}}) {
     ClayConfig config;

@@ -72,14 +72,15 @@ void expectLikeTheReference(const Material& clay, Budget reference_budget) {
   EXPECT_NEAR(balanced.held, reference.held, 0.1 * reference.held);
 }
 
-/// Where yield alone decides, the force is the material's, not the budget's.
+/// If only yield matters, the force depends on the material, not on the budget.
 TEST(Indentation, DependsLittleOnTheBudget) {
   expectLikeTheReference(plastic(0.05, 1000.0), {16, 32});
 }
 
-/// At the rim of the fingertip pairs stretch at 8/s, close to the threshold of 10/s. Fails: held, it presses
-/// with 51.4 kPa where the reference has 60.7, 15 % less. When the finger stops at once, bonds that flowed
-/// are weaker for a step: the longer the step, the more clay moves in (see doc/method/clay.md).
+/// At the rim of the fingertip pairs stretch at 8/s, close to the threshold of 10/s. Fails: when it is held,
+/// the finger presses with 51.4 kPa instead of 60.7 of the reference, 15 % less. When the finger stops at
+/// once, bonds that flowed are weaker for one step: the longer the step, the more clay moves in (see
+/// doc/method/clay.md).
 TEST(Indentation, DISABLED_DependsLittleOnTheBudgetWhereBondsBreak) {
   expectLikeTheReference(plastic(0.05, 10.0), {32, 32});
 }

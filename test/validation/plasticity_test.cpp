@@ -2,8 +2,8 @@
 
 #include "support/samples.h"
 
-/// What a rheologist does with clay that yields: lets it slump, presses it between plates, bends a bar, tears
-/// and joins it. Measured figures stand in doc/method/validation.md.
+/// Tests of a rheologist for clay that yields: it slumps, is pressed between plates, bent as a bar, torn and
+/// joined. Measured figures are in doc/method/validation.md.
 namespace tactile_clay::clay {
 namespace {
 
@@ -33,8 +33,8 @@ Material onAnything(Material m, bool holds) {
   return m;
 }
 
-/// m^3, between the centres of a block that has been deformed: the sum over the cells of its lattice, each a
-/// hexahedron with straight edges (trilinear), integrated exactly (two Gauss points a side).
+/// Volume, m^3, between the particle centres of a deformed block: the sum over the cells of its lattice, each
+/// a hexahedron with straight edges (trilinear), integrated exactly (two Gauss points per axis).
 double volumeOfCells(const Particles& p, int columns, int layers) {
   const double gauss = 0.5 - 0.5 / std::sqrt(3.0);
   double volume = 0.0;
@@ -65,10 +65,10 @@ double volumeOfCells(const Particles& p, int columns, int layers) {
 
 class Plasticity : public ::testing::TestWithParam<Resolution> {};
 
-/// Slump of a cylinder (Pashias et al. 1996, J. Rheol. 40:1179): layers spread until each carries what is
-/// above it, s / H = 1 - t (1 - ln t), with t = (yield stress in compression) / (rho g H). Pashias takes 2
-/// tau_y for that (Tresca), clay here yields at sqrt(3) tau_y. On a slippery floor, as in that model. Within
-/// 0.08 H, somewhat less than a layer.
+/// Slump of a cylinder (Pashias et al. 1996, J. Rheol. 40:1179): layers spread until each carries the weight
+/// above it, s / H = 1 - t (1 - ln t), with t = (yield stress in compression) / (rho g H). Pashias uses 2
+/// tau_y for that stress (Tresca), clay here yields at sqrt(3) tau_y. The floor is slippery, as in that
+/// model. Within 0.08 H, somewhat less than a layer.
 TEST_P(Plasticity, CylinderSlumps) {
   constexpr double height = 0.06, radius = 0.03;
   for (const double part : {0.5, 1.2}) {
@@ -116,9 +116,9 @@ TEST_P(Plasticity, UpsetsACylinder) {
   EXPECT_NEAR(upset(GetParam(), 0.03, 0.045, false), std::sqrt(3.0), 0.1 * std::sqrt(3.0));
 }
 
-/// Between rough plates, F = 2 pi tau_y R^3 / (3 h) where R is much more than h, so 2 R / (3 h) tau_y over
-/// the area; what upsetting adds at R / h of four, sqrt(3) tau_y at most, stands in the upper limit. h is
-/// between the layers that the plates hold.
+/// Between rough plates, F = 2 pi tau_y R^3 / (3 h) if R is much larger than h, so 2 R / (3 h) tau_y per
+/// area. At R / h of four, upsetting adds at most sqrt(3) tau_y; the upper limit includes it. h is the
+/// distance between the layers that the plates hold.
 TEST_P(Plasticity, IsSqueezedBetweenRoughPlates) {
   constexpr double radius = 0.09, thickness = 0.03;
   const double h = 0.94 * (thickness - GetParam().spacing);
@@ -129,8 +129,9 @@ TEST_P(Plasticity, IsSqueezedBetweenRoughPlates) {
   EXPECT_LT(measured, 1.15 * (film + std::sqrt(3.0)));
 }
 
-/// Pressed by a fifth between slippery plates, and held, a bar has the volume that it had within 1 %; let go,
-/// too. Fails by 2 % where flow keeps the mean strain of the bonds instead of that of the volume.
+/// A bar that is pressed by a fifth between slippery plates and held keeps its volume within 1 %, also when
+/// it is released. If flow kept the mean strain of the bonds instead of that of the volume, the error would
+/// be 2 %.
 TEST_P(Plasticity, KeepsVolumeUnderLoad) {
   constexpr double width = 0.03, length = 0.045, strain = 0.2;
   const double d = GetParam().spacing;
@@ -149,7 +150,7 @@ TEST_P(Plasticity, KeepsVolumeUnderLoad) {
   EXPECT_NEAR(volume() / before, 1.0, 0.01) << "let go";
 }
 
-/// A bar whose ends two plates hold and turn against each other, which bends it to an arc.
+/// A bar whose ends are held by two plates. The plates turn against each other and bend it to an arc.
 struct BentBar {
   static constexpr double height = 0.03, width = 0.02, length = 0.12;  // m
 
@@ -162,7 +163,7 @@ struct BentBar {
     for (Solid* plate : {&left, &right}) plate->size = {0.02, 0.2, 0.2};
     place(0.0);
   }
-  /// So that the middle line, between the layers that are held, is an arc of this angle.
+  /// Places the plates so that the middle line, between the layers that are held, is an arc of this angle.
   void place(double arc) {
     const double held = ends - clay.config().spacing, half = 0.5 * arc;
     const double reach = half > 0.0 ? held / arc * std::sin(half) : 0.5 * held;  // of the end of the arc
@@ -186,7 +187,7 @@ struct BentBar {
     for (int k = 0; k < frames; ++k) clay.advance({}, {left, right}, poses, clay.config().frame);
     angle = to;
   }
-  /// rad, between the directions of the clay near both ends, a quarter of the length from the middle
+  /// Angle, rad, between the directions of the clay near both ends, a quarter of the length from the middle.
   double bend() const {
     const Particles& p = clay.particles();
     const int all = static_cast<int>(p.size()), sections = all / columns;
@@ -206,10 +207,10 @@ struct BentBar {
   Solid left, right;
 };
 
-/// Springback of a bar bent to kappa, beyond kappa_y = 2 sigma_y / (E h), and let go: 1.5 r - 0.5 r^3 of the
-/// bend comes back, r = kappa_y / kappa, the moment of an elastic and perfectly plastic bar over E I
-/// (Gardiner 1957, Trans. ASME 79:1). Young's modulus E is that of the lattice, see Stiffness. Within a
-/// fifth.
+/// Springback of a bar that is bent to kappa, beyond kappa_y = 2 sigma_y / (E h), and released: the share 1.5
+/// r - 0.5 r^3 of the bend comes back, with r = kappa_y / kappa. This is the moment of an elastic and
+/// perfectly plastic bar over E I (Gardiner 1957, Trans. ASME 79:1). Young's modulus E is that of the
+/// lattice, see Stiffness. Within a fifth.
 TEST_P(Plasticity, ABentBarSpringsBack) {
   const Material m = [] {
     Material of = onAnything(firm(), true);
@@ -229,8 +230,8 @@ TEST_P(Plasticity, ABentBarSpringsBack) {
   }
 }
 
-/// A bar between plates that hold it is torn, set together again, pressed, and torn once more: its strength,
-/// the greatest pull, is nine tenths of what it was, at least.
+/// A bar between plates that hold it is torn, put together again, pressed, and torn once more. Its strength,
+/// the largest pull, is at least nine tenths of the first one.
 TEST_P(Plasticity, TornAndJoinedIsAsStrong) {
   constexpr double width = 0.03, length = 0.06;
   const double d = GetParam().spacing;

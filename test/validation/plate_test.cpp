@@ -10,8 +10,8 @@ constexpr double g = 9.81, spacing = 0.005;
 constexpr int edge = 6;
 constexpr double top = edge * spacing;
 
-/// A plate of solid or of skin on a block of clay on the ground, that falls under its weight and what the
-/// clay reports to it.
+/// A plate of solid or of skin on a block of clay on the ground. It falls under its weight and the force that
+/// the clay reports for it.
 struct Plate {
   Plate(bool of_skin_in, double mass_in)
       : of_skin(of_skin_in),
@@ -52,8 +52,8 @@ struct Plate {
   double reading = 0.0, table = 0.0;    // N, upwards on the plate, and downwards on the ground
 };
 
-/// It comes to rest, sunk in by what the stiffness of the clay says, reads its weight within 2 %, and the
-/// ground carries both within 2 %.
+/// It comes to rest at the depth that follows from the stiffness of the clay, the force on it is its weight
+/// within 2 %, and the ground carries both within 2 %.
 class PlateOnClay : public ::testing::TestWithParam<std::tuple<bool, double>> {};
 TEST_P(PlateOnClay, ReadsItsWeight) {
   const double mass = std::get<1>(GetParam());
@@ -80,7 +80,7 @@ std::string nameOf(const ::testing::TestParamInfo<std::tuple<bool, double>>& tes
 INSTANTIATE_TEST_SUITE_P(Kilograms, PlateOnClay,
                          ::testing::Combine(::testing::Bool(), ::testing::Values(0.05, 0.2)), nameOf);
 
-/// Clay on a plate that is held, and then lifted steadily: it weighs what it weighs.
+/// Clay on a plate that is held, and then lifted steadily: the force on the plate is the weight of the clay.
 TEST(PlateUnderClay, ReadsTheWeightOfTheClay) {
   ClayConfig config;
   config.threads = 2;

@@ -4,8 +4,8 @@
 #include "scene/shape.h"
 #include "support/samples.h"
 
-/// What depends on time: stress that fades (Maxwell) and viscosity that thins with the shear rate (Herschel &
-/// Bulkley). Measured figures stand in doc/method/validation.md.
+/// Behaviour that depends on time: stress that fades (Maxwell) and viscosity that falls with the shear rate
+/// (Herschel & Bulkley). Measured figures are in doc/method/validation.md.
 namespace tactile_clay::clay {
 namespace {
 
@@ -15,8 +15,8 @@ std::string nameOfResolution(const ::testing::TestParamInfo<Resolution>& tested)
 
 class Relaxation : public ::testing::TestWithParam<Resolution> {};
 
-/// A slab is sheared by 2 % within a fifteenth of a second and held: its stress is exp(-t / t_r) of the
-/// first. Within 3 % of that.
+/// A slab is sheared by 2 % within a fifteenth of a second and held: its stress is exp(-t / t_r) times the
+/// first stress. Within 3 % of the first stress.
 TEST_P(Relaxation, OfStressIsExponential) {
   Material putty = sticking(50.0, 1e5);
   putty.relaxation_time = 0.5;
@@ -38,9 +38,10 @@ TEST_P(Relaxation, OfStressIsExponential) {
   }
 }
 
-/// Sheared on it is a liquid of viscosity G t_r, beside its dashpots. Within 10 %, as the yield stress is.
-/// Fails: it is 0.80 to 0.82 of that, at all resolutions; bonds that form have no strain yet. With the plain
-/// mean strain of bonds in flow.cpp, in place of `volumeStrain`, it was 2.2 and grew with the strain.
+/// Under steady shear it is a liquid of viscosity G t_r, in addition to its dashpots. Within 10 %, as for the
+/// yield stress. Fails: the viscosity is 0.80 to 0.82 of that, at all resolutions, because bonds that form
+/// have no strain yet. With the plain mean strain of bonds in flow.cpp, in place of `volumeStrain`, it was
+/// 2.2 times that and grew with the strain.
 TEST_P(Relaxation, DISABLED_MakesALiquidOfItsViscosity) {
   Material putty = sticking(50.0, 1e5);
   putty.relaxation_time = 0.1;
@@ -50,8 +51,8 @@ TEST_P(Relaxation, DISABLED_MakesALiquidOfItsViscosity) {
   EXPECT_NEAR(slab.shearTo(1.2), viscosity, 0.1 * viscosity);
 }
 
-/// What is sheared on does not stiffen: the stress from strain 1.2 to 1.8 is no more than from 0.4 to 1.0,
-/// and no less than half of it.
+/// Clay under steady shear does not stiffen: the stress from strain 1.2 to 1.8 is at most that from 0.4 to
+/// 1.0, and at least half of it.
 TEST_P(Relaxation, KeepsNoStressOfALongFlow) {
   Material putty = sticking(50.0, 1e5);
   putty.relaxation_time = 0.1;
@@ -106,8 +107,8 @@ Material siliconePutty() {
 
 constexpr double drop = 0.2;  // m
 
-/// How high a ball 40 mm wide rises when it is dropped on a table.
-/// @return of the drop
+/// Height to which a ball 40 mm wide rises when it is dropped on a table.
+/// @return the height over that of the drop
 double rebound(const Budget& budget, const Material& material) {
   constexpr double radius = 0.02;
   ClayConfig config;
@@ -131,9 +132,9 @@ double rebound(const Budget& budget, const Material& material) {
   return highest / drop;
 }
 
-/// On the table it is for some 10 ms (Hertz's time of contact, 2.9 (m^2 / (R E*^2 v))^(1/5)), a fortieth of
-/// its relaxation time: it rises nine tenths as high at least as what does not relax. Clay stays on the
-/// table.
+/// It touches the table for some 10 ms (Hertz's time of contact, 2.9 (m^2 / (R E*^2 v))^(1/5)), a fortieth of
+/// its relaxation time. So it rises to at least nine tenths of the height of a ball that does not relax. Clay
+/// stays on the table.
 TEST(Putty, BouncesAsRubberDoes) {
   Material rubber = siliconePutty();
   rubber.relaxation_time = INFINITY;
@@ -144,16 +145,16 @@ TEST(Putty, BouncesAsRubberDoes) {
   EXPECT_LT(rebound(fine, scene::loadMaterial("plasticine_35c", TACTILE_CLAY_SHARE)), 0.05);
 }
 
-/// Rubber should rise to more than half of the drop. Implicit steps damp what is about as fast as they are:
-/// at 4 x 8 it is 0.01, at 32 x 8 0.25, at 64 x 16 0.37, at 128 x 32 0.45.
+/// Rubber should rise to more than half of the drop. Implicit time steps damp motions that are not much
+/// slower than the step: at 4 x 8 it is 0.01, at 32 x 8 0.25, at 64 x 16 0.37, at 128 x 32 0.45.
 TEST(Putty, DISABLED_BouncesAtBalanced) {
   EXPECT_GT(rebound({4, 8}, siliconePutty()), 0.5);
 }
 
-/// Left alone it flows under its weight. A column of N layers on a slippery table, of mass density rho and
-/// elongational viscosity 3 G t_r: between layers k and k + 1 the strain rate is rho g d (N - k) / (3 G t_r),
-/// so the centre sinks by rho g d^2 sum m^2 / N / (3 G t_r), m = 1 to N - 1. Within 20 %: Young's modulus of
-/// a body eight particles thick is 2.3 to 2.9 G.
+/// Left alone it flows under its weight. Consider a column of N layers on a slippery table, of mass density
+/// rho and elongational viscosity 3 G t_r. Between layers k and k + 1 the strain rate is rho g d (N - k) / (3
+/// G t_r), so the centre sinks at the speed rho g d^2 sum m^2 / N / (3 G t_r), m = 1 to N - 1. Within 20 %:
+/// Young's modulus of a body eight particles thick is 2.3 to 2.9 G.
 TEST(Putty, SlumpsWhenLeftAlone) {
   Material putty = siliconePutty();
   putty.friction = 0.0;

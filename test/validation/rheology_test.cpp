@@ -6,7 +6,7 @@
 #include "support/samples.h"
 
 /// Material parameters against formulas: viscosity in Pa s, stiffness in Pa, and the yield stress that
-/// yield_strain gives. Measured figures stand in doc/method/validation.md.
+/// yield_strain gives. Measured figures are in doc/method/validation.md.
 namespace tactile_clay::clay {
 namespace {
 
@@ -33,7 +33,7 @@ struct Twisted {
     }
     clay = std::make_unique<Clay>(weightless(resolution), std::vector<Material>{material}, particles);
   }
-  /// Of the mode, rad/s.
+  /// Amplitude of the mode, rad/s.
   double amplitude() const {
     double sum = 0.0, norm = 0.0;
     for (std::size_t i = 0; i < start.size(); ++i) {
@@ -52,8 +52,8 @@ struct Twisted {
 
 class Viscosity : public ::testing::TestWithParam<Resolution> {};
 
-/// 5 %, by which the dashpots of the lattice differ between directions. Against the implicit Euler decay
-/// 1 / (1 + rate dt) a step, so that the error of the step is not in the figure.
+/// Within 5 %, by which the dashpots of the lattice differ between directions. It is compared with the decay
+/// of implicit Euler, 1 / (1 + rate dt) per step, so that the error of the step does not count.
 TEST_P(Viscosity, DampsATwistAtItsRate) {
   for (const bool turned : {false, true}) {
     for (const double eta : {20.0, 200.0}) {
@@ -71,8 +71,8 @@ TEST_P(Viscosity, DampsATwistAtItsRate) {
   }
 }
 
-/// A film held by a wall at z = 0, driven by gravity along it; a part of it presses it on. The layer that
-/// touches the wall is held, so heights count from it.
+/// A film that sticks to a wall at z = 0 and is driven by gravity along the wall; a part of gravity presses
+/// it on. The layer that touches the wall is held, so heights count from it.
 struct Film {
   static constexpr double thickness = 0.045, length = 0.15, width = 0.03;
 
@@ -122,9 +122,9 @@ TEST_P(Viscosity, LetsAFilmFlow) {
   EXPECT_NEAR(film.profile().back(), 0.5 * scale * height * height, 0.5 * scale * height * film.d);
 }
 
-/// Away from wall and surface the shear rate should be within the 5 % of the lattice's directions. It is 5.6
-/// % too high at worst at 5 mm, 7.6 % at 3.75 mm; 4 % are the direction of the lattice, the cause of the rest
-/// is not known.
+/// Away from wall and surface the shear rate should be within the 5 % by which directions of the lattice
+/// differ. It is at most 5.6 % too high at 5 mm, and 7.6 % at 3.75 mm. The direction of the lattice causes 4
+/// %; the cause of the rest is not known.
 TEST_P(Viscosity, DISABLED_ShearsAFilmAtItsRate) {
   constexpr double gravity = 5.0;
   const Material fluid = sticking(200.0, 0.0);
@@ -160,8 +160,8 @@ void startsUp(const Resolution& resolution) {
 TEST(FilmStartUp, Converged) {
   startsUp({{16, 64}, 0.005});
 }
-/// At 4 x 8 the film is a fifth slower than it should be while it starts: eight iterations carry the hold of
-/// the wall, but not all of the weight, through nine layers.
+/// At 4 x 8 the film is a fifth too slow while it starts: eight iterations carry the friction of the wall,
+/// but not the whole weight, through nine layers.
 TEST(FilmStartUp, DISABLED_Balanced) {
   startsUp({{4, 8}, 0.005});
 }
@@ -183,8 +183,8 @@ struct Bar {
     m.yield_strain = yield_strain;
     return m;
   }
-  /// To a strain, and holds it for a tenth of a second.
-  /// @return Pa, force over the area at first
+  /// Presses the bar to a strain, and holds it for a tenth of a second.
+  /// @return Pa, force over the first area
   double pressTo(double to) {
     const int frames = static_cast<int>(std::lround(std::abs(to - strain) / speed / clay.config().frame));
     plates.upper.linear_velocity.z() = -gap * (to - strain) / (frames * clay.config().frame);
@@ -195,7 +195,7 @@ struct Bar {
     return stress();
   }
   double stress() const { return Plates::force(clay).z() / (width * width); }
-  /// Of the clay, which may have left the plate, and may lean a little then: between the middles of its ends.
+  /// Strain of the clay between the middles of its ends; it may have left the plate and lean a little.
   double clayStrain() const { return 1.0 - (meanHeight(layers - 1) - meanHeight(0)) / gap; }
   double meanHeight(int layer) const {
     const int number = columns * columns;
@@ -214,8 +214,8 @@ struct Bar {
 class Stiffness : public ::testing::TestWithParam<Resolution> {};
 
 /// Springs E d to 6 + 12 neighbours are an isotropic solid of Lame's lambda = mu = E, so of Young's modulus
-/// 5/2 E, and a bar lacks none of it where its surface lacks bonds. Without the density term, which would add
-/// to it. Within 3 %.
+/// 5/2 E. A bar has all of it although its surface lacks bonds. Without the density term, which would add to
+/// it. Within 3 %.
 TEST_P(Stiffness, GivesYoungsModulus) {
   Material springs = Bar::slippery(INFINITY);
   springs.bulk_modulus = 0.0;
@@ -234,7 +234,7 @@ TEST_P(Stiffness, GivesBackWhatDidNotYield) {
   EXPECT_LT(bar.clayStrain(), 0.01 * 0.75 * yield);
 }
 
-/// Above it, it keeps what sigma / E does not explain, within 15 %.
+/// Above its yield strain it keeps the strain beyond sigma / E, within 15 %.
 TEST_P(Stiffness, KeepsWhatYielded) {
   Bar bar(GetParam(), Bar::slippery(yield));
   const double young = bar.pressTo(0.75 * yield) / (0.75 * yield);
@@ -268,8 +268,8 @@ TEST_P(Stiffness, IsTheShearModulus) {
   EXPECT_LT(share, 1.0);
 }
 
-/// The step decides neither modulus nor memory: a sheared slab holds its stress (there is no relaxation under
-/// the yield; Maxwell's time is infinite).
+/// The length of the step changes neither modulus nor memory: a sheared slab keeps its stress (there is no
+/// relaxation below the yield stress; Maxwell's time is infinite).
 TEST_P(Stiffness, DoesNotRelax) {
   Bar bar(GetParam(), Bar::slippery(0.02));
   const double first = bar.pressTo(0.015);
@@ -280,8 +280,8 @@ TEST_P(Stiffness, DoesNotRelax) {
 }
 INSTANTIATE_TEST_SUITE_P(Rheology, Stiffness, ::testing::ValuesIn(resolutions()), nameOfResolution);
 
-/// Couette's flow: eta times the shear rate, within 5 %, on average over the registers of the lattice that a
-/// shear by one half passes through.
+/// Couette's flow: the stress is eta times the shear rate, within 5 %, on average over the arrangements of
+/// the lattice that a shear by one half passes through.
 TEST_P(Viscosity, ResistsSimpleShear) {
   const Material fluid = sticking(200.0, 0.0);
   SimpleShear shear(GetParam(), fluid, 2.0);
@@ -299,9 +299,9 @@ double yieldStress(const Material& m) {
 }
 
 /// Clay flows at tau_y = 2 E y, whether fresh or worked, and viscosity adds eta times the rate (Bingham).
-/// Within 10 %, at two rates. Its modulus is a hundred times its yield stress, as that of clays: the formula
-/// is for small elastic strains. Those of clay ten times as soft turn with the flow, and normal stresses take
-/// a share of the yield.
+/// Within 10 %, at two rates. Its modulus is a hundred times its yield stress, as for real clays, because the
+/// formula is for small elastic strains. The elastic strains of clay ten times as soft turn with the flow,
+/// and normal stresses take a part of the yield.
 TEST_P(Yield, StressOfShearedClay) {
   for (const double rate : {1.0, 4.0}) {
     Material m = sticking(50.0, 1e6);
@@ -332,15 +332,15 @@ TEST_P(Yield, StressOfAPressedBar) {
 Film filmUnder(double wall_stress, const Material& m, const Resolution& r) {
   return Film(r, m, wall_stress / (m.density * (Film::thickness - 0.5 * r.spacing)));
 }
-/// Its surface's speed, m/s: rho g (H (1 - tau_y / tau_w))^2 / (2 eta) (Bingham).
+/// Speed of its surface, m/s: rho g (H (1 - tau_y / tau_w))^2 / (2 eta) (Bingham).
 double binghamSpeed(double wall_stress, const Material& m, double height) {
   const double sheared = height * (1.0 - yieldStress(m) / wall_stress);
   return wall_stress / height * sheared * sheared / (2.0 * m.viscosity);
 }
 
-/// A film rests at 0.9 tau_y on the wall and flows at 1.05 tau_y, at a quarter of Bingham's speed at least:
-/// the layer that shears is thinner than a spacing there. It hardly moves where what the wall holds does not
-/// count in the stress of that layer.
+/// A film rests at 0.9 tau_y on the wall and flows at 1.05 tau_y, at least at a quarter of Bingham's speed:
+/// the layer that shears is thinner than a spacing there. If the friction of the wall did not count in the
+/// stress of that layer, it would hardly move.
 TEST_P(Yield, DecidesWhetherAFilmFlows) {
   Material m = sticking(200.0, 1e4);
   m.yield_strain = 0.05;
@@ -352,8 +352,8 @@ TEST_P(Yield, DecidesWhetherAFilmFlows) {
   EXPECT_GT(flows.profile().back(), 0.25 * binghamSpeed(1.05 * yieldStress(m), m, flows.height));
 }
 
-/// Under a constant stress of 1.5 tau_y it creeps on, and does not jam: after 1.5 s it has half of Bingham's
-/// speed at least.
+/// Under a constant stress of 1.5 tau_y it creeps on and does not jam: after 1.5 s it has at least half of
+/// Bingham's speed.
 TEST_P(Yield, CreepsOnUnderAConstantStress) {
   Material m = sticking(200.0, 1e4);
   m.yield_strain = 0.05;

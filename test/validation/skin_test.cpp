@@ -78,8 +78,9 @@ double barest(const TrackedHand& hand, const Skin& skin) {
   return worst;
 }
 
-// Far from the pose it was sampled in, samples near knuckles leave the capsules by a blend's error, and
-// folded skin is buried: the rest must still lie on the surface, and the surface must have no bare patch.
+// Far from the pose in which the skin was sampled, samples near knuckles leave the capsules by the error of
+// blending, and folded skin is buried. All other samples must lie on the surface, and the surface must have
+// no bare patch.
 TEST(Skin, FlatHandAndFistStayCovered) {
   for (const double bend : {0.0, 1.4}) {
     HandPose pose;
@@ -103,8 +104,8 @@ TEST(Skin, FlatHandAndFistStayCovered) {
   }
 }
 
-// Discs of a spacing about the samples tell what is beneath the skin. The samples are 0.8 spacings apart at
-// most where they were chosen; knuckles stretch that.
+// Discs with the radius of a spacing about the samples decide what is beneath the skin. In the pose in which
+// they were chosen, samples are at most 0.8 spacings apart; knuckles stretch this distance.
 TEST(Skin, NoPoseLeavesAnythingBare) {
   KinematicHands hands(spacing);
   std::mt19937 random(6);
@@ -130,7 +131,7 @@ TEST(Skin, NoPoseLeavesAnythingBare) {
   RecordProperty("worst_um", static_cast<int>(1e6 * worst));
 }
 
-// Tracked thumbs come farther out than the range of our tables.
+// Tracked thumbs reach farther out than the range of the tables.
 TEST(Skin, AnyThumbLeavesNothingBare) {
   KinematicHands hands(spacing);
   for (const Side side : {Side::left, Side::right})

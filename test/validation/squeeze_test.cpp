@@ -2,7 +2,7 @@
 
 #include "support/samples.h"
 
-/// Squeezed between two plates, which is what fingers do to clay.
+/// Clay that is squeezed between two plates, as between fingers.
 namespace tactile_clay::clay {
 namespace {
 
@@ -25,8 +25,8 @@ std::pair<double, double> squeeze(const Resolution& resolution, const Material& 
 class Squeeze : public ::testing::TestWithParam<Resolution> {};
 
 /// Without friction: Trouton's viscosity, force V = 3 eta (V / h)^2 times the volume of the clay, exact for
-/// an incompressible fluid. Layers that touch a plate are strained like all others, with the whole of their
-/// cells, so the volume is that of all layers while h is between the outermost. Within 10 %.
+/// an incompressible fluid. Layers that touch a plate are strained like all others, with their whole cells.
+/// So the volume is that of all layers, while h is the distance between the outermost layers. Within 10 %.
 TEST_P(Squeeze, OfAFluidBetweenSlipperyPlates) {
   Material fluid;
   fluid.stiffness = 0.0;
@@ -36,8 +36,8 @@ TEST_P(Squeeze, OfAFluidBetweenSlipperyPlates) {
   EXPECT_NEAR(force, expected, 0.1 * expected);
 }
 
-/// Without slip: Stefan's 3 pi eta R^4 V / (2 h^3), for a thin film; what stretching adds to it at R / h of
-/// two and a half, Trouton's force at most, stands in the upper limit.
+/// Without slip: Stefan's 3 pi eta R^4 V / (2 h^3), for a thin film. At R / h of two and a half, stretching
+/// adds at most Trouton's force; the upper limit includes it.
 TEST_P(Squeeze, OfAFluidBetweenPlatesThatHoldIt) {
   const Material fluid = sticking(200.0, 0.0);
   const auto [force, h] = squeeze(GetParam(), fluid);

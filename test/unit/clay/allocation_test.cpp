@@ -1,4 +1,4 @@
-// What is warm allocates nothing, or little.
+// After its first frames, the clay allocates no memory, or little.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -33,8 +33,8 @@ TEST(Allocation, WarmSearchForNeighboursAllocatesNothing) {
   EXPECT_EQ(allocationCount(), before);
 }
 
-/// A plate of skin kneads a block on a table, up and down. A frame lists its lumps some twenty times a step,
-/// and nothing for each particle or contact.
+/// A plate of skin kneads a block on a table, up and down. A frame allocates for its lists of lumps, some
+/// twenty times per step, and nothing per particle or contact.
 TEST(Allocation, WarmFramesAllocateForNoParticleOrContact) {
   ClayConfig config;
   config.spacing = 0.005;

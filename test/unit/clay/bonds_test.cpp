@@ -203,7 +203,8 @@ double shearOf(const Eigen::Matrix3d& stress) {
 }
 
 /// Von Mises: beyond tau_y = 2 E y in shear, flow brings the stress back to tau_y and leaves its direction;
-/// below it, and under pressure alone, nothing flows. Within the strain: what is of second order is left out.
+/// below it, and under pressure alone, nothing flows. The tolerance is the strain: second-order terms are
+/// left out.
 TEST(Bonds, FlowBringsTheStressBackToYield) {
   Material m = testMaterial();
   m.yield_strain = 0.01;

@@ -36,7 +36,7 @@ class Boundary : public ::testing::Test {
   Particles particles_;
 };
 
-/// What the lattice has within x >= 0, y >= 0, z >= 0, as many of them as there are walls.
+/// Sum of the lattice over x >= 0, y >= 0, z >= 0; as many of these conditions count as there are walls.
 float latticeBeside(const Kernel& kernel, int walls) {
   float sum = 0.0f;
   for (int x = walls > 0 ? 0 : -2; x <= 2; ++x)

@@ -75,7 +75,7 @@ TEST(Clay, KeepsSpinning) {
   EXPECT_LT((angularMomentum(clay.particles()) - before).norm(), 1e-4 * before.norm());
 }
 
-/// Compression that nothing did work for makes room, but no motion.
+/// Compression that no work was done for makes room, but no motion.
 TEST(Clay, CompressionThatIsNotPaidForIsUndoneAtRest) {
   Material material;
   material.viscosity = material.stiffness = 0.0;
@@ -92,8 +92,8 @@ TEST(Clay, CompressionThatIsNotPaidForIsUndoneAtRest) {
   EXPECT_LT(meanSpeed(clay.particles()), 0.05);
 }
 
-/// Iterations stop where no particle lacks more acceleration than the tolerance: a block that settles needs
-/// few of them, at rest none, and what is left out moves nothing.
+/// Iterations stop when no particle lacks more acceleration than the tolerance. A block that settles needs
+/// few iterations, a block at rest none, and the iterations that are left out move nothing.
 TEST(Clay, IterationsStopUnderTheTolerance) {
   struct Settled {
     double iterations = 0.0, at_rest = 0.0;
@@ -124,7 +124,7 @@ TEST(Clay, IterationsStopUnderTheTolerance) {
 }
 
 /// A step starts from the whole turn of a lump, not from its tangent, so that a lump neither grows with each
-/// step nor counts on iterations to be pulled back. It grows by its centrifugal strain, of the order of rho
+/// step nor needs iterations to be pulled back. It grows by its centrifugal strain, of the order of rho
 /// omega^2 R^2 / E.
 TEST(Clay, ASpinningBlockKeepsItsSizeAtAnyBudget) {
   constexpr double omega = 12.0;  // rad/s
@@ -180,8 +180,8 @@ std::size_t bondsOfPair(double rate, double stiffness, int substeps) {
   return clay.statistics().bonds;
 }
 
-/// Lumps do not interact: what is done to one moves no other, however few iterations there are. With one step
-/// along a direction for all, a crumb took what a block was given.
+/// Lumps do not interact: a force on one lump moves no other, however few iterations there are. With one
+/// common step along a direction for all lumps, a crumb was moved as the block was.
 TEST(Clay, ACrumbSlidesAsIfNoBlockWereCrushed) {
   const auto wayOfCrumb = [](bool beside) {
     std::vector<InitialParticle> particles;
@@ -241,9 +241,9 @@ TEST(Clay, FourIterationsBringAnyCubeToRest) {
   for (const int edge : {4, 5, 6, 7, 8, 10}) expectDeadRest(edge, 4, 4);
 }
 
-/// A thumb has left a dent and a rim that stands off the ground. However stiff and however few the
-/// iterations, what is left comes to rest: a step gains no energy (without the first direction of `descend`
-/// it buzzes at 30 mm/s).
+/// A thumb has left a dent and a rim that stands off the ground. The block comes to rest, however stiff it is
+/// and however few the iterations: a step gains no energy (without the first direction of `descend` it buzzes
+/// at 30 mm/s).
 TEST(Clay, ADentedBlockComesToRest) {
   for (const double viscosity : {0.0, 50.0, 200.0, 1000.0, 1e4}) {
     for (const int iterations : {4, 6, 8}) {
@@ -285,8 +285,8 @@ Eigen::Vector3d sumOf(const std::vector<SkinForce>& forces) {
   return sum;
 }
 
-/// Newton's third law through the clay: what a palm that presses feels, the table feels beside the weight,
-/// and the difference is the rate of momentum.
+/// Newton's third law through the clay: the table feels the force of the palm plus the weight, and the
+/// difference is the rate of momentum.
 TEST(Clay, ForcesOnPalmAndTableAreTheRateOfMomentum) {
   Material soft;
   soft.yield_strain = 0.05;

@@ -42,8 +42,8 @@ struct Search {
   ContactSearch search{spacing};
 };
 
-/// Of each particle, the samples that pass within R of it in the step and did not start deep above it, looked
-/// for one by one at a thousand times in the step.
+/// For each particle, the samples that pass within R of it in the step and did not start deep above it, found
+/// one by one at a thousand times in the step.
 std::map<std::uint32_t, std::set<std::uint32_t>> passingSamples(const Search& s) {
   std::map<std::uint32_t, std::set<std::uint32_t>> all;
   for (std::uint32_t i = 0; i < s.particles.size(); ++i) {
@@ -127,7 +127,8 @@ TEST(ContactSearch, AThinSolidIsNotPassedBy) {
   EXPECT_NEAR(found.contacts[0].gap, -(5.0f - 0.5f - 0.05f) * spacing, 1e-6f);
 }
 
-/// Deeper beneath the skin than it captures: only what it held in the step before is pushed out.
+/// Deeper beneath the skin than the skin captures: only a particle that it held in the step before is pushed
+/// out.
 TEST(ContactSearch, FromTheDepthOnlyWhatWasHeldComesBack) {
   Search s({{0.0f, 0.0f, -1.2f * spacing}}, samplePlane(Eigen::Vector3d::Zero(), up, 0.02, 0.003));
   EXPECT_TRUE(s.atStart().contacts.empty());
@@ -140,7 +141,8 @@ TEST(ContactSearch, FromTheDepthOnlyWhatWasHeldComesBack) {
   EXPECT_TRUE(s.atStart({held}).contacts.empty());
 }
 
-/// What the guess led past nothing, and the solution leads into a wall or through the skin.
+/// A particle meets nothing on the way of the guess, but the solution leads it into a wall or through the
+/// skin.
 TEST(ContactSearch, StraysAreFoundWhereTheyEnd) {
   Solid wall = ground();
   wall.pose.translation().z() -= 4.0 * spacing;

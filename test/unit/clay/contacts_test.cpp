@@ -131,7 +131,7 @@ TEST(Contacts, AreOneSided) {
   EXPECT_GE(inside.particles.position[0].z(), 0.5f * spacing - 1e-6f);
 }
 
-/// As between two fingers that leave it no room. What was never held stays (AreOneSided).
+/// As between two fingers that leave a particle no room. A particle that was never held stays (AreOneSided).
 TEST(Contacts, WhatTheSkinHeldIsPushedOutFromAnyDepthWithinReach) {
   Loose pressed({{0.0f, 0.0f, 0.5f * spacing}}, 0.0f);
   pressed.push.set(0, particle_mass * gravity);
@@ -143,7 +143,7 @@ TEST(Contacts, WhatTheSkinHeldIsPushedOutFromAnyDepthWithinReach) {
   EXPECT_GE(pressed.particles.position[0].z(), 0.5f * spacing - 1e-6f);
 }
 
-/// Struck on its way, 1.3 spacings into skin that was out of its reach.
+/// A particle meets skin on its way that was out of its reach, and ends 1.3 spacings deep in it.
 TEST(Contacts, WhatEndsDeepInTheSkinAndBeganBeforeItIsMetThere) {
   Loose struck({{0.0f, 0.0f, 1.1f * spacing}}, 0.0f);
   const Skin skin = floorOfSamples();
@@ -155,7 +155,7 @@ TEST(Contacts, WhatEndsDeepInTheSkinAndBeganBeforeItIsMetThere) {
   EXPECT_NEAR((struck.particles.position.at(0) + struck.u.at(0)).z(), 0.5f * spacing, 1e-6f);
 }
 
-/// Through the skin and out of its reach, as into the middle of a finger.
+/// A particle goes through the skin and out of its reach, as into the middle of a finger.
 TEST(Contacts, WhatWentThroughTheSkinIsMetWhereItDid) {
   Loose struck({{0.0f, 0.0f, 2.0f * spacing}}, 0.0f);
   const Skin skin = floorOfSamples();
@@ -167,7 +167,7 @@ TEST(Contacts, WhatWentThroughTheSkinIsMetWhereItDid) {
   EXPECT_NEAR((struck.particles.position.at(0) + struck.u.at(0)).z(), 0.5f * spacing, 1e-6f);
 }
 
-/// More than half through a slab, and so nearer to its other side.
+/// A particle flies more than half through a slab, and so ends nearer to its other side.
 TEST(Contacts, WhatFliesDeepIntoASolidIsMetWhereItCameIn) {
   Loose flying({{0.0f, 0.0f, 1.5f * spacing}}, 0.0f);
   flying.step({}, {ground()});
@@ -192,8 +192,8 @@ struct ClosingPalms {
   Skin samples;
 };
 
-/// Two palms at 60 degrees close on a particle: neither lets it out by itself, nor one after the other. The
-/// nearest place is 1.6 spacings away.
+/// Two palms at 60 degrees close on a particle. It cannot be let out by one palm, nor by one after the other.
+/// The nearest free place is 1.6 spacings away.
 TEST(Contacts, WhatHandsSqueezeLeavesBetweenThem) {
   const ClosingPalms palms(M_PI / 3.0);
   Loose squeezed({{0.0f, 0.0f, 0.0f}}, 0.0f);
@@ -235,8 +235,8 @@ TEST(Colliders, PlacesInFleshAreNotFree) {
   EXPECT_FALSE(colliders.nearestFree(x, 0.25f * spacing, 1.5f * spacing, looks).has_value());
 }
 
-/// A finger's end comes down on a particle on the table, to where it leaves no room: it goes aside, neither
-/// into the one nor the other, by no more than it must, and the finger feels what moves it.
+/// A finger's end comes down on a particle on the table until there is no room for it. The particle goes
+/// aside, into neither of the two, by no more than it must, and the finger feels the force that moves it.
 TEST(Contacts, WhatAFingerPressesOnTheTableGoesAside) {
   const double radius = 1.6 * spacing, gap = 0.2 * spacing, down = 0.8 * spacing / dt;
   const Skin tip = sampleBall({0.001, 0.0005, radius + gap}, radius, 0.6 * spacing, {0.0, 0.0, -down});
@@ -266,7 +266,7 @@ TEST(Contacts, WhatIsStoppedGoesIntoNoCollider) {
   }
 }
 
-/// What recovery moves past the contacts of the step ends in no skin either.
+/// A particle that recovery moves past the contacts of the step does not end in skin either.
 TEST(Contacts, WhatIsStoppedEndsInNoFlesh) {
   Loose resting({{0.0f, 0.0f, 0.6f * spacing}}, 0.0f);
   Skin skin = samplePlane({-1.1 * spacing, 0.0, 0.0}, Eigen::Vector3d::UnitX(), 0.01, 0.004);
@@ -278,7 +278,7 @@ TEST(Contacts, WhatIsStoppedEndsInNoFlesh) {
     resting.contacts.stop(resting.particles, resting.u, w);
     EXPECT_EQ(w.at(0).x(), way < 1.1f ? -way * spacing : 0.0f) << way;
   }
-  // However little that is, where the step led it to skin that it had not met.
+  // It is stopped even on a short way if the step led it to skin that it had not met.
   VectorField u = zeros(1), w = zeros(1);
   u.set(0, {-1.0f * spacing, 0.0f, 0.0f});
   w.set(0, {-0.15f * spacing, 0.0f, 0.0f});
@@ -286,7 +286,7 @@ TEST(Contacts, WhatIsStoppedEndsInNoFlesh) {
   EXPECT_EQ(w.at(0).x(), 0.0f);
 }
 
-/// Nor under the table, of which it was out of reach in the step.
+/// Nor does it end under the table, which it did not reach in the step.
 TEST(Contacts, WhatIsStoppedEndsInNoSolid) {
   const float height = 2.2f * spacing;
   Loose above({{0.0f, 0.0f, height}}, 0.0f);
@@ -338,7 +338,7 @@ TEST(Contacts, WhatIsBeneathSkinBeforeTheMeanIsLedOut) {
   EXPECT_GT(pushed.particles.position[0].x(), 0.05f * spacing);
 }
 
-/// Planes of what squeezed a particle tell nothing about ways from where it was released to.
+/// The planes of skin that squeezed a particle are not valid for ways from the place where it was released.
 TEST(Contacts, WhatWasReleasedStays) {
   const ClosingPalms palms(M_PI / 3.0);
   Loose squeezed({{0.0f, 0.0f, 0.0f}}, 0.0f);
@@ -378,8 +378,8 @@ TEST(Contacts, SharesAddUpToOneAndAreTheSamplesInReach) {
   }
 }
 
-/// Many particles, pushed at random: whatever holds them is in the cone, what rests is inside it, what slides
-/// is on it and is braked; and momentum changes by exactly the forces.
+/// Many particles, pushed at random: all contact forces are in the cone, those of particles at rest inside
+/// it, and those of sliding particles on it and against the slip. Momentum changes by exactly the forces.
 TEST(Contacts, ForcesStayInTheCoulombCone) {
   constexpr float mu = 0.4f;
   std::mt19937 random(5);
@@ -474,7 +474,7 @@ TEST(Contacts, ASlidingParticleComesToRest) {
   }
 }
 
-/// What slid and was turned round is not pushed by the friction that it slid under.
+/// A particle that slid and then turned round is not pushed by the friction of its slide.
 TEST(Contacts, TheFrictionOfASlideDoesNotPush) {
   constexpr float back = 0.005f;
   Loose loose({{0.0f, 0.0f, 0.5f * spacing}}, 0.5f);
@@ -500,7 +500,7 @@ TEST(Contacts, AStickingParticleFollowsAMovingSurface) {
   EXPECT_NEAR(loose.particles.velocity[0].z(), 0.0f, 1e-6f);
 }
 
-/// 21 mm a step, onto samples that are 1 spacing thick to either side.
+/// 21 mm per step, onto samples that are 1 spacing thick to either side.
 TEST(Contacts, FastParticlesDoNotPassThroughSkin) {
   Loose loose({{0.0f, 0.0f, 0.01f}}, 0.0f);
   loose.particles.velocity.set(0, {0.0f, 0.0f, -5.0f});
@@ -555,7 +555,8 @@ TEST(Contacts, WorkOfPullingIsTold) {
   }
 }
 
-/// Solids of every shape, thrown and spun at random past particles at rest: whatever a step ends in is met.
+/// Solids of every shape, thrown and spun at random past particles at rest: each particle in which a step
+/// ends is met.
 TEST(Contacts, WhatMovesIntoAParticleIsMetFromAfar) {
   std::mt19937 random(11);
   std::size_t met = 0, from_afar = 0;

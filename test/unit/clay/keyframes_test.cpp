@@ -13,7 +13,7 @@ namespace {
 
 constexpr double spacing = 0.005, frame = 1.0 / 60.0;
 
-/// What a frame gives: all of the clay that is seen, and the forces.
+/// The result of a frame: everything that is seen of the clay, and the forces.
 struct Frame {
   VectorField position, velocity;
   std::vector<float> density_ratio;

@@ -94,7 +94,7 @@ TEST(LivePace, FollowsATrackerThatIsSlowerOrFasterThanItsRate) {
     LivePace pace(period, step);
     double simulated = 0.0;
     for (int k = 0; k < 600; ++k) {
-      // Where no skin comes for 1.5 periods, a frame goes without.
+      // If no skin comes for 1.5 periods, a frame is made without it.
       double left = 1.0 / rate;
       while (left > 1e-9) {
         const double interval = std::min(left, 1.5 * period);

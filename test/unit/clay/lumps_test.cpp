@@ -24,7 +24,7 @@ struct TwoCubes {
   }
   std::size_t cube(std::size_t i) const { return i / (edge * edge * edge); }
   Eigen::Vector3f centre(std::size_t c) const { return {c == 0 ? 0.0f : 0.2f, 0.0f, 0.5f * edge * spacing}; }
-  /// Detects contacts with the floor, whose top is so much below the cubes, and leaves them open.
+  /// Detects contacts with the floor, whose top is `below` under the cubes, and leaves them open.
   void detect(const VectorField& guess, float below = 0.0f) {
     Solid floor = ground();
     floor.pose.translation().z() -= below;
@@ -172,7 +172,7 @@ TEST(Lumps, ARigidDisplacementIsFoundInTheUnblockedMotions) {
   }
 }
 
-/// Work of pushing out, and of solids alone what exceeds the recovery speed, by hand.
+/// Work of pushing out, computed by hand; for solids, only the part that exceeds the recovery speed.
 TEST(Lumps, WorkOfContactsIsThatOfTheirForcesOverTheirGaps) {
   TwoCubes two;
   two.detect(zeros(two.particles.size()));

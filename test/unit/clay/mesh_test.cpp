@@ -42,7 +42,7 @@ std::vector<Vector3d> randomPoints(int count, double within) {
   return points;
 }
 
-/// That a mesh is the box of these half extents, by distance and normal.
+/// Expects by distance and normal that a mesh is the box of these half extents.
 void expectBox(const Mesh& mesh, const Vector3d& half) {
   const Solid box = boxSolid(half);
   for (const Vector3d& p : randomPoints(2000, 0.06)) {
@@ -98,8 +98,8 @@ TEST(Mesh, CornersAtTheSamePlaceAreOne) {
 TEST(Mesh, TrianglesThatAreALineAreTolerated) {
   const Vector3d half(0.03, 0.02, 0.01);
   Triangles box = boxOfTriangles(-half, half);
-  // Edge 0-1 of the triangle below has a corner in its middle, which that in front has not: a line closes the
-  // gap.
+  // Edge 0-1 of the triangle below has a corner in its middle, but that of the triangle in front does not: a
+  // line closes the gap.
   box.vertices.emplace_back(0.0, -half.y(), -half.z());
   box.triangles.erase(box.triangles.begin() + 1);  // 0, 3, 1
   box.triangles.emplace_back(0, 3, 8);
@@ -116,7 +116,7 @@ double distanceTo(const Vector3d& a, const Vector3d& b, const Vector3d& p) {
   return (a + share * (b - a) - p).norm();
 }
 
-/// To a triangle: that to its plane where the point lies above it, else that to its sides.
+/// Distance to a triangle: to its plane if the point lies above it, otherwise to its sides.
 double distanceTo(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& p) {
   const double sides = std::min({distanceTo(a, b, p), distanceTo(b, c, p), distanceTo(c, a, p)});
   Eigen::Matrix<double, 3, 2> edges;

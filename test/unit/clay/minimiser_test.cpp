@@ -38,7 +38,7 @@ struct Step {
     std::mt19937 random(seed);
     particles.velocity = randomField(particles.size(), random, speed);
   }
-  /// The particles before the step, were these the displacements that they make in it.
+  /// The particles before the step, with the velocities with which they would make these displacements in it.
   Particles moving(const VectorField& displacements) const {
     Particles p = particles;
     for (std::size_t i = 0; i < p.size(); ++i) p.velocity.set(i, displacements.at(i) / dt);

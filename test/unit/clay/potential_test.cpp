@@ -110,8 +110,8 @@ struct Cloud {
     return energy;
   }
 
-  /// Dashpots along pairs, w = (1 - q^2)^3 r^2, each particle's such that sum_j w r^2 is the lattice's; the
-  /// pair has the mean of both.
+  /// Dashpots along pairs, w = (1 - q^2)^3 r^2, scaled for each particle so that sum_j w r^2 is that of the
+  /// lattice; a pair has the mean of both.
   double viscousEnergy(const Vectors& u) const {
     const auto weight = [&](double r) {
       return std::pow(1.0 - std::pow(r / static_cast<double>(kernel.h), 2.0), 3.0) * r * r;
@@ -141,8 +141,9 @@ struct Cloud {
     return energy;
   }
 
-  /// sum of k/2 (l - d)^2 over the bonds, whose k is the mean of what makes sum k d^2 of each end that of the
-  /// lattice, 30 E d^3; half of what a surface lacks, a flat one at most.
+  /// Sum of k/2 (l - d)^2 over the bonds. k is the mean of the values with which sum k d^2 of each end is
+  /// that of the lattice, 30 E d^3; at a surface only half of what is lacking is made up for, and at most
+  /// that of a flat surface.
   double bondEnergy(const Vectors& u) const {
     const double k = materials[0].stiffness * spacing;
     std::vector<double> share;
@@ -246,8 +247,8 @@ TEST(Potential, BondForceIsTheGradientOfItsEnergy) {
   expectForceIsGradient(s, s.forceAt(u), toVectors(u), [&](const Vectors& v) { return s.bondEnergy(v); });
 }
 
-/// What flowed after the last step flows on within this one: a bond pulls with what the flow of its two ends
-/// leaves of k (l - d), and is as much less stiff.
+/// Clay that flowed after the last step flows on within this one: a bond pulls with the part of k (l - d)
+/// that the flow of its two ends leaves, and its stiffness falls by the same share.
 TEST(Potential, BondsYieldWithinAStep) {
   Material material = bonds_only;
   material.yield_strain = 0.0025;
@@ -329,7 +330,7 @@ TEST(Potential, RigidMotionMeetsNoViscousForce) {
   EXPECT_LT(largest(s.forceAt(rigid)), 2e-4 * scale);
 }
 
-/// Where the rotation of the step is not the guess's, the force is second order in what was missed.
+/// If the rotation of the step is not that of the guess, the force is of second order in the difference.
 TEST(Potential, MissedRotationMeetsASecondOrderForce) {
   const auto forceOf = [](float angle) {
     Cloud s(viscosity_only);
@@ -424,8 +425,7 @@ TEST(Potential, DensityIsOneSidedAndOneOnTheLattice) {
   EXPECT_NEAR(step.density.ratio[particles.size() / 2], 1.0f, 1e-5f);
 }
 
-/// Density gives back no more of a compression than the last step left, but for the energy of half a metre a
-/// second.
+/// Density gives back no more of a compression than the last step left, plus the kinetic energy of 0.5 m/s.
 TEST(Potential, CompressionBeyondThatOfTheLastStepPushesLittle) {
   Cloud s(density_only, 0.93f);
   const VectorField rest = zeros(s.size());
@@ -447,8 +447,8 @@ TEST(Potential, CompressionBeyondThatOfTheLastStepPushesLittle) {
   EXPECT_NEAR(energy(0.0f), of_half_a_metre_a_second, 1e-4 * whole);
 }
 
-/// What a particle was lent for that is taken back at the end of the step, but for the energy of a tenth of a
-/// metre a second: what stays squeezed by others would be lent it again and again.
+/// The energy that a particle was lent for this is taken back at the end of the step, except the kinetic
+/// energy of 0.1 m/s. Otherwise a particle that others keep squeezed would be lent it again and again.
 TEST(Potential, CompressionThatWasLentIsNotKept) {
   Cloud s(density_only, 0.93f);
   const VectorField rest = zeros(s.size());
@@ -468,8 +468,8 @@ TEST(Potential, CompressionThatWasLentIsNotKept) {
   }
 }
 
-/// What is pressed to many times its density, as between palms that leave no room, gives no more back than
-/// what is pressed to twice.
+/// Clay that is pressed to many times its density, as between palms that leave no room, gives back no more
+/// than clay that is pressed to twice its density.
 TEST(Potential, CompressionIsKeptUpToTwiceTheDensity) {
   Cloud s(density_only, 0.6f);
   const VectorField rest = zeros(s.size());
@@ -487,7 +487,7 @@ TEST(Potential, CompressionIsKeptUpToTwiceTheDensity) {
   EXPECT_GT(less, 10);
 }
 
-/// What may not push is undone by displacements that add up to none.
+/// Compression that may not push is undone by displacements whose sum is zero.
 TEST(Potential, CompressionBeyondThatOfTheLastStepIsUndone) {
   Cloud s(density_only, 0.93f);
   std::fill(s.particles.compression.begin(), s.particles.compression.end(), 0.0f);
@@ -517,7 +517,8 @@ TEST(Potential, CompressionBeyondThatOfTheLastStepIsUndone) {
   EXPECT_LT(compression(), 0.2 * before);
 }
 
-/// Gradients are of where particles start; in a long step 0.5 m/s would take them many spacings along these.
+/// Gradients are those at the start of the step; in a long step 0.5 m/s would move particles many spacings
+/// along them.
 TEST(Potential, CompressionIsUndoneByHalfASpacingAStepAtMost) {
   constexpr float long_step = 0.1f;
   std::vector<Eigen::Vector3f> points = lattice(3, 1e-3f * spacing, 0.0f);
@@ -536,7 +537,7 @@ TEST(Potential, CompressionIsUndoneByHalfASpacingAStepAtMost) {
   EXPECT_LT(farthest, 2.0 * spacing);
 }
 
-/// As in a closing fist: each undoes what it can, and all of that adds up.
+/// As in a closing fist: each particle undoes as much as it can, and all this adds up.
 TEST(Potential, CompressionOfManyInOnePlaceIsUndoneByNoLeap) {
   const std::vector<Eigen::Vector3f> points = lattice(6, 0.1f * spacing, 0.0f);
   Cloud s(density_only, 1.0f);
@@ -554,7 +555,7 @@ TEST(Potential, CompressionOfManyInOnePlaceIsUndoneByNoLeap) {
   }
 }
 
-/// What it takes to shear a cube of the initial lattice by `step` s, over eta gamma^2 volume.
+/// Power that shears a cube of the initial lattice in a step of `step` s, over eta gamma^2 volume.
 double shearPower(int side, const Eigen::Matrix3f& turn, float step) {
   std::vector<Material> materials{viscosity_only};
   const Kernel kernel(2.0f * spacing);
@@ -579,8 +580,8 @@ double shearPower(int side, const Eigen::Matrix3f& turn, float step) {
   return watts / (viscosity_only.viscosity * rate * rate * volume);
 }
 
-/// A Newtonian fluid in simple shear takes eta gamma^2 watts a cubic metre, whatever the step, and, averaged
-/// over directions, exactly and at surfaces as well as inside.
+/// A Newtonian fluid in simple shear takes eta gamma^2 watts per cubic metre, whatever the step. Averaged
+/// over directions this is exact, at surfaces as well as inside.
 TEST(Potential, ViscosityIsInPascalSeconds) {
   for (const float step : {1e-3f, 1e-2f}) {
     std::mt19937 random(3);
@@ -595,8 +596,8 @@ TEST(Potential, ViscosityIsInPascalSeconds) {
   }
 }
 
-/// The lattice of the start is cubic, not isotropic. What the faces of a cube add falls with its size, and is
-/// taken out with two sizes.
+/// The lattice of the start is cubic, not isotropic. The part of the faces of a cube falls with its size, and
+/// is eliminated with two sizes.
 TEST(Potential, ViscosityIsNearlyIsotropicInside) {
   const Eigen::Matrix3f along_axes = Eigen::Matrix3f::Identity();
   const Eigen::Matrix3f along_diagonals =

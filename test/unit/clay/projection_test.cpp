@@ -187,7 +187,7 @@ ClayConfig paper(int substeps, int iterations, int threads = 2) {
   return config;
 }
 
-/// A cube of 40 mm after 1.2 s: m above the incline of 20 degrees it was set down on from 5 mm.
+/// Height, m, of a cube of 40 mm above an incline of 20 degrees, 1.2 s after it was set down from 5 mm.
 double heightOnIncline(int substeps, int iterations) {
   const double slope = 20.0 * M_PI / 180.0;
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(slope, Eigen::Vector3d::UnitY()).toRotationMatrix();

@@ -18,8 +18,9 @@ struct Case {
 };
 class ReferenceStep : public testing::TestWithParam<Case> {};
 
-/// Two steps of a squeezed, stirred block in free fall, solved to the end. Tolerance: 1e-3 of how much
-/// internal forces change the displacements, five times what single precision leaves of the lengths.
+/// Two steps of a squeezed, stirred block in free fall, solved to the end. The tolerance is 1e-3 of the
+/// change of displacements by internal forces. This is five times the rounding of lengths in single
+/// precision.
 TEST_P(ReferenceStep, IsWhatTheSolverConvergesTo) {
   Material material;
   material.viscosity = GetParam().viscosity;

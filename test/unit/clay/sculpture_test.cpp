@@ -69,8 +69,8 @@ bool sameBits(const VectorField& a, const VectorField& b) {
   return a.size() == b.size() && std::memcmp(&a[0], &b[0], a.size() * sizeof(a[0])) == 0;
 }
 
-/// Saved while the blocks are in motion, bonded, pressed and stuck to the floor; continued in another
-/// process's stead by a new clay, with another number of threads.
+/// Saved while the blocks are in motion, bonded, pressed and stuck to the floor; continued by a new clay, as
+/// in another process, with another number of threads.
 TEST_F(SculptureTest, GoesOnToTheBit) {
   Clay whole = start();
   press(whole, 0, 20);
@@ -105,7 +105,7 @@ TEST_F(SculptureTest, IsSavedAsItIs) {
   EXPECT_EQ(bytes(), once);
 }
 
-/// Cut off anywhere, or with any of its bytes' high bits turned over, it is read or refused; nothing breaks.
+/// A file that is cut off anywhere, or has any high bit inverted, is read or refused; nothing breaks.
 TEST_F(SculptureTest, DamageIsSaidOrHarmless) {
   Clay clay = start();
   press(clay, 0, 10);
@@ -132,8 +132,8 @@ TEST_F(SculptureTest, DamageIsSaidOrHarmless) {
   }
 }
 
-/// A seeded fuzzer over a good file: bytes of numbers, counts and places are made the worst of their kinds.
-/// What is read can be gone on from: a frame has an end, and leaves finite numbers.
+/// A seeded fuzzer over a good file: bytes of numbers, counts and places get the worst values of their kinds.
+/// A file that is read can be continued: a frame ends, and leaves finite numbers.
 TEST_F(SculptureTest, FuzzedFilesAreRefusedOrHarmless) {
   Clay clay = start();
   press(clay, 0, 10);

@@ -18,7 +18,7 @@ Skin sampleAt(float x, double velocity) {
   return skin;
 }
 
-/// Where the sample is at the start of the frame.
+/// Place of the sample at the start of the frame.
 float startOf(const Skin& skin, double duration) {
   return skin.position[0].x() - static_cast<float>(duration) * skin.velocity[0].x();
 }
@@ -61,7 +61,7 @@ TEST(SkinPath, AFrameOfNoTimeLeavesTheWayToTheNext) {
   EXPECT_NEAR(startOf(path.frame(0.5 * period), 0.5 * period), 0.105 - 0.3 * period, 1e-6);
 }
 
-/// A sample was lost on its way: the time since the one before is longer than what the velocity is of.
+/// A sample was lost on its way: the time since the sample before is longer than the time of the velocity.
 TEST(SkinPath, GoesNoFartherThanTheSkinDid) {
   SkinPath path;
   path.add(sampleAt(0.0f, 0.0), period);
@@ -70,8 +70,8 @@ TEST(SkinPath, GoesNoFartherThanTheSkinDid) {
   EXPECT_GT(startOf(path.frame(period), period), -0.0101f);  // by what skin may withdraw
 }
 
-/// Another hand, or one more: what was is no part of its way, and a hand that jumped says itself that it
-/// rests.
+/// If a hand is replaced or another is added, the samples before are no part of its way; the velocity in the
+/// message is used. A hand that jumped has velocity 0 there.
 TEST(SkinPath, OtherSamplesHaveNoPast) {
   SkinPath path;
   path.add(sampleAt(0.0f, 1.0), 0.0);

@@ -134,8 +134,8 @@ TEST(Sleep, MovedSolidsWakeIt) {
   }
 }
 
-/// A sculpture of clay asleep, in clay that does not sleep, and woken by name: it is awake and stays where it
-/// is.
+/// A sculpture of sleeping clay, restored in clay that does not sleep, or woken explicitly: it is awake and
+/// stays in its place.
 TEST(Sleep, IsWokenByASculpture) {
   Clay asleep = blocks(2);
   run(asleep, 2.0);

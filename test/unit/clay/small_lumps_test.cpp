@@ -1,5 +1,5 @@
-// A grain, a pair, a row and a sheet have no inertia about some axes, or less than none by rounding. They
-// move as all clay does, beside clay that is being kneaded.
+// A grain, a pair, a row and a sheet have no inertia about some axes, or a negative one by rounding. They
+// move like all clay, beside clay that is being kneaded.
 #include <gtest/gtest.h>
 
 #include <string>

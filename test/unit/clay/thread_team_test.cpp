@@ -59,7 +59,7 @@ TEST(ThreadTeam, IsThatOfItsCallerOnly) {
   EXPECT_EQ(ThreadTeam::current(), nullptr);
 }
 
-/// Both sleep while the other one works for longer than anybody looks on.
+/// Both sleep while the other one works for longer than a thread waits without sleeping.
 TEST(ThreadTeam, WhoWaitsSleeps) {
   ThreadTeam team(2);
   for (const std::uint32_t late : {0u, 1u}) {
@@ -81,7 +81,7 @@ TEST(ThreadTeam, WhoWaitsSleeps) {
   EXPECT_LT(cpuSeconds(CLOCK_PROCESS_CPUTIME_ID) - before, 0.05);
 }
 
-/// Jobs that come when the others are about to sleep, or do.
+/// Jobs that come when the others are about to sleep, or sleep.
 TEST(ThreadTeam, NobodyIsLeftAsleep) {
   ThreadTeam team(2);
   std::vector<int> numbers(64, 0);

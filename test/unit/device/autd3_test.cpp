@@ -53,7 +53,7 @@ class Autd3Test : public ::testing::Test {
     return false;
   }
 
-  /// Pa that the boards make at a place, by a sum of our own over what they were sent.
+  /// Pressure, Pa, of the boards at a place, by a sum of the test's own over the data that they received.
   static double heard(std::size_t pattern, const ultrasound::ArrayLayout& layout, const Eigen::Vector3d& at) {
     const auto drives = sdk::standIn().now().playing.patterns.at(pattern);
     ultrasound::Drive drive;
@@ -66,7 +66,7 @@ class Autd3Test : public ::testing::Test {
 
   static Eigen::Vector3d focus() { return {0.02, -0.01, 0.17}; }
 
-  /// What the boards play has the pressure of emission() at its focus.
+  /// Expects that the sound of the boards has the pressure of emission() at its focus.
   /// @return Pa
   double expectFocus() const {
     const auto layout = device.capabilities().layout;

@@ -47,7 +47,7 @@ double directSum(const ArrayLayout& layout, const ultrasound::Acoustics& air, co
   return std::hypot(re, im);
 }
 
-/// The highest pressure in the workspace: a dense grid of it, and uphill by the direct sum from its highest
+/// The highest pressure in the workspace: by a dense grid, then uphill by the direct sum from its highest
 /// places.
 double highest(const ArrayLayout& layout, const ultrasound::Acoustics& air, const Drive& drive,
                const SafetyGateConfig& box) {
@@ -135,7 +135,7 @@ class PointSets {
   std::mt19937 random_{31};
 };
 
-/// What a gate lets through of a set, judged again.
+/// Judges again the sound that a gate lets through for a set of points.
 void expectBelowTheCap(const ArrayLayout& layout, const Instrument& array, const SafetyGateConfig& config,
                        const ultrasound::Acoustics& air, int count) {
   SafetyGate gate(config, array);
@@ -284,7 +284,7 @@ TEST(FieldMaximum, SearchesNoMoreThanItHasTo) {
   EXPECT_LT((strong.position - points[0].position).norm(), 0.02);
   EXPECT_LT(effort.evaluations, 5000u);
   EXPECT_LE(effort.climbs, 12u);
-  // Whatever a drive is: random phases at full drive, a cap that everything is above.
+  // For any drive: random phases at full drive, and a cap that all pressures exceed.
   const FieldMaximum low(layout, {}, {-0.2, -0.2, 0.05}, {0.2, 0.2, 0.4}, 10.0);
   std::mt19937 random(3);
   for (float& phase : drive.phase) phase = std::uniform_real_distribution<float>(0.0f, 6.28f)(random);

@@ -38,8 +38,8 @@ Occasion now(double since_last = 1.0) {
 using Points = std::vector<ultrasound::FocalPoint>;
 using Meter = std::function<Loudness(const Points&)>;
 
-/// An array whose loudness follows from its points alone. Each drive is one transducer that tells how often
-/// one was solved.
+/// An array whose loudness depends on its points only. Each drive is one transducer, whose phase counts the
+/// drives that were solved before.
 Instrument instrument(const Meter& meter) {
   Instrument result;
   result.solve = [solved = 0.0f](const Points& points, const ultrasound::Drive*) mutable {
@@ -60,7 +60,7 @@ Loudness loudness(const Points& points) {
   return {3000.0 * strongest, 120.0 + 20.0 * std::log10(std::max(strongest, 1e-9)), ""};
 }
 
-/// One for the rules that have nothing to do with loudness.
+/// An instrument for the rules that do not depend on loudness.
 Loudness quiet(const Points&) {
   return {0.0, 0.0, ""};
 }
@@ -256,7 +256,7 @@ TEST_F(StartedGate, SilencesAnImpossibleModulation) {
   }
 }
 
-// Slip takes from the amplitude at times, and never adds: the drives are judged at their full amplitude.
+// Slip lowers the amplitude at some times and never raises it: the drives are judged at their full amplitude.
 TEST_F(StartedGate, SlipIsAShareAndMakesNothingLouder) {
   Emission e = emission(point(0, 0, 0.2, 1.0));
   for (const double bad : {-0.1, 1.1, nan, inf}) {
@@ -328,7 +328,8 @@ TEST_F(StartedGate, LowersWhatIsTooLoud) {
       << "all are lowered together";
 }
 
-/// Boards that switch channels off go down in steps: just above the cap, a little less changes nothing.
+/// Boards that switch channels off get quieter in steps: just above the cap, a slightly lower intensity
+/// changes nothing.
 TEST_F(StartedGate, LowersAnArrayThatGoesDownInSteps) {
   const auto steps = [](const Points& points) {
     return Loudness{0.0, 110.1 + 20.0 * std::log10(std::ceil(4.0 * points[0].intensity) / 3.0), ""};
@@ -387,7 +388,7 @@ TEST_F(StartedGate, LooksAtEveryInstantOfAModulation) {
   EXPECT_LE(8000.0 * weaker.sound.emission.points[0].intensity, 2000.0);
   EXPECT_EQ(weaker.sound.parts.size(), ultrasound::circle_steps);
 
-  // A path with one place that is too loud: the meter hears the places one by one, and all become weaker.
+  // A path with one place that is too loud: the meter judges each place by itself, and all become weaker.
   Emission path{{point(0.0, 0, 0.2, 0.4, 0), point(0.02, 0, 0.2, 0.9, 1), point(0.04, 0, 0.2, 0.5, 2)},
                 100.0,
                 Modulation::spatiotemporal};
@@ -403,7 +404,7 @@ TEST_F(StartedGate, LooksAtEveryInstantOfAModulation) {
   EXPECT_NEAR(lowered.sound.emission.points[1].intensity / lowered.sound.emission.points[0].intensity,
               0.9 / 0.4, 1e-9);
   EXPECT_TRUE(begins(lowered.lowered, "pressure"));
-  // Not known, or not a number, at one place: silent, wherever the place is.
+  // If the loudness of one place is unknown or not a number, the array is silent, whichever place it is.
   for (const std::size_t bad : {0u, 1u, 2u}) {
     for (const std::optional<double> what : {std::optional<double>(), std::optional<double>(nan)}) {
       const auto part = [&](const Points& points) {
@@ -415,7 +416,7 @@ TEST_F(StartedGate, LooksAtEveryInstantOfAModulation) {
   path.points[2].position.y() = 0.5;
   EXPECT_TRUE(begins(gate.check(path, now(), quiet).reason, "outside the workspace: y of focal point 2"));
   path.points[2].position.y() = 0.0;
-  // The slew holds each place back.
+  // The slew limits each place.
   ASSERT_TRUE(gate.check(path, now(), quiet).passes());
   path.points[0].intensity = 0.9;
   EXPECT_NEAR(gate.check(path, now(0.01), quiet).sound.emission.points[0].intensity, 0.6, 1e-9);
@@ -446,7 +447,7 @@ TEST_F(StartedGate, KeepsARealArrayBelowItsCaps) {
   EXPECT_LE(std::abs(ultrasound::pressureAt(layout, air, drive, loud.points[0].position)), 2000.0);
 }
 
-/// What is returned is the drive that was judged, and it was solved for nothing else.
+/// The returned drive is the one that was judged; it is not solved again.
 TEST(SafetyGate, ReturnsTheDrivesThatItJudged) {
   std::vector<float> judged;
   int solved = 0;
@@ -489,7 +490,7 @@ TEST(SafetyGate, ReturnsTheDrivesThatItJudged) {
   EXPECT_TRUE(gate.check(path, now()).sound.parts.empty());
 }
 
-/// Where any share of a drive can be played, one that is too loud is weakened as it is, and not solved again.
+/// If an array can play any share of a drive, a drive that is too loud is weakened, and not solved again.
 TEST(SafetyGate, WeakensDrivesInProportion) {
   int solved = 0;
   Instrument array = instrument(quiet);
@@ -652,7 +653,7 @@ const std::vector<Offence>& offences() {
   return all;
 }
 
-/// Sounds, and as strong as asked for.
+/// Whether it sounds as strongly as asked for.
 bool soundsFully(const Verdict& verdict) {
   return verdict.passes() && !verdict.sound.emission.points.empty() && verdict.lowered.empty();
 }
@@ -676,8 +677,8 @@ TEST(SafetyGate, EachRuleIsTheOnlyOneThatHoldsItsOffenceBack) {
   }
 }
 
-/// An array of one transducer that could have 1000 Pa at any sample, and has the share that is asked for
-/// there, of the amplitude that it may spend; at most 3000 Pa and 120 dB with all of it.
+/// An array of one transducer that could produce 1000 Pa at any sample, and produces the wanted share of the
+/// amplitude that it may spend; with all of it, at most 3000 Pa and 120 dB.
 class FieldGate : public ::testing::Test {
  protected:
   Instrument array = instrument(quiet);

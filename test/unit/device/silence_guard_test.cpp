@@ -42,7 +42,7 @@ class SilenceGuardTest : public testing::Test {
     return bytes == silence;
   }
 
-  /// Beats until the guard is so.
+  /// Sends signs of life until the guard has this state.
   /// @return how long that took
   Clock::duration beatUntil(State state) {
     const auto start = Clock::now();

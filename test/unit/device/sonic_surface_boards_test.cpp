@@ -188,7 +188,7 @@ TEST_F(Terminal, SaysWhereItsLinkCannotBe) {
   } catch (const std::runtime_error& error) {
     EXPECT_NE(std::string(error.what()).find("/no/such/port"), std::string::npos);
   }
-  // What is no link is not replaced.
+  // A file that is not a link is not replaced.
   std::ofstream(link) << "precious";
   EXPECT_THROW(SonicSurfaceTerminal(link, 1, false), std::runtime_error);
   std::string word;

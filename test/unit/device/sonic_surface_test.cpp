@@ -112,8 +112,8 @@ TEST(SonicSurfaceProtocol, SwitchesOffChannelsEvenlyForLessAmplitude) {
   }
 }
 
-/// From every state of the boards: both buffers silent, clocks on, the first board selected, and the silence
-/// is heard with the first byte where there are clocks to switch off.
+/// Expects, from every state of the boards: both buffers silent, clocks on, the first board selected. If
+/// there are clocks to switch off, silence begins with the first byte.
 /// @param prefix sent before
 void expectSilence(const Boards& boards, SonicSurfaceBoards there, std::size_t count) {
   const std::size_t faults = there.faults();
@@ -146,8 +146,8 @@ void expectSilence(const Boards& boards, SonicSurfaceBoards there, std::size_t c
   EXPECT_FALSE(there.sounds()) << "behind it is silence";
 }
 
-/// Any program may have run before: random bytes, with those that do something more often than others,
-/// stopped anywhere. Then the states that they may miss.
+/// Any program may have run before: random bytes, more often those with an effect, stopped anywhere. Then the
+/// states that these may miss.
 TEST(SonicSurfaceProtocol, SilenceIsRightFromAnyState) {
   std::mt19937 random(5);
   const auto choose = [&](int below) { return std::uniform_int_distribution<int>(0, below - 1)(random); };
@@ -304,7 +304,8 @@ TEST_F(SonicSurfaceCorrections, SayWhatIsWrong) {
   EXPECT_NE(refusal(write("a", table(""))).find("has no channel 9"), std::string::npos);
 }
 
-/// What is judged is what is heard: the phases on the wire, with what the board does to them taken in.
+/// The judged drive is the one that is heard: the phases on the wire, with the changes that the board makes
+/// to them.
 TEST_F(SonicSurfaceCorrections, AreInWhatIsSentAndNotInWhatIsHeard) {
   std::mt19937 random(4);
   const auto turn = [&] { return std::uniform_real_distribution<double>(-0.5, 0.5)(random); };
@@ -382,7 +383,7 @@ TEST_F(SonicSurfaceOnATerminal, SendsWhatItSaysThatItSends) {
     EXPECT_EQ(read(3), (std::vector<std::uint8_t>{0xFD, 0xFD, 0xFD})) << "modulation";
     EXPECT_EQ(device.fault(), "");
   }
-  // The driver's silence, or the guard's own where the guard dropped what was left; the last bytes tell.
+  // The driver's silence, or the guard's own if the guard dropped the rest; the last bytes show which.
   std::vector<std::uint8_t> rest = read(4096);
   const auto size = static_cast<std::ptrdiff_t>(silence.size());
   ASSERT_GE(rest.size(), silence.size());
@@ -435,7 +436,8 @@ TEST_F(SonicSurfaceOnATerminal, TakesChannelsWithWhichEveryFocusIsAPeak) {
   }
 }
 
-/// Two channels make fringes and one a wave: what sounds has its peak at the focal point, however weak it is.
+/// Two channels make fringes, and one makes a wave: a sound has its peak at the focal point, however weak it
+/// is.
 TEST_F(SonicSurfaceOnATerminal, WhatIsTooWeakForAFocusIsSilent) {
   SonicSurface device;
   device.open(options);

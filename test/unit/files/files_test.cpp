@@ -112,7 +112,7 @@ TEST_F(Files, NothingIsReplacedUnasked) {
   EXPECT_EQ(names(), std::vector<std::string>{"old"});
 }
 
-/// Neither a device nor what it is linked to: both stay what they are.
+/// Neither a device nor the target of a link: both stay as they are.
 TEST_F(Files, OnlyRegularOnesAreReplaced) {
   ASSERT_EQ(::mkfifo(path("fifo").c_str(), 0600), 0);
   std::filesystem::create_directory(path("sub"));

@@ -39,7 +39,7 @@ TEST(FitRigid, FindsThePoseExactly) {
   }
 }
 
-// A tracker that sees everything 3 % too large is not made smaller: what remains is told.
+// If a tracker sees everything 3 % too large, no scale corrects it: the remaining error is reported.
 TEST(FitRigid, HasNoScale) {
   std::vector<Vector3d> grown = marks;
   for (Vector3d& point : grown) point *= 1.03;
@@ -48,8 +48,8 @@ TEST(FitRigid, HasNoScale) {
   EXPECT_GT(fit.rms, 0.002);
 }
 
-// Least squares: with touches that are 1 mm off (normal, each coordinate), the middle of the marks is found
-// to 1 mm / sqrt(3) a coordinate, so 1 mm in the root mean square.
+// Least squares: if touches are 1 mm off (normal, each coordinate), the middle of the three marks is found to
+// 1 mm / sqrt(3) per coordinate, which is 1 mm as a root mean square.
 TEST(FitRigid, ErrorsOfTouchAverageOut) {
   std::mt19937 random(7);
   std::normal_distribution<double> millimetre(0.0, 0.001);

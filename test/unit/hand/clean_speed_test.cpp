@@ -1,5 +1,5 @@
-// Cleaning does not make a hand worse: the cleaned palm is nowhere faster than 1.2 times the tracker's
-// fastest, and leaves the tracker's by no more than the filter lags and the tracker is noisy.
+// Cleaning does not make a hand worse: the cleaned palm is never faster than 1.2 times the tracker's highest
+// speed, and is off the tracker's palm by no more than the lag of the filter and the noise of the tracker.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -76,7 +76,7 @@ double farthest(const Path& raw, const Path& clean) {
   return distance;
 }
 
-/// A stroke to and fro: how far it is at t, of 0 to 1.
+/// A stroke to and fro: its place, 0 to 1, at time t.
 struct Profile {
   const char* name;
   std::function<double(double)> share;  // of u = 0 to 1
@@ -141,7 +141,7 @@ TEST(CleanSpeed, AStrokeOfAnyConfidenceStaysAsItIs) {
     worst_left = std::max(worst_left, left);
     worst_lag = std::max(worst_lag, lag);
     EXPECT_LE(ratio, max_faster) << i << ": " << stroke.words;
-    // A sample that was left out at the sharp start of a stroke, and caught up with.
+    // A sample was left out at the sharp start of a stroke, and the hand caught up.
     const double held = 2.0 * fastest(raw) / 30.0;
     EXPECT_LE(left, lag + stroke.noise + (left > lag + 1e-6 ? held : 0.0)) << i << ": " << stroke.words;
     EXPECT_GE(clean.size(), 0.95 * raw.size()) << i << ": " << stroke.words;
@@ -170,7 +170,7 @@ TEST(CleanSpeed, WhatIsMissedInAStrokeIsCaughtUpWithoutALeap) {
   }
 }
 
-// A tracker that is not sure sees the hand elsewhere for some samples: it is not followed there.
+// A tracker with low confidence sees the hand elsewhere for some samples: the hand is not moved there.
 TEST(CleanSpeed, ALeapOfAnUnsureHandIsStillLeftOut) {
   std::mt19937 random(33);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);

@@ -15,9 +15,9 @@ Time fromSeconds(double s) {
   return Time(std::llround(s * 1e9));
 }
 
-// 110 samples a second for a minute; each is received after 2 ms and an exponential delay of 3 ms in the
-// mean, in order. Drift of two quartz clocks and the 10 s of the envelope bound the error to 1 ms; the least
-// delay of 10 s is within 0.1 ms of 2 ms once there were a few hundred samples.
+// 110 samples per second for a minute. Each is received after 2 ms plus an exponential delay of 3 ms in the
+// mean, in order. The drift of two quartz clocks and the 10 s of the envelope limit the error to 1 ms. After
+// a few hundred samples, the minimum delay of 10 s is within 0.1 ms of 2 ms.
 TEST(DeviceClock, KeepsTheDevicesPaceUnderJitter) {
   for (const double drift : {-100e-6, 0.0, 100e-6}) {
     DeviceClock clock;
@@ -61,7 +61,7 @@ TEST(DeviceClock, StartsAnewWithTheService) {
   EXPECT_EQ(clock(10ms, 101s + 40ms), 101s + 40ms);
   EXPECT_EQ(clock.restarts(), 1U);
   EXPECT_EQ(clock(20ms, 101s + 53ms), 101s + 50ms);
-  // After a silence it may have been set as well, here forth by half a second.
+  // After a silence the clock may have been set, too, here forward by half a second.
   EXPECT_EQ(clock(3520ms, 104s + 50ms), 104s + 50ms);
   EXPECT_EQ(clock.restarts(), 2U);
 }
@@ -69,7 +69,7 @@ TEST(DeviceClock, StartsAnewWithTheService) {
 TEST(DeviceClock, FollowsAClockThatStoodStill) {
   DeviceClock clock;
   for (int i = 0; i < 100; ++i) clock(1s + i * 10ms, 100s + i * 10ms);
-  // Half a second later it goes on as if nothing had been.
+  // Half a second later it goes on as if nothing had happened.
   for (int i = 100; i < 200; ++i) {
     const Time received = 100s + 500ms + i * 10ms;
     EXPECT_EQ(clock(1s + i * 10ms, received), received - (i < 125 ? 500ms : 0ms)) << i;

@@ -113,7 +113,7 @@ TEST(NeoHookean, StaysAtRestAndKeepsMomentum) {
   for (int k = 0; k < 100; ++k) flesh.project(nodes, squeezed);
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
     EXPECT_LT((nodes[n].head<3>().cast<double>() - mesh.nodes[n]).norm(), 1e-6);
-  // Equal mobilities: what constraints do to all nodes adds up to nothing.
+  // With equal mobilities the corrections of a constraint add up to zero over all nodes.
   std::mt19937 random(1);
   std::normal_distribution<float> normal(0.0F, 5e-4F);
   Vector3d before = Vector3d::Zero(), after = Vector3d::Zero();
@@ -126,7 +126,7 @@ TEST(NeoHookean, StaysAtRestAndKeepsMomentum) {
   EXPECT_LT((after - before).norm() / static_cast<double>(mesh.nodes.size()), 1e-7);
 }
 
-// What has volume enough at first may be squeezed by what its neighbours get.
+// A tetrahedron with enough volume at first may be squeezed by the corrections of its neighbours.
 TEST(NeoHookean, LeastVolumeIsNotTakenFromNeighbours) {
   const FleshMesh mesh = fillCapsules(bentFinger(), 6e-3);
   const NeoHookean flesh(mesh, Elasticity::of(30e3, 0.45));
@@ -150,8 +150,8 @@ TEST(NeoHookean, LeastVolumeIsNotTakenFromNeighbours) {
   }
 }
 
-// A finger squashed flat and through itself against its upper half, which is held: what is squeezed has its
-// least volume again, and what holds it feels the forces that moved the rest.
+// A finger is squashed flat and through itself against its upper half, which is held. Squeezed tetrahedra get
+// their minimum volume again, and the held half feels the forces that moved the rest.
 TEST(NeoHookean, SqueezedFleshGetsItsLeastVolumeAndPushesBack) {
   const FleshMesh mesh = fillCapsules(bentFinger(), 6e-3);
   const NeoHookean flesh(mesh, Elasticity::of(30e3, 0.45));
@@ -182,7 +182,7 @@ TEST(NeoHookean, SqueezedFleshGetsItsLeastVolumeAndPushesBack) {
   }
   ASSERT_GT(held.norm(), 0.1);
   EXPECT_LT((sum + held).norm(), 1e-3 * held.norm());
-  // At rest nothing is to do.
+  // At rest nothing changes.
   std::vector<FleshNode> rest = nodesOf(mesh, 1e-3F);
   flesh.project(rest, squeezed);
   EXPECT_TRUE(squeezed.empty());

@@ -194,7 +194,8 @@ TEST(HandCheck, WhatIsNoHandIsLeftOut) {
     }
 }
 
-// What can be posed is for the models of the hand; what is a hand is for the judgement.
+// The models of the hand need only numbers that can be posed; whether it is a plausible hand is judged
+// separately.
 TEST(HandCheck, FaultsOfNumbersAreThoseThatNoModelCanPose) {
   const TrackedHand hand = bentHand();
   EXPECT_EQ(faultOfNumbers(hand), "");
@@ -218,7 +219,7 @@ TEST(HandCheck, FaultsOfNumbersAreThoseThatNoModelCanPose) {
   EXPECT_TRUE(contains(spoilt([](auto& h) { h.side = static_cast<Side>(7); }), "side 7"));
 }
 
-// Each way to spoil one finger, from its knuckle on or all of it.
+// Each way to spoil one finger, from its knuckle on or completely.
 struct SpoiltFinger {
   const char* how;
   bool all;  // palm part too

@@ -95,7 +95,7 @@ TEST(HandCleaner, HoldsFadesAndLetsGo) {
   EXPECT_EQ(cleaner.counts().losses, 1U);
 }
 
-// hand_tracking asks every 20 ms while the tracker says nothing.
+// hand_tracking asks every 20 ms while the tracker sends nothing.
 TEST(HandCleaner, ASlowTrackersHandIsWholeBetweenItsFramesAndGoneInTime) {
   const TrackedHand hand = handAt(Vector3d::Zero());
   for (const int rate : {15, 20, 24, 30, 60, 200}) {
@@ -176,7 +176,7 @@ TEST(HandCleaner, AChangeOfIdAloneIsNotFelt) {
   }
   EXPECT_EQ(changing.counts().id_changes, 4U);
   EXPECT_EQ(changing.counts().dropouts + changing.counts().losses, 0U);
-  // Of a blend that ignored the motion it would be some 5 mm.
+  // With a blend that ignored the motion it would be some 5 mm.
   EXPECT_LT(worst, 0.001);
 }
 
@@ -215,7 +215,7 @@ TEST(HandCleaner, AnUnsureLeapIsAnArtefactAThrowIsNot) {
     EXPECT_EQ(palmOf(out),
               artefact ? handAt(Vector3d::Zero()).joints[palm].position : leaped.joints[palm].position);
     EXPECT_EQ(cleaner.counts().artefacts, artefact ? 1U : 0U);
-    // A hand that stays there is there.
+    // A hand that stays there is accepted there.
     TrackedFrame later;
     for (int i = 2; i < 15; ++i) later = cleaned(cleaner, i * 10ms, {leaped});
     EXPECT_EQ(palmOf(later), leaped.joints[palm].position);
@@ -229,7 +229,7 @@ TEST(HandCleaner, AJumpOfAMetreIsNotAStroke) {
   EXPECT_TRUE(cleaned(cleaner, 100ms, {far}).hands.empty());
   EXPECT_EQ(palmOf(cleaned(cleaner, 110ms, {far})), far.joints[palm].position);
   EXPECT_EQ(cleaner.counts().jumps, 1U);
-  // One that jumps to and fro is nowhere.
+  // A hand that jumps to and fro is not accepted anywhere.
   for (int i = 12; i < 30; ++i)
     EXPECT_TRUE(cleaned(cleaner, i * 10ms, {i % 2 == 0 ? handAt(Vector3d::Zero()) : far}).hands.empty()) << i;
 }
@@ -266,7 +266,7 @@ TEST(HandCleaner, OfTwoHandsOfASideTheOneThatWasThereStays) {
   EXPECT_EQ(out.hands.at(0).id, 7U);
   EXPECT_EQ(cleaner.counts().doubles, 20U);
   EXPECT_EQ(cleaner.counts().jumps, 0U);
-  // Where none was, the surest is taken.
+  // If there was no hand before, the one with the highest confidence is taken.
   HandCleaner fresh(unfiltered());
   EXPECT_EQ(cleaned(fresh, 0ms, {handAt(Vector3d::Zero(), 1, Side::right, 0.2), handAt({0.3, 0.0, 0.0}, 2)})
                 .hands.at(0)

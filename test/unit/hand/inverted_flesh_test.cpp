@@ -40,7 +40,7 @@ struct Flesh {
   float height() const { return nodes[apex].z(); }
 };
 
-// Inside out for so long that it is caught, where its bones leave it no room either.
+// Inside out for so long that it counts as caught; its bones leave it no room either.
 Flesh caught() {
   Flesh flesh(-0.01F);
   flesh.home = -0.01F;

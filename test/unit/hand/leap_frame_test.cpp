@@ -91,7 +91,7 @@ TEST(LeapFrame, MissingFieldsAreReconstructed) {
   }
 }
 
-// Services that fill in what they do not know with null say no more than those that leave it out.
+// A service that sends null for unknown values gives the same result as one that leaves them out.
 TEST(LeapFrame, AnOptionalFieldThatIsNullIsMissing) {
   json without = leapMessage(knownHand(Side::left)), null = without;
   for (const char* key : {"type", "wrist"}) {
@@ -124,7 +124,7 @@ TEST(LeapFrame, BoneTipFollowsTheTipsLineAtTheTablesLength) {
   const Vector3d tip = truth.joints[index_tip].position;
   message["pointables"][1]["tipPosition"] = leapVector(tip + 0.004 * (tip - dip).normalized());
   expectSameHand(onlyHand(message), truth);
-  // Without a tip, `direction` is the best there is: that of the phalanx before.
+  // Without a tip, `direction` is the best information: the direction of the phalanx before.
   message["pointables"][1].erase("tipPosition");
   message["pointables"][1]["direction"] =
       leapVector((dip - truth.joints[index_intermediate].position).normalized(), 1.0);
@@ -248,7 +248,7 @@ TEST(LeapFrame, AHandWithAnImpossibleNumberOrAWrongTypeIsDroppedAndTheOtherKept)
   }
 }
 
-// Where hands of all sources are judged, such a finger is found to be missing.
+// The later check for hands of all sources finds that such a finger is missing.
 TEST(LeapFrame, AHandIsKeptWhereOneFingerIsElsewhere) {
   for (const double x : {1000.0, -1500.0}) {
     json message = leapMessage(knownHand(Side::right), 12);

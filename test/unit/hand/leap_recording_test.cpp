@@ -209,8 +209,8 @@ TEST_P(RealRecording, EveryBoneIsTheTablesTimesOneScale) {
     }
 }
 
-// Some clips carry the tracker's own bone frames: rows x, y (dorsal) and z (away from the tip), x of a left
-// hand the other way round. Ours are made without them.
+// Some clips contain the tracker's own bone frames: rows x, y (dorsal) and z (away from the tip); x of a left
+// hand points the other way. The package computes its frames without them.
 class RecordingWithBases : public RealRecording {};
 
 TEST_P(RecordingWithBases, DorsalAxesAreThoseOfTheRecordedBases) {
@@ -285,7 +285,7 @@ std::string faultOf(const SourceOptions& options) {
   return "";
 }
 
-/// None holds its reader, or takes its memory: each ends with one line that says which limit was met.
+/// None of these files blocks its reader or fills the memory: each ends with one line that names the limit.
 TEST_F(LeapRecordingFile, LimitsEndWhatHasNoEnd) {
   std::string nested = R"({"id":1,"timestamp":5,"hands":)" + std::string(10'000, '[');
   std::string numbers = R"({"id":1,"timestamp":5,"hands":[1)";

@@ -1,4 +1,4 @@
-// Against test/support/leap_server.py, a websocket server of its own making, over loopback.
+// Tested against test/support/leap_server.py, an independent websocket server, over loopback.
 #include "hand/leap_websocket.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ using Read = HandSource::Read;
 
 constexpr auto patience = 10s;
 
-/// The server as a child process, and what it says.
+/// The server as a child process, and its output.
 class Server {
  public:
   explicit Server(std::vector<std::string> arguments) {
@@ -74,7 +74,7 @@ class Server {
     return options;
   }
 
-  /// What it said under this key, once it did so `count` times.
+  /// Its outputs under this key, as soon as there are `count` of them.
   std::vector<json> waitFor(const std::string& key, std::size_t count) const {
     const auto deadline = Clock::now() + patience;
     std::vector<json> found;
@@ -227,7 +227,7 @@ TEST_F(LeapWebsocketTest, ASlowReaderGetsTheNewestFrame) {
   source.open(server.options());
   TrackedFrame frame;
   ASSERT_EQ(source.read(frame, 5s), Read::frame);
-  // Nothing is read while all the others come, and the server is not held up.
+  // Nothing is read while all the others come, and the server does not have to wait.
   EXPECT_EQ(server.waitFor("sent", 1)[0], 200);
   const auto deadline = Clock::now() + patience;
   while (source.counts().frames < 200 && Clock::now() < deadline) std::this_thread::sleep_for(5ms);

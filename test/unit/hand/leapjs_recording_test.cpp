@@ -33,7 +33,7 @@ TEST(LzString, WhatIsNoneIsRefused) {
             std::string::npos);
 }
 
-/// LZ-string that tells each letter anew.
+/// An LZ-string that writes each letter as a new one.
 std::string packedLzString(const std::u16string& text) {
   std::string bits;
   unsigned width = 2, room = 2;
@@ -172,7 +172,7 @@ TEST_F(LeapjsFile, HandsWithoutBonesAreRefusedByTheirProtocol) {
   EXPECT_NE(openError(lines + message.dump() + "\n").find("no bones, as in Leap's protocol 1"),
             std::string::npos);
   EXPECT_NE(openError(message.dump()).find("no bones, as in Leap's protocols 1 to 4"), std::string::npos);
-  // A recording that begins with hands is none of them.
+  // Hands without bones are refused also later in a recording.
   EXPECT_NE(read(write("mixed", messages[0].dump() + "\n" + message.dump())).find("no bones"),
             std::string::npos);
 }

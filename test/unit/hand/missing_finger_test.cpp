@@ -28,7 +28,7 @@ TrackedHand wholeHand(Side side, const Vector3d& position = {0.1, 0.0, 0.2}) {
   return forwardKinematics(pose);
 }
 
-// As a tracker sends it that has not located the joints.
+// A hand as sent by a tracker that has not located these joints.
 TrackedHand without(int finger, TrackedHand hand, int from = 0) {
   for (int i = from; i < fingers[finger].count; ++i) hand.joints[fingers[finger][i]] = JointPose{};
   EXPECT_TRUE(judge(hand).usable);
@@ -84,7 +84,7 @@ TEST(MissingFinger, HasNoSkinOnASoftHand) {
   expectNoSkin(hands, 1.0);  // flesh that a finger carries along
 }
 
-// Forces come back by their place in the skin that was given, which lacks the thumb.
+// Forces come back with their index in the skin that was sent, which lacks the thumb.
 TEST(MissingFinger, TheForcesOnTheOthersAreFeltWhereTheyAct) {
   SoftHands hands(0.005);
   const TrackedHand hand = without(0, wholeHand(Side::right));

@@ -32,7 +32,7 @@ double farthest(const TrackedHand& a, const TrackedHand& b) {
   return maximum;
 }
 
-// Whatever the sides: the palm stays, bones keep their lengths, a second time changes nothing.
+// For both sides: the palm stays, bones keep their lengths, and a second call changes nothing.
 TEST(WithinReach, TurnsBackWhatIsOutsideAndOnlyThat) {
   for (const Side side : {Side::left, Side::right})
     for (HandPose pose :
@@ -83,8 +83,8 @@ TEST(WithinReach, TurnsBackABoneThatIsTurnedAboutItself) {
   }
 }
 
-// The farther a finger's root or its bones are from a hand's, the less reach the finger has; what is beyond a
-// joint goes with it.
+// The more a finger's root or bones differ from those of a hand, the less reach the finger has. Joints beyond
+// a joint move with it.
 TEST(WithinReach, LeadsRootsOfFingersToTheirPlace) {
   const TrackedHand possible = forwardKinematics(bent({{0.05, 0.0, 0.0}, 0.5}, 0.47));
   struct Root {
@@ -93,7 +93,7 @@ TEST(WithinReach, LeadsRootsOfFingersToTheirPlace) {
   };
   for (const Root& root : {Root{ring_proximal, ring_tip, 0.006}, {thumb_metacarpal, thumb_tip, 0.014}})
     for (const double share : {0.8, 1.25, 1.75}) {
-      // The palm follows a root by a ninth; a thumb's is no part of it.
+      // The palm follows a root by a ninth; the root of the thumb is no part of the palm.
       const double follows = root.joint == thumb_metacarpal ? 1.0 : 8.0 / 9.0;
       TrackedHand off = possible;
       const Vector3d normal = possible.joints[palm].orientation * Vector3d::UnitY();
@@ -113,8 +113,8 @@ TEST(WithinReach, LeadsRootsOfFingersToTheirPlace) {
     }
 }
 
-// The nearer a thumb's metacarpal is to the index finger's, the less reach the thumb has: turned to it and
-// with its root nearer, each as far as a hand's may be.
+// The nearer a thumb's metacarpal is to that of the index finger, the less reach the thumb has. Here it is
+// turned towards the index finger, or its root is nearer, each as far as in a possible hand.
 TEST(WithinReach, LeadsTheThumbOutOfThePalm) {
   const TrackedHand middle = forwardKinematics(bent({{0.05, 0.0, 0.0}, 0.5}, 0.47));
   const Vector3d base = middle.joints[index_metacarpal].position;
@@ -174,7 +174,8 @@ TEST(WithinReach, WhatIsNoFingerRestsInTheMiddle) {
   }
 }
 
-// Where three fingers are strange, so is the palm, and the others have no more reach than the third.
+// If three fingers are wrong, the palm is wrong, too, and the other fingers have no more reach than the
+// third.
 TEST(WithinReach, AStrangePalmTakesReachFromAll) {
   const TrackedHand middle = forwardKinematics(bent({{0.05, 0.0, 0.0}, 0.5}, 0.47));
   const TrackedHand possible = forwardKinematics(bent({{0.05, 0.0, 0.0}, -0.1}, 0.47));
@@ -220,8 +221,8 @@ TEST(WithinReach, AFingerHasTheShareThatItIsGiven) {
   EXPECT_LT(off(half, 3), 1e-6);
 }
 
-// On the way from a hand to what is none it is led ever more, but at no place leaps: of steps a quarter as
-// long, none leads it much more than a quarter as far.
+// On the way from a possible hand to an impossible one the correction grows, but never jumps: with steps a
+// quarter as long, no step changes it by much more than a quarter as much.
 TEST(WithinReach, LeadsWithoutLeaps) {
   const TrackedHand possible = forwardKinematics(bent({{0.3, 0.2, 0.2}, 0.2}, 0.9));
   for (const int seed : {1, 2, 3, 4}) {

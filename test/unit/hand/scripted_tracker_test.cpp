@@ -97,7 +97,7 @@ TEST(ScriptedTracker, NoiseIsAsLargeAsTheScriptSays) {
   EXPECT_NEAR(std::sqrt(sum / static_cast<double>(tracker.frames())), 2e-4, 1e-5);
 }
 
-// What clean tracking is for: ids and short dropouts are bridged.
+// The purpose of cleaning: changes of ids and short dropouts are bridged.
 TEST(ScriptedTracker, CleanedItsHandsGoOn) {
   TrackerScript script = kneading();
   const ScriptedTracker tracker(script);

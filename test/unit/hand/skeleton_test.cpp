@@ -133,7 +133,7 @@ TEST(Skeleton, UrdfIsReadAndMovesAsTheForwardKinematics) {
   }
 }
 
-// Of a straight hand the thumb of the right one is on its left (-X), and abduction moves every tip toward it.
+// The thumb of a straight right hand is on its left (-X), and abduction moves every tip toward it.
 TEST(Skeleton, AnglesTurnTowardPalmAndThumbOnBothSides) {
   for (const Side side : {Side::left, Side::right}) {
     const double thumb = side == Side::left ? 1.0 : -1.0;
@@ -171,7 +171,7 @@ TEST(Skeleton, MeasuresThePersonWhateverThePose) {
   EXPECT_THROW(measureSkeleton({point}), std::invalid_argument);
 }
 
-// What forward kinematics made, inverse kinematics finds again, without a hint.
+// Inverse kinematics finds the pose from which forward kinematics made the hand, without a hint.
 TEST(Skeleton, FitFindsThePoseOfItsOwnHand) {
   std::mt19937 random(6);
   for (int trial = 0; trial < 200; ++trial) {
@@ -221,8 +221,8 @@ TrackedHand handOf(const OtherPerson& person) {
   return hand;
 }
 
-// In random poses within the middle four fifths of each range: at the ends of them all, of a thumb that is
-// turned as well, the skeleton's own ranges leave 3.2 mm.
+// Random poses within the middle four fifths of each range. If all joints are at the ends of their ranges and
+// the thumb is turned as well, the skeleton's own ranges leave an error of 3.2 mm.
 TEST(Skeleton, FitsPeopleOfOtherSizesAndProportions) {
   std::mt19937 random(21);
   const auto uniform = [&](double low, double high) {
@@ -273,9 +273,8 @@ TEST(Skeleton, FitsPeopleOfOtherSizesAndProportions) {
 
 class SkeletonOnRecording : public testing::TestWithParam<const char*> {};
 
-// As it runs live: measured from the first 30 samples of a side, then fitted to all. A sample's error is the
-// mean over its 20 joints of moving bones, which lack the tracker's, that is without the rigid palm's easy
-// ones.
+// As in a live run: measured from the first 30 samples of a side, then fitted to all. The error of a sample
+// is the mean over the 20 joints of moving bones, without the easy joints of the rigid palm.
 TEST_P(SkeletonOnRecording, MedianErrorIsBelowThreeMillimetres) {
   const auto frames = recordedFrames(GetParam());
   if (!frames) GTEST_SKIP() << handRecording(GetParam()) << " is not here";

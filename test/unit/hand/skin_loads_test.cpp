@@ -43,7 +43,8 @@ struct Flesh {
     loads.apply(nodes);
     loads.project(nodes);
   }
-  /// What flesh that does not give feels of sample 0 when it was moved by `way`; it stays where it was.
+  /// Force that rigid flesh feels at sample 0 when the sample was moved by `way`; the flesh stays in its
+  /// place.
   Vector3f feltAt(const Vector3f& way) {
     std::vector<FleshNode> stiff = nodes;
     for (FleshNode& node : stiff) node[3] = 1e-12F;
@@ -67,7 +68,7 @@ TEST(SkinLoads, OfNoForceAreNone) {
   EXPECT_EQ(flesh.at(), Flesh(2).at());
 }
 
-// f - K (x - x_then): the flesh gives way, and the clay gives the less.
+// f - K (x - x_then): the more the flesh gives way, the less force the clay gives.
 TEST(SkinLoads, AForceGivesWayWithTheFlesh) {
   Flesh flesh(2);
   const Vector3f before = flesh.at()[1];
@@ -165,7 +166,7 @@ TEST(SkinLoads, HoldSidewaysNoMoreThanFrictionDoes) {
   EXPECT_NEAR(slides.x(), -0.5, 1e-4);
 }
 
-// What was let go of is free, and comes back slowly.
+// A sample that the clay released is free, and comes back slowly.
 TEST(SkinLoads, RememberForSomeFramesWhereTheClayLetGo) {
   Flesh flesh(2);
   flesh.loads.give({{0, 0.5F * up}}, flesh.at());

@@ -54,7 +54,8 @@ TEST(SkinTemplate, MeanSampleCoversASpacingSquared) {
   EXPECT_NEAR(area, 0.0425, 0.1 * 0.0425);
 }
 
-// On the pads of a soft hand samples stand for 0.16 of what they do elsewhere; all of the skin is the same.
+// On the pads of a soft hand a sample stands for 0.16 of the area of other samples; the total skin is the
+// same.
 TEST(SkinTemplate, SoftFingersHaveFinePads) {
   const SkinTemplate soft = makeSkinTemplate(Side::right, 1.05, spacing, SkinKind::soft),
                      kinematic = makeSkinTemplate(Side::right, 1.05, spacing);
@@ -141,7 +142,7 @@ TEST(KinematicHand, SamplesLieOnTheSkinAndNormalsLeaveIt) {
   }
 }
 
-// What bones cover of each other is there, but so deep that it touches no clay outside.
+// Skin that bones cover is still there, but so deep that it touches no clay outside.
 TEST(KinematicHand, CoveredSamplesWithdrawAndComeOutWithTheThumb) {
   const std::size_t bare = makeSkinTemplate(Side::right, 1.05, spacing).bare_at_rest;
   for (const Side side : {Side::left, Side::right}) {

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 using std::chrono::nanoseconds;
 
-// Flesh and skin as coarse as they may be: test/stability has those that are shipped.
+// The coarsest flesh and skin that are allowed: test/stability uses those that are shipped.
 SoftHandParameters coarse() {
   SoftHandParameters parameters;
   parameters.finger_cell = 10e-3;
@@ -75,7 +75,7 @@ TEST(SoftHand, TellsItOfBothHandsAndOfOneThatComesBack) {
   expectFeltOnTracked(soft.update({right, left}, stampOf(k)), tracked, {right, left}, k);
 }
 
-// Finger pads in a fist are on the palm's skin, not on what can be reached from outside.
+// Finger pads in a fist are on the palm's skin, and cannot be reached from outside.
 TEST(SoftHand, WhatTheTrackedHandCoversHasNoAreaThere) {
   SoftHands soft(coarse_spacing, coarse());
   const TrackedHand fist = palmDown(0.0, false, 1.5);
@@ -95,7 +95,7 @@ TEST(SoftHand, WhatTheTrackedHandCoversHasNoAreaThere) {
   EXPECT_EQ(std::count(flat.tracked_area.begin(), flat.tracked_area.end(), 0.0F), 0);
 }
 
-// Loads end when the clay says nothing, also where the clock is set back meanwhile.
+// Loads end when the clay sends nothing, also if the clock is set back meanwhile.
 TEST(SoftHand, ForcesOfATimeToComeAreForgotten) {
   SoftHands hands(coarse_spacing, coarse());
   const TrackedHand hand = palmDown(0.0);
@@ -140,7 +140,7 @@ TEST(SoftHand, LossJumpFlipAndStandingClock) {
   EXPECT_THROW(SoftHands(spacing, rubber), std::invalid_argument);
 }
 
-// Else bones alone would decide whether it is right side out.
+// Otherwise bones alone would decide whether a tetrahedron is inverted.
 TEST(SoftHandTemplate, EveryTetrahedronHasACornerOfFlesh) {
   for (const Side side : {Side::left, Side::right}) {
     const SoftHandParameters shipped;

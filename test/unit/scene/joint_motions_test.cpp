@@ -37,7 +37,8 @@ bool has(const std::string& text, const std::string& words) {
 
 TEST(JointMotions, FollowOneAnother) {
   const Solids solids(robot(joint("screw", "prismatic", limits(-1.0, 1.0))),
-                      // in the file's order, which is not that of time: lift, press; between them it holds
+                      // in the order of the file, which is not that of time: lift, press; between them the
+                      // joint stands still
                       {{"screw", 0.5, -0.2, 0.1}, {"screw", 0.1, 0.1, 0.2}});
   for (const auto& [t, position] : std::vector<std::pair<double, double>>{{0.0, 0.0},
                                                                           {0.1, 0.0},
@@ -104,7 +105,7 @@ TEST(JointMotions, MimicJointsFollowThroughChains) {
   }
 }
 
-/// As they are one mechanism, and robot_state_publisher knows no limits of what follows.
+/// They are one mechanism, and robot_state_publisher does not check the limits of joints that follow.
 TEST(JointMotions, TheLimitOfAFollowerStopsTheMechanism) {
   const Solids solids(robot(joint("screw", "prismatic", limits(-1.0, 1.0)) +
                             joint("jaw", "prismatic", limits(-0.01, 0.5) + mimic("screw", -0.5, 0.0))),
@@ -138,7 +139,7 @@ TEST(JointMotions, WhatCannotBeIsRefused) {
           "outside its limits"));
 }
 
-/// A mimic of a joint that stands still is where its offset says.
+/// A mimic of a joint that stands still is at its offset.
 TEST(JointMotions, AMimicOfAFixedJointStandsStill) {
   const Solids solids(
       robot(joint("f", "fixed", "") + joint("m", "prismatic", limits(-1.0, 1.0) + mimic("f", 2.0, 0.3))), {});

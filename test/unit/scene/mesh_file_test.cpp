@@ -50,8 +50,8 @@ std::string obj() {
 
 /// The same box half as large, in cm, on a node that is turned by 90 degrees about z, moved by 1 cm and twice
 /// as large.
-/// @param library what stands before the scene
-/// @param inner what else is in the node
+/// @param library text before the scene
+/// @param inner further text in the node
 std::string dae(const Triangles& mesh, const std::string& library = "", const std::string& inner = "") {
   std::ostringstream out;
   out << "<?xml version=\"1.0\"?><COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" "
@@ -96,7 +96,7 @@ class MeshFile : public ScratchFolder {
   }
 };
 
-/// That a mesh is a box about a point.
+/// Expects that a mesh is a box about a point.
 void expectBox(const clay::Mesh& mesh, const Vector3d& centre, const Vector3d& half_extents) {
   clay::Solid solid;
   solid.size = half_extents;
@@ -156,7 +156,7 @@ std::string instanceOf(const std::string& node) {
 }
 
 /// A library of nodes n0, n1, ..., each of which names the next one.
-/// @param times each does so
+/// @param times how often each node names the next one
 std::string chainOfNodes(int nodes, int times) {
   std::string library = "<library_nodes>";
   for (int k = 0; k < nodes; ++k) {

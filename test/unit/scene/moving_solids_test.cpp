@@ -23,7 +23,7 @@ struct Press {
     scene.config.threads = 1;
     clay = std::make_unique<clay::Clay>(scene.config, scene.materials, scene.particles);
   }
-  /// N, up on the plate.
+  /// Upward force on the plate in a frame, N.
   double frameOn() {
     clay->advance({}, solids.solids(), solids.motion(), frame);
     return clay->solidForces().front().z();
@@ -40,8 +40,8 @@ double top(const clay::Clay& clay) {
   return highest;
 }
 
-/// 0.17 s are 10.2 frames. When the frame's velocity was held for all of it, the plate went on by 0.8 of a
-/// frame and then jumped back: 75 N at the peak and 34 N held, beside 60 and 60.
+/// 0.17 s are 10.2 frames. When the velocity was constant for the whole last frame, the plate went on by 0.8
+/// of a frame and then jumped back: 75 N at the peak and 34 N when it stood, instead of 60 and 60.
 TEST(MovingSolids, APlateThatStopsWithinAFramePressesAsOneThatStopsAtItsEnd) {
   Press within({{"plate_joint", 0.2, -0.1, 0.17}}), whole({{"plate_joint", 0.2, -0.102, 10.0 * frame}});
   double max_within = 0.0, max_whole = 0.0, last_within = 0.0, last_whole = 0.0;

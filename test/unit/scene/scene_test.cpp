@@ -15,7 +15,7 @@ namespace {
 
 const std::string share = TACTILE_CLAY_SHARE;
 
-/// What loading a scene file of this text complains about; empty where it does not.
+/// The error of loading a scene file with this text; empty if there is none.
 std::string complaint(const std::string& text) {
   const std::string file = (std::filesystem::temp_directory_path() / "tactile_clay_scene_test.yaml").string();
   std::ofstream(file) << text;

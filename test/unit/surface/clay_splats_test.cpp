@@ -1,4 +1,4 @@
-// Which kernels a picture of the clay needs: those whose sum at the surface is that of all.
+// The kernels that a picture of the clay needs: their sum at the surface is that of all kernels.
 #include "surface/clay_splats.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,4 @@
-// The surface of the clay: closed, of the clay's volume, flat where the clay is flat and sharp where it is
-// not.
+// The surface of the clay: closed, with the clay's volume, flat on flat clay and sharp at edges.
 #include "surface/clay_surface.h"
 
 #include <gtest/gtest.h>
@@ -68,7 +67,8 @@ const Eigen::Matrix3f some_turn =
 TEST(ClaySurface, IsClosedAndManifoldForAnyParticles) {
   std::mt19937 random(3);
   for (int round = 0; round < 60; ++round) {
-    // From dust of single particles to a heap of twice the density, with all sets of corners of a cell.
+    // From dust of single particles to a heap of twice the density, with all sets of inside corners of a
+    // cell.
     std::uniform_real_distribution<float> place(0.0f, spacing * (2.0f + 0.2f * static_cast<float>(round)));
     std::vector<Vector3f> points(300);
     for (Vector3f& p : points) p = {place(random), place(random), place(random)};

@@ -50,7 +50,7 @@ TEST(MeshExport, StlIsWatertightByItsPlaces) {
   ASSERT_EQ(file.size(), 84 + 50 * mesh.triangles.size());
   EXPECT_EQ(at<std::uint32_t>(file, 80), mesh.triangles.size());
   EXPECT_NE(file.rfind("solid", 0), 0u);  // readers would take it for text
-  // Corners are told by their bits alone, as readers do.
+  // Corners are identified by their bits only, as in programs that read such files.
   TriangleMesh read;
   std::map<std::array<float, 3>, std::uint32_t> known;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {

@@ -47,7 +47,7 @@ TEST(Volume, IsTheSameOnEverySideOfTheOrigin) {
         EXPECT_NEAR(volumeInSpacings(cube(4, {x, y, z})), 54.0, 1e-3) << x << ' ' << y << ' ' << z;
 }
 
-// A turned block meets the cells in every way, so that over a face those that count too much and too little
+// A turned block cuts the cells in all ways, so that over a face the cells that count too much and too little
 // cancel. What edges lose by their rounding remains: less than a square of half a spacing along each of the
 // 12, which is 3n. To compare: were the surface where the clay is 0.55 as dense, it would lie 0.07 of a
 // spacing (by the slope of the sum, 0.7 a spacing) deeper, and the block would lack another 0.07 * 6 n^2 =
@@ -102,7 +102,7 @@ TEST(Height, IsNotOverWallsAndCeilings) {
   EXPECT_EQ(heightOf(cube(8), {wall, ceiling}, gravity, spacing), 0.0);
 }
 
-/// Faces are judged as they lie in the world.
+/// The direction of faces is judged in the world.
 TEST(Height, IsOverASolidThatLiesOnItsSide) {
   clay::Solid slab = pedestal(0.0, {0.5, 0.1, 0.5});
   slab.pose.linear() = Eigen::AngleAxisd(0.5 * M_PI, Vector3d::UnitX()).toRotationMatrix();

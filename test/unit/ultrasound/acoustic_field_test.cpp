@@ -52,7 +52,7 @@ TEST(AcousticField, OfOnePistonOnItsAxis) {
 }
 
 TEST(AcousticField, AttenuatesByItsCoefficient) {
-  // 1.3 dB/m over 1 m, beside the fall-off with distance.
+  // 1.3 dB/m over 1 m, in addition to the fall-off with distance.
   Acoustics air;
   const Drive drive{{0.0f}, {1.0f}};
   const double near = std::abs(pressureAt(singlePiston(), air, drive, {0, 0, 1.0}));
@@ -91,7 +91,7 @@ TEST(AcousticField, EqualsAnIndependentSumOfSignals) {
 }
 
 TEST(AcousticField, FocusHasTheKnownPressure) {
-  // Linear model of a 16 x 16 array, pitch 10.3 mm, P_ref 3.4, in air that takes nothing (with 0.15 Np/m
+  // Linear model of a 16 x 16 array, pitch 10.3 mm, P_ref 3.4, in air without attenuation (with 0.15 Np/m
   // peaks are 1.7 % to 4.5 % lower): peak within 2 %, -6 dB width within 10 %.
   struct Row {
     double height, peak, width;
@@ -168,8 +168,8 @@ TEST(AcousticField, HasTheSymmetryOfTheArray) {
         Eigen::Vector3d(0.03, 0.02, 0.18), Eigen::Vector3d(-0.03, -0.02, 0.18)}) {
     EXPECT_NEAR(std::abs(pressureAt(layout, air, drive, mirrored)), p, 1e-3);
   }
-  // Reciprocity: a piston and a point may swap places, when the piston's axis still sees the other at its
-  // angle.
+  // Reciprocity: a piston and a point may swap places if the angle between the piston's axis and the way to
+  // the point stays the same.
   const ArrayLayout here{"here", 0.0, {{0.01, 0.02, 0.0}}, {{0, 0, 1}}};
   const ArrayLayout there{"there", 0.0, {{0.06, -0.03, 0.2}}, {{0, 0, -1}}};
   const auto forth = transducerPressure(here, air, 0, there.position[0]);
@@ -177,7 +177,7 @@ TEST(AcousticField, HasTheSymmetryOfTheArray) {
   EXPECT_NEAR(std::abs(forth - back), 0.0, 1e-12);
 }
 
-/// @param far with a point so far away that the air takes more than the shorter of two formulas holds for
+/// @param far whether a point is so far away that the air attenuates too much for the shorter of two formulas
 void expectBatchEqualsTheDoublePrecisionSum(const ArrayLayout& layout, bool far) {
   std::mt19937 random(14);
   std::uniform_real_distribution<float> place(-0.2f, 0.2f);
@@ -210,7 +210,7 @@ TEST(AcousticField, BatchEqualsTheDoublePrecisionSum) {
   }
 }
 
-// Patterns that take equal turns: mean squares add up, which radiation pressure goes with.
+// Patterns that take equal turns: mean squares add up, and radiation pressure is proportional to them.
 TEST(AcousticField, MeanAmplitudeIsTheRootOfTheMeanSquare) {
   const ArrayLayout layout = arrayLayout("usx");
   const Acoustics air;
@@ -275,7 +275,7 @@ TEST(AcousticField, HeadSplIsTheLevelOfTheField) {
 }
 
 TEST(AcousticField, OfSeveralArraysIsTheSumOfTheirs) {
-  // Two arrays face each other; each field is that of the array alone, seen in its own frame.
+  // Two arrays face each other; each field is that of the array alone, computed in its own frame.
   const Acoustics air;
   const ArrayLayout usx = arrayLayout("usx");
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();

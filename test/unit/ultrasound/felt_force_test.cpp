@@ -29,7 +29,7 @@ double areaOfFocus(const ArrayLayout& layout, const Acoustics& air, const Eigen:
   return total / radiationPressure(air, std::abs(pressureAt(layout, air, drive, at)));
 }
 
-// Within 5 %: the transducers sound less to the side, and rays that come aslant do not fill a square evenly.
+// Within 5 %: transducers emit less to the side, and slanted directions do not fill a square evenly.
 TEST(FeltForce, AreaOfAFocusIsThatOfItsField) {
   const Acoustics air;
   for (const char* name : {"usx", "autd3"}) {

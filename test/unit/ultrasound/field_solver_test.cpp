@@ -29,8 +29,8 @@ class FieldSolver : public ::testing::Test {
     return {at.cast<float>(), {0, 0, -1}, pressure, pressure * area, area, 1.0f};
   }
 
-  /// Fingers of 8 mm in radius that look down, 33 mm of each, at places that follow from the seed.
-  /// @param step m, of the samples
+  /// Fingers with a radius of 8 mm that face down, 33 mm of each, at places that depend on the seed.
+  /// @param step m, between samples
   /// @return samples of equal area, pressed with up to 30 kPa
   static std::vector<contact::PressureSample> fingers(unsigned seed, int count, double step) {
     std::mt19937 random(seed);
@@ -74,7 +74,7 @@ class FieldSolver : public ::testing::Test {
     return skin;
   }
 
-  /// Of the same skin, sampled anew where nothing was asked for.
+  /// Compares errors on the same skin, sampled more finely than for the solver.
   /// @param share of the error of focal points
   template <typename SkinOf>
   void expectBetterThanFocalPoints(double share, const SkinOf& skinOf) const {
@@ -107,7 +107,7 @@ class FieldSolver : public ::testing::Test {
     double pressure;  // Pa, mean over the contact by force
   };
 
-  /// Of the radiation pressure of drives that take turns, by the sum in double precision.
+  /// Error of the radiation pressure of drives that take turns, by the sum in double precision.
   Fit fit(const std::vector<Drive>& drives, const std::vector<contact::PressureSample>& skin) const {
     double both = 0.0, had = 0.0, wanted = 0.0, force = 0.0;
     for (const auto& sample : skin) {
@@ -237,12 +237,12 @@ TEST_F(FieldSolver, TellsTheTrueFieldAtTheTargets) {
   }
 }
 
-// The limit that the paper names, "prevents matching large pressure areas", is one of focal points.
+// The limit that the paper names, "prevents matching large pressure areas", is a limit of focal points.
 TEST_F(FieldSolver, HalvesTheErrorOfFocalPointsOnLargeContacts) {
   expectBetterThanFocalPoints(0.5, [](unsigned seed, double step) { return palm(seed, step); });
 }
 
-// Contacts of the size of a focus, which is what focal points are good at.
+// Contacts of the size of a focus, for which focal points are good.
 TEST_F(FieldSolver, IsBetterThanFocalPointsAlsoOnFingerTips) {
   expectBetterThanFocalPoints(
       0.7, [](unsigned seed, double step) { return fingers(seed, 1 + static_cast<int>(seed % 4), step); });
@@ -264,7 +264,7 @@ TEST_F(FieldSolver, TradesErrorForPressure) {
   }
 }
 
-/// As the skin feels it, blurred, a field is better where that is what it was chosen for.
+/// Judged by blurred pressures, as skin feels them, a field is better if it was solved for these.
 TEST_F(FieldSolver, BlurFavoursWhatSkinCanTellApart) {
   double sharp_error = 0.0, blurred_error = 0.0;
   for (unsigned seed = 20; seed < 24; ++seed) {

@@ -105,8 +105,8 @@ TEST_P(FixedPropagatorOf, PressuresAreOffByTheRoundingOfTheirNumbers) {
   EXPECT_NEAR(std::sqrt(over_expected), 1.0, 0.15);
 }
 
-// In a column the rows are rounded as before, and u by its largest part times the row's unit in 64 rows, over
-// 2^10.
+// In a column, the rows are rounded as before. The unit of u is its largest part times the row's unit in 64
+// rows, over 2^10.
 TEST_P(FixedPropagatorOf, TransposedSumsAreOffByTheRoundingOfTheirNumbers) {
   const std::size_t transducers = GetParam();
   fill(400, transducers);
@@ -140,7 +140,7 @@ TEST_P(FixedPropagatorOf, TransposedSumsAreOffByTheRoundingOfTheirNumbers) {
   EXPECT_NEAR(std::sqrt(over_expected), 1.0, 0.15);
 }
 
-// All in phase is as much as a sum can be.
+// If all are in phase, sums are as large as possible.
 TEST_P(FixedPropagatorOf, NoSumIsTooLarge) {
   const std::size_t transducers = GetParam();
   fill(128, transducers);

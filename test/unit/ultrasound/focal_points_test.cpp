@@ -48,7 +48,7 @@ double gaussian(const PressureSample& s, const FocalPoint& point, double sigma) 
   return std::exp(-(s.position.cast<double>() - point.position).squaredNorm() / (2.0 * sigma * sigma));
 }
 
-/// The objective printed in Eq. 9, of one point that holds all samples.
+/// The objective printed in Eq. 9, of one point with all samples.
 double leastSquares(const Samples& samples, const FocalPoint& point, double pressure, double sigma) {
   double sum = 0.0;
   for (const auto& s : samples) {
@@ -267,8 +267,8 @@ TEST(FocalPoints, CompressionIsSmoothAndNeverReachesAll) {
 }
 
 TEST(FocalPoints, KeepOneGainWhereverTheyAreUpToTheLimitsOfTheArray) {
-  // The radiation pressure that a point stands for, intensity^2 R(x)^2 / M, is the same multiple of its clay
-  // pressure in the middle and at the edge, alone and with others, while the array can give it.
+  // The radiation pressure of a point, intensity^2 R(x)^2 / M, is the same multiple of its clay pressure in
+  // the middle and at the edge, alone and with others, as long as the array can give it.
   const ArrayLayout layout = arrayLayout("usx");
   const Acoustics air;
   FocalPointConfig config;
@@ -300,7 +300,7 @@ TEST(FocalPoints, ThatTheArrayCannotGiveAreReported) {
   config.full_scale_pressure = 60000.0;
   FocalPointRenderer renderer(config);
   renderer.setArray(ArrayReach(arrayLayout("usx"), Acoustics()));
-  // One of them would do with a third of the array; four ask for more than there is.
+  // One of them needs only a third of the array; four ask for more than the array has.
   const auto one = renderer.render({sample(0, 0, 20000)});
   EXPECT_EQ(renderer.report().compressed_points, 0u);
   EXPECT_NEAR(one[0].intensity, std::sqrt(1.0 / 3.0), 1e-3);
@@ -381,7 +381,7 @@ TEST(FocalPoints, BecomeOneForTheArrayWhenContactsMeet) {
   EXPECT_EQ(points.size(), 1u) << "closer than a width of a focus, though not than min_separation";
 }
 
-/// The separation of two foci says how the amplitude of a lone focus falls: by half of its square.
+/// The amplitude of a lone focus falls by half of the squared separation.
 TEST(FocalPoints, SeparationIsTheParabolaOfAFocus) {
   const ArrayLayout layout = arrayLayout("usx");
   const Acoustics air;
@@ -424,8 +424,8 @@ TEST(FocalPoints, WeakerThanSideLobesAreRaisedAboveThem) {
   EXPECT_LT(plain[weak].intensity, 0.13 * plain[1 - weak].intensity);
 }
 
-/// What a person does not feel is raised to what they feel, and what is felt twice as little is twice as
-/// strong.
+/// A force that a person does not feel is raised to the person's threshold. With a gain of two, points are
+/// twice as strong.
 TEST(FocalPoints, KeepToThePersonsThresholdAndGain) {
   FocalPointConfig config;
   config.side_lobe_floor = 0.0;
@@ -533,7 +533,7 @@ TEST(FocalPoints, DoNotDependOnTheOrderOfSamples) {
 }
 
 TEST(FocalPoints, LieOnTheSkinWhereTheMeanDoesNot) {
-  // One point for two hands: in the air between them it would touch nobody.
+  // One point for two hands: in the air between them it would touch no hand.
   FocalPointConfig config;
   config.max_points = 1;
   const auto points =

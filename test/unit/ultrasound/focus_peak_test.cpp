@@ -30,8 +30,8 @@ TEST(PeakNear, IsNoFartherThanEightMillimetres) {
   EXPECT_EQ(peakNear(Eigen::Vector3d::Zero(), [](const auto&) { return 1.0; }).norm(), 0.0) << "flat";
 }
 
-/// One focus, and points beside it: a point has its peak where the hill, climbed in the field of another
-/// formula, ends within the radius.
+/// One focus, and points beside it: a point has its peak if a climb in the field of another formula ends
+/// within the radius.
 TEST(PeaksWithin, AreThoseThatAClimbFinds) {
   const ArrayLayout layout = arrayLayout("usx");
   const Acoustics air;

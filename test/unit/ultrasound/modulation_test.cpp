@@ -119,13 +119,13 @@ TEST(Modulation, CirclesAreThosePublished) {
 
 TEST(Modulation, PartsAreTheDifferentInstantsOfAPeriod) {
   const std::vector<FocalPoint> points = {point(0.0, 0.0), point(0.03, 0.0, 0.5)};
-  // AM: one, there all the time, with half its power: the mean of (1 - cos) / 2.
+  // AM: one part, all the time, with half its power: the mean of (1 - cos) / 2.
   const auto am = parts(period(points, Modulation::amplitude));
   ASSERT_EQ(am.size(), 1u);
   EXPECT_NEAR(am[0].time, 1.0, 1e-12);
   EXPECT_NEAR(am[0].power, 0.5, 1e-12);
   EXPECT_EQ(am[0].instants.size(), period_steps);
-  // To and fro: the turning points once, all between twice.
+  // To and fro: the turning points once, all places between them twice.
   const auto lateral = parts(period(points, Modulation::lateral));
   ASSERT_EQ(lateral.size(), period_steps / 2 + 1);
   double time = 0.0;

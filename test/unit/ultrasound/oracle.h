@@ -8,9 +8,9 @@
 
 namespace tactile_clay::ultrasound {
 
-/// Pressure amplitude (Pa peak) written down in another way than the library's: every transducer sends
-/// cos(omega t - phi), which arrives after the time that sound needs; the signals are added up as samples
-/// over one period, and the amplitude is sqrt(2) times their rms. Directivity by the standard library's
+/// Pressure amplitude (Pa peak), computed in another way than in the library: every transducer sends
+/// cos(omega t - phi), which arrives after the time that sound needs. The signals are added up as samples
+/// over one period, and the amplitude is sqrt(2) times their rms. Directivity is by the standard library's
 /// Bessel function.
 inline double heardAmplitude(const ArrayLayout& layout, const Acoustics& air, const Drive& drive,
                              const Eigen::Vector3d& point) {

@@ -40,7 +40,7 @@ class PhaseSolver : public ::testing::Test {
     return foci;
   }
 
-  /// Way (m) from a focus to its peak in the field of another formula; at most 8 mm.
+  /// Distance (m) from a focus to its peak in the field of another formula; at most 8 mm.
   double distance(const Drive& drive, const Eigen::Vector3d& focus) {
     const auto amplitude = [&](const Eigen::Vector3d& at) { return heardAmplitude(layout, air, drive, at); };
     return (peakNear(focus, amplitude) - focus).norm();
@@ -142,8 +142,8 @@ TEST_F(PhaseSolver, UnequalFociKeepTheirRatios) {
     EXPECT_LE(rmsError(solution, foci), 0.02);
     for (std::size_t k = 0; k < 6; ++k) {
       const double share = intensities[k] * focusPressure(layout, air, foci[k].position) / std::sqrt(6.0);
-      // The solver sums the amplitudes of 256 transducers in single precision, each within some 1e-6 by its
-      // polynomials; in double that sum alone would take longer than all the rest.
+      // The solver sums the amplitudes of 256 transducers in single precision, each accurate to some 1e-6. In
+      // double precision this sum would take longer than the rest of the solver.
       EXPECT_NEAR(solution.target[k], share, 1e-5 * share);
       // These ask for 70 % of the power of six full foci, so that the array can serve them all.
       EXPECT_NEAR(heardAmplitude(layout, air, solution.drive, foci[k].position), share, 0.05 * share);
@@ -151,8 +151,8 @@ TEST_F(PhaseSolver, UnequalFociKeepTheirRatios) {
   }
 }
 
-/// A weak focus above or below a strong one hears too much of it in every drive of much power, and no small
-/// change of the phases helps: from there, errors of 30 to 77 %.
+/// A weak focus above or below a strong one gets too much pressure in every drive of much power, and no small
+/// change of the phases helps: errors from such starts are 30 to 77 %.
 TEST_F(PhaseSolver, AWeakFocusOnTheAxisOfAStrongOneIsNoStronger) {
   const std::vector<std::vector<FocalPoint>> sets = {
       {point(0.0, 0.0, 0.2, 0.9), point(0.001, 0.0, 0.186, 0.12), point(0.03, 0.02, 0.19, 0.8),
@@ -173,8 +173,9 @@ TEST_F(PhaseSolver, AWeakFocusOnTheAxisOfAStrongOneIsNoStronger) {
   }
 }
 
-/// Foci 12 to 16 mm apart overlap, each being some 14 mm wide: without slopes held, what they add up to has
-/// its peaks beside them. Searched uphill in the plane of the focus, in the field of another formula.
+/// Foci 12 to 16 mm apart overlap, because each is some 14 mm wide. If slopes are not limited, the peaks of
+/// their sum are beside them. Peaks are searched uphill in the plane of the focus, in the field of another
+/// formula.
 TEST_F(PhaseSolver, FociArePeaks) {
   // On a palm of 60 x 60 mm, 12 mm apart and more, so that neighbours overlap.
   std::mt19937 dice(7);
@@ -208,9 +209,9 @@ TEST_F(PhaseSolver, FociArePeaks) {
   EXPECT_GE(missed(false, 0), 8) << "else this test tests nothing";
 }
 
-/// Weak foci lie between the lobes of strong ones, where the amplitude bends upwards as often as not. These
-/// are weaker than any that the renderer commands, beside three strong ones; on a ridge between lobes a few
-/// are lost.
+/// Weak foci lie between the lobes of strong ones, where the amplitude often bends upwards. The foci here are
+/// weaker than any that the renderer commands, beside three strong ones. On a ridge between lobes a few have
+/// no peak.
 TEST_F(PhaseSolver, MostWeakFociBesideStrongOnesArePeaks) {
   std::mt19937 dice(8);
   std::uniform_real_distribution<double> place(-0.04, 0.04);
@@ -281,7 +282,8 @@ TEST_F(PhaseSolver, CoincidentFociDoNotBreakIt) {
 }
 
 TEST_F(PhaseSolver, WarmStartKeepsThePhasesNear) {
-  // Foci that move by 0.2 mm: from the last phases the drive changes less than anew, and is as accurate.
+  // Foci that move by 0.2 mm: if the solver starts from the last phases, the drive changes less than with a
+  // new start, and is as accurate.
   auto foci = randomFoci(6);
   PhaseSolution last = solvePhases(layout, air, foci);
   for (auto& f : foci) f.position.x() += 2e-4;
@@ -297,7 +299,7 @@ TEST_F(PhaseSolver, WarmStartKeepsThePhasesNear) {
 
 TEST_F(PhaseSolver, EightFociOn32LevelsAreWithinOnePercent) {
   // Equal and unequal targets, phases rounded to 32 levels, on the array of the table of achievable pressures
-  // (air that takes nothing): 1.0 % of RMS error, at least 1250 Pa on each of eight equal foci.
+  // (air without attenuation): 1.0 % of RMS error, at least 1250 Pa on each of eight equal foci.
   air.attenuation = 0.0;
   PhaseSolverOptions options;
   options.phase_levels = 32;
@@ -409,7 +411,7 @@ TEST_F(PhaseSolver, PhasesChangeNoMoreThanTheLimit) {
       EXPECT_LE(rmsError(now, foci), 0.02) << levels << ", step " << step;
       last = now.drive;
     }
-    // A jump may not be followed at once, but it is in the end; without the limit it is.
+    // With the limit a jump may be reached only after some frames; without it, at once.
     foci = randomFoci(6);
     bool followed = false;
     for (int step = 0; step < 20 && !followed; ++step) {
@@ -443,7 +445,7 @@ TEST_F(PhaseSolver, OwnAmplitudesSpareTransducersThatAreHardlyNeeded) {
   double waste_common = 0.0;
   for (int trial = 0; trial < 20; ++trial) {
     const auto foci = randomFoci(8);
-    // Pressure at the foci for the power sent: the squares of both.
+    // Power at the foci over the power sent: the squares of amplitudes.
     const auto efficiency = [&](const PhaseSolution& s) {
       double power = 0.0;
       double heard = 0.0;

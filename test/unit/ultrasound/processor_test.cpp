@@ -1,4 +1,5 @@
-// The library picks AVX-512, AVX2 or plain code by the processor it runs on. Its results must not tell which.
+// The library picks AVX-512, AVX2 or plain code by the processor it runs on. Its results must not depend on
+// this.
 #include <gtest/gtest.h>
 
 #include <cmath>

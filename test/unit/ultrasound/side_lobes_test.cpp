@@ -19,9 +19,9 @@ FocalPoint point(double x, double y) {
 }
 
 TEST(SideLobes, OfASparseArrayAreItsGratingLobe) {
-  // Transducers a pitch d apart, more than half a wavelength, have a grating lobe where the way differs by
-  // one wavelength between neighbours: sin(angle) = sin(steered) - lambda / d. For a focus 60 mm beside the
-  // axis at 0.2 m: some 96 mm beyond the axis.
+  // Transducers with a pitch d of more than half a wavelength have a grating lobe where the ways from
+  // neighbours differ by one wavelength: sin(angle) = sin(steered) - lambda / d. For a focus 60 mm beside the
+  // axis at 0.2 m, it is some 96 mm beyond the axis.
   const ArrayLayout layout = arrayLayout("usx");
   const Acoustics air;
   const std::vector<FocalPoint> foci = {point(0.06, 0.0)};

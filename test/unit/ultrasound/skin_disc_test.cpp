@@ -1,4 +1,4 @@
-// Focal points on skin that is no plane: fingers, curved and beside each other.
+// Focal points on skin that is not plane: fingers, curved and beside each other.
 #include "ultrasound/skin_disc.h"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ struct Finger {
     const double y = std::clamp(point.y(), -0.5 * length, 0.5 * length);
     return (point - Vector3d(x, y, z)).norm() - radius;
   }
-  /// What is pressed of it, up to `reach` rad to either side of what faces the array straight.
+  /// Adds the pressed samples, up to `reach` rad to either side of the line that faces the array.
   void press(double reach, double pitch, Samples& samples) const {
     const int around = static_cast<int>(reach * radius / pitch),
               along = static_cast<int>(0.5 * length / pitch);
@@ -57,7 +57,7 @@ double fromSkin(const std::vector<Finger>& fingers, const Vector3d& point) {
   return std::abs(closest);
 }
 
-/// Where fingers reach into each other, what lies within one is no skin.
+/// Where fingers reach into each other, places inside a finger are not skin.
 void leaveOutCovered(const std::vector<Finger>& fingers, Samples& samples) {
   samples.erase(std::remove_if(samples.begin(), samples.end(),
                                [&](const PressureSample& s) {
@@ -136,7 +136,7 @@ TEST(SkinDisc, NoPlaceIsOffTheSkinWhereFingersReachIntoEachOther) {
   }
 }
 
-// The mean of what wraps a finger lies within it.
+// The mean of samples around a finger lies inside it.
 TEST(FocalPointsOnFingers, LieOnACurvedContact) {
   for (const double radius : {5e-3, 8e-3, 12e-3, 20e-3})
     for (const double reach : {0.3, 0.8, 1.2, 1.57}) {
@@ -154,7 +154,7 @@ TEST(FocalPointsOnFingers, LieOnACurvedContact) {
     }
 }
 
-// What the array cannot tell apart is one point: on one of the fingers, not in the air between them.
+// Contacts that the array cannot resolve get one point: on one of the fingers, not in the air between them.
 TEST(FocalPointsOnFingers, OfTwoFingersThatAreOnePointLieOnOne) {
   int between = 0;
   for (const double radius : {6e-3, 8e-3, 10e-3})

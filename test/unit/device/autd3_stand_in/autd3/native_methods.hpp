@@ -195,7 +195,7 @@ inline GeometryPtr AUTDGeometry(ControllerPtr) {
   return {nullptr};
 }
 
-/// Boards and transducers are told by number, 1 + board * 1000 + transducer.
+/// Boards and transducers are identified by a number, 1 + board * 1000 + transducer.
 inline DevicePtr AUTDDevice(GeometryPtr, std::uint16_t board) {
   return {reinterpret_cast<const void*>(std::uintptr_t{board} * 1000 + 1)};
 }
