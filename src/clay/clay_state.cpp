@@ -14,7 +14,7 @@ Clay::State::State(const ClayConfig& config_in, std::vector<Material> materials_
       team(config.threads),
       kernel(static_cast<float>(2.0 * config.spacing)),
       near(kernel.h),
-      minimiser(near, particles, kernel, config.spacing, materials),
+      minimiser(kernel, config.spacing, materials),
       projection(kernel, static_cast<float>(config.spacing), materials),
       bond_constraint(static_cast<float>(config.spacing), materials),
       contact_constraint(static_cast<float>(config.spacing), materials),

@@ -32,18 +32,18 @@ void Clay::State::step(const Surroundings& around) {
     const Stopwatch watch(ms(bonds));
     updateBonds();
   }
-  const Bonds* const of_particles = bonded ? &bond_constraint : nullptr;
+  const StepInput input{near, particles, bonded ? &bond_constraint : nullptr, free, dt};
   if (config.budget.method == Method::paper) {
     const Stopwatch watch(ms(iterations));
-    contact_constraint.restore(projection.solve({near, particles, of_particles, free, dt},
-                                                config.budget.iterations, contact_constraint.contacts(), u));
+    contact_constraint.restore(
+        projection.solve(input, config.budget.iterations, contact_constraint.contacts(), u));
   } else {
     const Minimiser::Goal goal{gravity, config.budget.iterations, config.tolerance};
     double whole_ms = 0.0;
     Minimiser::Solved solved;
     {
       const Stopwatch watch(whole_ms);
-      solved = minimiser.solve(of_particles, free, contact_constraint, dt, goal, u);
+      solved = minimiser.solve(input, contact_constraint, goal, u);
     }
     ms(setup) += solved.setup_ms;
     ms(iterations) += whole_ms - solved.setup_ms;
@@ -91,7 +91,7 @@ void Clay::State::endStep(float dt) {
       const Eigen::Vector3f inside = next.cwiseMax(-world).cwiseMin(world);
       particles.position.set(i, inside);
       particles.velocity.set(i, (inside.array() == next.array()).select(step / dt, 0.0f));
-      if (minimised) particles.compression[i] = minimiser.compression(i);
+      if (minimised) particles.compression[i] = minimiser.compression(near, i);
     }
   });
 }

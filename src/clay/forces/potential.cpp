@@ -76,11 +76,10 @@ Potential::Potential(const Kernel& kernel, float spacing, const std::vector<Mate
 }
 
 /// Gives what a step uses its room. What it does not use stays empty.
-void Potential::resize(const StepInput& input) {
+void Potential::resize(const StepInput& input, StepPotential& s) {
   const Neighbourhood& near = input.near;
   const std::size_t n = input.particles.size();
   const bool sprung = viscous_ || input.bonds != nullptr;
-  StepPotential& s = step_;
   DensityConstraints& d = s.density;
   for (auto* numbers : {&d.ratio, &d.excess, &d.steepness, &amend_}) numbers->resize(n);
   if (dense_) {
@@ -101,12 +100,11 @@ void Potential::resize(const StepInput& input) {
   for (const float dashpot : dashpots_) dashpots_of_step_.push_back(dashpot / input.dt);
 }
 
-Setup Potential::setupOf(const StepInput& input) {
+Setup Potential::setupOf(const StepInput& input, StepPotential& s) {
   const Bonds* const bonds = input.bonds;
   const float* const rest_lengths = bonds != nullptr ? bonds->restLengths().data() : nullptr;
   const float* const secants = bonds != nullptr ? bonds->flow().secant.data() : nullptr;
   const float* const thinning = thins_ ? flow_indices_.data() : nullptr;
-  StepPotential& s = step_;
   return {input.near.arrays(),
           input.free.data(),
           input.particles.material.data(),
@@ -125,17 +123,17 @@ Setup Potential::setupOf(const StepInput& input) {
           s.start_force.data()};
 }
 
-const StepPotential& Potential::linearise(const StepInput& input, const std::vector<Contact>& contacts) {
-  resize(input);
+void Potential::linearise(const StepInput& input, const std::vector<Contact>& contacts, StepPotential& step) {
+  resize(input, step);
   const std::size_t n = input.particles.size();
-  const Setup setup = setupOf(input);
+  const Setup setup = setupOf(input, step);
   parallelRanges(n, range_size,
                  [&](std::size_t first, std::size_t last) { measureSurroundings(setup, first, last); });
   parallelRanges(n, range_size,
                  [&](std::size_t first, std::size_t last) { linearisePairs(setup, first, last); });
   std::atomic<bool> excessive{false};
   if (dense_) {
-    DensityConstraints& d = step_.density;
+    DensityConstraints& d = step.density;
     for (const BoundaryDensity::Share& share : boundary_.update(input.particles, d.ratio, contacts)) {
       d.ratio[share.particle] += share.ratio;
       d.excess[share.particle] += share.ratio;
@@ -145,8 +143,7 @@ const StepPotential& Potential::linearise(const StepInput& input, const std::vec
       if (boundExcess(input.particles, first, last, d)) excessive = true;
     });
   }
-  step_.excessive = excessive;
-  return step_;
+  step.excessive = excessive;
 }
 
 }  // namespace tactile_clay::clay

@@ -69,15 +69,15 @@ class Potential {
   Potential(const Kernel& kernel, float spacing, const std::vector<Material>& materials);
 
   /// Linearises it near the free displacements. \param contacts by particle; solids add to the density
-  /// \return the same until the next call
-  const StepPotential& linearise(const StepInput& input, const std::vector<Contact>& contacts);
+  /// \param step is overwritten, but for its memory
+  void linearise(const StepInput& input, const std::vector<Contact>& contacts, StepPotential& step);
 
   /// What solids added to the density of the step, for their contacts to remember.
   const std::vector<BoundaryDensity::Share>& boundaryShares() const { return boundary_.shares(); }
 
  private:
-  void resize(const StepInput& input);
-  Setup setupOf(const StepInput& input);
+  void resize(const StepInput& input, StepPotential& step);
+  Setup setupOf(const StepInput& input, StepPotential& step);
 
   Kernel kernel_;
   float spacing_;           // m
@@ -90,7 +90,6 @@ class Potential {
   std::vector<float> flow_indices_;      // of each material
   bool dense_ = false, viscous_ = false, thins_ = false;
   BoundaryDensity boundary_;
-  StepPotential step_;
   std::vector<float> amend_;  // see Setup
 };
 

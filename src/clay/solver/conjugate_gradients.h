@@ -20,24 +20,25 @@ namespace tactile_clay::clay {
 /// Lumps do not interact, so each has steps of its own: with common ones a crumb took the energy of a block.
 class ConjugateGradients {
  public:
-  /// All must outlive it.
-  ConjugateGradients(const Neighbourhood& near, const Particles& particles, Lumps& lumps)
-      : near_(near), particles_(particles), lumps_(lumps) {}
+  /// What a step is made of.
+  struct Step {
+    const StepInput& in;
+    const StepPotential& potential;
+    const Contacts& contacts;
+  };
+  void begin(const StepInput& in);
 
-  /// Starts a step. All must stay until it is solved.
-  void begin(const StepPotential& step, const VectorField& free, const Contacts& contacts, float dt);
-
-  /// Does `count` iterations at most. \param tolerance m/s^2, see Minimiser::Goal \param u displacements, m
-  /// \return whether no particle lacks more acceleration than that
-  bool descend(int count, double tolerance, VectorField& u);
+  /// Does `count` iterations at most. \param tolerance m/s^2, see Minimiser::Goal \param lumps as measured
+  /// \param u displacements, m \return whether no particle lacks more acceleration than that
+  bool descend(const Step& step, int count, double tolerance, Lumps& lumps, VectorField& u);
   int iterations() const { return iterations_; }  // in the step
 
   /// Residual at the displacements u, forces - M (u - free) / dt^2, N.
-  void findResidual(const VectorField& u);
+  void findResidual(const Step& step, const VectorField& u);
   const VectorField& residual() const { return r_; }
   /// a_x = A x = M x / dt^2 - (linear part of the forces), N, from the residual that was last found. \return
   /// of each lump, x . A x, and x . r
-  const std::vector<Sums>& multiply(const VectorField& x, VectorField& a_x);
+  OfLumps<Sums> multiply(const Step& step, const VectorField& x, VectorField& a_x);
 
   /// N/m, of each particle, its mass over the square of the time step.
   const std::vector<float>& inertia() const { return inertia_; }
@@ -57,33 +58,29 @@ class ConjugateGradients {
   /// Runs f(first, last) over the particles.
   template <typename F>
   void ranges(const F& f) const {
-    parallelRanges(particles_.size(), range_size, f);
+    parallelRanges(inertia_.size(), range_size, f);
   }
-  /// Of each lump, what f(lump, first, last) gives over its runs. \return valid until the next call
+  /// Of each lump, what f(lump, first, last) gives over its runs.
   template <typename F>
-  const std::vector<Sums>& sumOver(const F& f) {
-    return sums_.of(near_, particles_.size(), Sums(), f);
+  OfLumps<Sums> sumOver(const Step& step, const F& f) {
+    return sums_.of(step.in.near, inertia_.size(), Sums(), f);
   }
-  void setOwnDirection(const std::vector<Lumps::Unblocked>& motions, const VectorField& u);
-  const std::vector<Sums>& residualBesideOwnProduct(const VectorField& u);
-  const std::vector<Sums>& moveAsLumps(std::vector<Lumps::Unblocked>& motions, VectorField& u);
-  void startDescents(const std::vector<Sums>& own);
-  void setDirection(bool first_one, const std::vector<Sums>& products, float enough);
-  bool findSteps(const std::vector<Sums>& along);
-  const std::vector<Sums>& follow(const VectorField& p, const VectorField& a_p, VectorField& u);
-  Sums finishResidual(const VectorField& u, std::size_t first, std::size_t last);
-  Sums finishProduct(const VectorField& x, VectorField& a_x, std::size_t first, std::size_t last);
-  Sums precondition(std::size_t first, std::size_t last);
+  void setOwnDirection(const Step& step, const Lumps& lumps, const std::vector<Lumps::Unblocked>& motions,
+                       const VectorField& u);
+  OfLumps<Sums> residualBesideOwnProduct(const Step& step, const VectorField& u);
+  OfLumps<Sums> moveAsLumps(const Step& step, Lumps& lumps, std::vector<Lumps::Unblocked>& motions,
+                            VectorField& u);
+  void startDescents(const OfLumps<Sums>& own);
+  void setDirection(const Step& step, bool first_one, const OfLumps<Sums>& products, float enough);
+  bool findSteps(const OfLumps<Sums>& along, float dt);
+  OfLumps<Sums> follow(const Step& step, const VectorField& p, const VectorField& a_p, VectorField& u);
+  Sums finishResidual(const Step& step, const VectorField& u, std::size_t first, std::size_t last);
+  Sums finishProduct(const Step& step, const VectorField& x, VectorField& a_x, std::size_t first,
+                     std::size_t last);
+  Sums precondition(const Step& step, std::size_t first, std::size_t last);
 
-  const Neighbourhood& near_;
-  const Particles& particles_;
-  Lumps& lumps_;
   RunSums<Sums> sums_;
   // Of the step.
-  const StepPotential* step_ = nullptr;
-  const VectorField* free_ = nullptr;
-  const Contacts* contacts_ = nullptr;
-  float dt_ = 0.0f;  // s
   std::vector<float> inertia_;
   Compression compression_;
   VectorField r_, z_, p_, q_;      // residual, preconditioned residual, direction, its product

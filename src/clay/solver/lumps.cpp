@@ -23,15 +23,15 @@ Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
 
 }  // namespace
 
-void Lumps::measure() {
-  const auto& sums = moments_.of(near_, particles_.size(), [&](std::size_t i) {
-    const double mass = 1.0 / particles_.inverse_mass[i];
-    const Eigen::Vector3d x = particles_.position.at(i).cast<double>(), mx = mass * x;
+void Lumps::measure(const StepInput& in) {
+  const auto sums = moments_.of(in.near, in.particles.size(), [&](std::size_t i) {
+    const double mass = 1.0 / in.particles.inverse_mass[i];
+    const Eigen::Vector3d x = in.particles.position.at(i).cast<double>(), mx = mass * x;
     LumpSums<10>::Sum sum;
     sum << mass, mx, mx.x() * x, mx.y() * x.tail<2>(), mx.z() * x.z();
     return sum;
   });
-  bodies_.resize(near_.lumps());
+  bodies_.resize(in.near.lumps());
   for (std::size_t l = 0; l < bodies_.size(); ++l) {
     const auto& sum = sums[l];
     Body& body = bodies_[l];
@@ -58,21 +58,22 @@ double Lumps::minInertia(const Body& body) const {
 }
 
 /// Momentum of a particle, and angular momentum about its lump's centre, were this its velocity.
-LumpSums<6>::Sum Lumps::momentum(std::size_t i, const VectorField& velocity) const {
-  const Eigen::Vector3d momentum = velocity.at(i).cast<double>() / particles_.inverse_mass[i];
+LumpSums<6>::Sum Lumps::momentum(const StepInput& in, std::size_t i, const VectorField& velocity) const {
+  const Eigen::Vector3d momentum = velocity.at(i).cast<double>() / in.particles.inverse_mass[i];
   LumpSums<6>::Sum both;
-  both << momentum, armOf(i).cross(momentum);
+  both << momentum, armOf(in, i).cross(momentum);
   return both;
 }
 
-std::vector<Eigen::Matrix3f> Lumps::bends(float dt) {
-  const auto& momentum = momenta_.of(near_, particles_.size(),
-                                     [&](std::size_t i) { return this->momentum(i, particles_.velocity); });
+std::vector<Eigen::Matrix3f> Lumps::bends(const StepInput& in) {
+  const auto momentum = momenta_.of(in.near, in.particles.size(), [&](std::size_t i) {
+    return this->momentum(in, i, in.particles.velocity);
+  });
   std::vector<Eigen::Matrix3f> turns(bodies_.size(), Eigen::Matrix3f::Zero());
   for (std::size_t l = 0; l < bodies_.size(); ++l) {
     const Body& body = bodies_[l];
     const Eigen::LDLT<Eigen::Matrix3d> inertia(body.inertia + minInertia(body) * Eigen::Matrix3d::Identity());
-    const Eigen::Vector3d turn = dt * inertia.solve(momentum[l].tail<3>());
+    const Eigen::Vector3d turn = in.dt * inertia.solve(momentum[l].tail<3>());
     const double sine = turn.norm();
     if (!(sine > 1e-6) || sine > 0.5) continue;
     // The velocities are of the chords of the last step, x - R^-1 x, those of the next step are R x - x.
@@ -87,8 +88,8 @@ std::vector<Eigen::Matrix3f> Lumps::bends(float dt) {
   return turns;
 }
 
-std::vector<Eigen::Vector3f> Lumps::falls(const VectorField& free, const VectorField& u,
-                                          const Contacts& contacts, float dt) {
+std::vector<Eigen::Vector3f> Lumps::falls(const StepInput& in, const VectorField& u,
+                                          const Contacts& contacts) {
   struct Lump {
     Eigen::Matrix3d blocked = Eigen::Matrix3d::Zero();
     Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
@@ -96,11 +97,11 @@ std::vector<Eigen::Vector3f> Lumps::falls(const VectorField& free, const VectorF
     Eigen::Vector3d slip = Eigen::Vector3d::Zero();                    // m, sum over these
     int slides = 0;
   };
-  std::vector<Lump> lumps(near_.lumps());
+  std::vector<Lump> lumps(in.near.lumps());
   // Internal forces cancel within a lump, so inertia and friction are all there is.
-  const double per_square = 1.0 / (static_cast<double>(dt) * dt);
-  const auto& inertial = forces_.of(near_, particles_.size(), [&](std::size_t i) -> Eigen::Vector3d {
-    return (free.at(i) - u.at(i)).cast<double>() * (per_square / particles_.inverse_mass[i]);
+  const double per_square = 1.0 / (static_cast<double>(in.dt) * in.dt);
+  const auto inertial = forces_.of(in.near, in.particles.size(), [&](std::size_t i) -> Eigen::Vector3d {
+    return (in.free.at(i) - u.at(i)).cast<double>() * (per_square / in.particles.inverse_mass[i]);
   });
   for (std::size_t l = 0; l < lumps.size(); ++l) {
     lumps[l].force = inertial[l];
@@ -108,7 +109,7 @@ std::vector<Eigen::Vector3f> Lumps::falls(const VectorField& free, const VectorF
   }
   for (const Contact& c : contacts.contacts()) {
     if (c.state == Contact::State::open) continue;
-    Lump& lump = lumps[near_.lump(c.particle)];
+    Lump& lump = lumps[in.near.lump(c.particle)];
     const Eigen::Vector3d normal = c.normal.cast<double>();
     lump.blocked += normal * normal.transpose();
     const Eigen::Vector3d friction = frictionOn(c, u.at(c.particle)).cast<double>();
@@ -143,7 +144,7 @@ std::vector<Eigen::Vector3f> Lumps::falls(const VectorField& free, const VectorF
   return moves;
 }
 
-std::vector<std::uint32_t> Lumps::meet(const VectorField& u, const Contacts& contacts,
+std::vector<std::uint32_t> Lumps::meet(const StepInput& in, const VectorField& u, const Contacts& contacts,
                                        std::vector<Eigen::Vector3f>& moves) const {
   const float together = static_cast<float>(0.01 * spacing_), deep = static_cast<float>(dents * spacing_);
   const std::vector<Contact>& all = contacts.contacts();
@@ -152,29 +153,29 @@ std::vector<std::uint32_t> Lumps::meet(const VectorField& u, const Contacts& con
     for (std::uint32_t k = 0; k < all.size(); ++k) {
       const Contact& c = all[k];
       if (c.state != Contact::State::open) continue;
-      const float way = -c.normal.dot(moves[near_.lump(c.particle)]);
+      const float way = -c.normal.dot(moves[in.near.lump(c.particle)]);
       const float slack = c.normal.dot(u.at(c.particle)) - c.gap;
       if (way > deep && slack < way) f(k, way, slack);
     }
   };
   std::vector<float> share(moves.size(), 1.0f);
   for_approaches([&](std::uint32_t k, float way, float slack) {
-    float& minimum = share[near_.lump(all[k].particle)];
+    float& minimum = share[in.near.lump(all[k].particle)];
     minimum = std::min(minimum, std::max(slack, 0.0f) / way);
   });
   std::vector<std::uint32_t> met;
   for_approaches([&](std::uint32_t k, float way, float slack) {
-    if (slack <= share[near_.lump(all[k].particle)] * way + together) met.push_back(k);
+    if (slack <= share[in.near.lump(all[k].particle)] * way + together) met.push_back(k);
   });
   for (std::size_t l = 0; l < moves.size(); ++l) moves[l] *= share[l];
   return met;
 }
 
-std::vector<bool> Lumps::slideOnWhatRests(const Contacts& contacts) const {
+std::vector<bool> Lumps::slideOnWhatRests(const StepInput& in, const Contacts& contacts) const {
   const float still = static_cast<float>(1e-4 * spacing_);
-  std::vector<bool> touches(near_.lumps(), false), held = touches;
+  std::vector<bool> touches(in.near.lumps(), false), held = touches;
   for (const Contact& c : contacts.contacts()) {
-    const std::uint32_t l = near_.lump(c.particle);
+    const std::uint32_t l = in.near.lump(c.particle);
     if (c.state != Contact::State::open) touches[l] = true;
     if (c.drift.norm() > still || c.stiffness > 0.0f) held[l] = true;
   }
@@ -182,32 +183,32 @@ std::vector<bool> Lumps::slideOnWhatRests(const Contacts& contacts) const {
   return touches;
 }
 
-std::vector<double> Lumps::workOfPushingOut(const Contacts& contacts) const {
-  std::vector<double> work(near_.lumps(), 0.0);
+std::vector<double> Lumps::workOfPushingOut(const StepInput& in, const Contacts& contacts) const {
+  std::vector<double> work(in.near.lumps(), 0.0);
   for (const Contact& c : contacts.contacts())
-    work[near_.lump(c.particle)] += std::max(c.gap, 0.0f) * std::max(c.force.dot(c.normal), 0.0f);
+    work[in.near.lump(c.particle)] += std::max(c.gap, 0.0f) * std::max(c.force.dot(c.normal), 0.0f);
   return work;
 }
 
-std::vector<double> Lumps::workOfRecovery(const Contacts& contacts, float dt) const {
-  const double limited = 0.999 * ContactSearch::solid_recovery_speed * dt;
-  std::vector<double> work(near_.lumps(), 0.0);
+std::vector<double> Lumps::workOfRecovery(const StepInput& in, const Contacts& contacts) const {
+  const double limited = 0.999 * ContactSearch::solid_recovery_speed * in.dt;
+  std::vector<double> work(in.near.lumps(), 0.0);
   for (const Contact& c : contacts.contacts()) {
     const double recovered = c.gap - c.drift.dot(c.normal);
     if (c.solid != Contact::skin && recovered > limited)
-      work[near_.lump(c.particle)] += recovered * std::max(c.force.dot(c.normal), 0.0f);
+      work[in.near.lump(c.particle)] += recovered * std::max(c.force.dot(c.normal), 0.0f);
   }
   return work;
 }
 
 /// Of each lump, a basis of the rigid motions (translation, rotation times its size) that no contact blocks.
-std::vector<Eigen::MatrixXd> Lumps::unblocked(const Contacts& contacts) const {
+std::vector<Lumps::Basis> Lumps::unblocked(const StepInput& in, const Contacts& contacts) const {
   constexpr double none = 1e-6;
   std::vector<Matrix6> blocked(bodies_.size(), Matrix6::Zero());
   const auto block = [&](const Contact& c, const Eigen::Vector3d& direction) {
-    const std::uint32_t l = near_.lump(c.particle);
+    const std::uint32_t l = in.near.lump(c.particle);
     const Body& body = bodies_[l];
-    const Eigen::Vector3d arm = particles_.position.at(c.particle).cast<double>() - body.centre;
+    const Eigen::Vector3d arm = in.particles.position.at(c.particle).cast<double>() - body.centre;
     LumpSums<6>::Sum motion;
     motion << direction, arm.cross(direction) / size(body);
     blocked[l] += motion * motion.transpose();
@@ -220,7 +221,7 @@ std::vector<Eigen::MatrixXd> Lumps::unblocked(const Contacts& contacts) const {
     }
     for (int a = 0; a < 3; ++a) block(c, Eigen::Vector3d::Unit(a));
   }
-  std::vector<Eigen::MatrixXd> bases(bodies_.size(), Eigen::MatrixXd::Identity(6, 6));
+  std::vector<Basis> bases(bodies_.size(), Basis::Identity(6, 6));
   for (std::size_t l = 0; l < bodies_.size(); ++l) {
     if (!(blocked[l].trace() > 0.0)) continue;
     const Eigen::SelfAdjointEigenSolver<Matrix6> modes(blocked[l]);
@@ -241,12 +242,14 @@ Lumps::Motion Lumps::within(const Body& body, const Unblocked& motions, LumpSums
   return {motion.head<3>(), motion.tail<3>() / length};
 }
 
-std::vector<Lumps::Unblocked> Lumps::unblockedMotions(const VectorField& u, const Contacts& contacts) {
-  std::vector<Eigen::MatrixXd> bases = unblocked(contacts);
+std::vector<Lumps::Unblocked> Lumps::unblockedMotions(const StepInput& in, const VectorField& u,
+                                                      const Contacts& contacts) {
+  std::vector<Basis> bases = unblocked(in, contacts);
   std::vector<Unblocked> motions(bodies_.size());
   if (std::none_of(bases.begin(), bases.end(), [](const auto& basis) { return basis.cols() > 0; }))
     return motions;
-  const auto& momenta = momenta_.of(near_, particles_.size(), [&](std::size_t i) { return momentum(i, u); });
+  const auto momenta =
+      momenta_.of(in.near, in.particles.size(), [&](std::size_t i) { return momentum(in, i, u); });
   for (std::size_t l = 0; l < bodies_.size(); ++l) {
     if (bases[l].cols() == 0) continue;
     const Body& body = bodies_[l];
@@ -265,19 +268,19 @@ std::vector<Lumps::Unblocked> Lumps::unblockedMotions(const VectorField& u, cons
   return motions;
 }
 
-bool Lumps::findLacking(const VectorField& lack, const Contacts& contacts, float dt,
+bool Lumps::findLacking(const StepInput& in, const VectorField& lack, const Contacts& contacts,
                         std::vector<Unblocked>& motions) {
   const auto is_free = [](const Unblocked& motion) { return motion.basis.cols() > 0; };
   if (std::none_of(motions.begin(), motions.end(), is_free)) return false;
   std::vector<bool> near_contact(bodies_.size(), false);
-  for (const Contact& c : contacts.contacts()) near_contact[near_.lump(c.particle)] = true;
-  const auto& momenta =
-      momenta_.of(near_, particles_.size(), [&](std::size_t i) { return momentum(i, lack); });
+  for (const Contact& c : contacts.contacts()) near_contact[in.near.lump(c.particle)] = true;
+  const auto momenta =
+      momenta_.of(in.near, in.particles.size(), [&](std::size_t i) { return momentum(in, i, lack); });
   bool far = false;
   for (std::size_t l = 0; l < bodies_.size(); ++l) {
     // What comes near nothing lacks nothing; what a contact turned that has opened since does.
     if (!is_free(motions[l]) || !near_contact[l]) continue;
-    const Motion lacking = within(bodies_[l], motions[l], momenta[l], static_cast<double>(dt) * dt);
+    const Motion lacking = within(bodies_[l], motions[l], momenta[l], static_cast<double>(in.dt) * in.dt);
     if (lacking.translation.norm() + 2.0 * size(bodies_[l]) * lacking.rotation.norm() < dents * spacing_)
       motions[l].lacking = lacking;
     else {

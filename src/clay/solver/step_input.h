@@ -7,7 +7,7 @@
 
 namespace tactile_clay::clay {
 
-/// What a solver gets of a step. All must stay until it is solved.
+/// What a solver gets of a step.
 struct StepInput {
   const Neighbourhood& near;   // of the particles where they are
   const Particles& particles;  // at the start of the step
