@@ -12,7 +12,7 @@
 
 namespace tactile_clay::clay {
 
-/// \throws std::invalid_argument naming the parameter, its value and its range
+/// @throws std::invalid_argument naming the parameter, its value and its range
 void validate(const Material& material);
 
 /// How a time step is solved.
@@ -21,7 +21,7 @@ enum class Method {
   paper      // the paper's projection of one constraint type after the other (class Projection)
 };
 
-/// \throws std::invalid_argument if the name is neither `minimise` nor `paper`
+/// @throws std::invalid_argument if the name is neither `minimise` nor `paper`
 Method methodNamed(const std::string& name);
 
 /// How much is spent on a frame, and on which method. What it buys stands in doc/method/speed_accuracy.md.
@@ -44,11 +44,12 @@ struct ClayConfig {
   double timeStep() const { return frame / budget.substeps; }  // s, fixed
 };
 
-/// \throws std::invalid_argument naming the parameter, its value and its range
+/// @throws std::invalid_argument naming the parameter, its value and its range
 void validate(const ClayConfig& config);
 
 /// Samples that `Clay::advance` takes at most: as many as fill 1 m^2 of skin, of which two hands have a
-/// tenth, and not so many that a step, or its memory, has no bound. \param spacing m, of the clay
+/// tenth, and not so many that a step, or its memory, has no bound.
+/// @param spacing m, of the clay
 std::size_t maxSkinSamples(double spacing);
 
 /// Particles to start from.
@@ -93,16 +94,16 @@ struct Statistics {
 /// The same calls give the same bits, for any number of threads.
 class Clay {
  public:
-  /// \throws std::invalid_argument naming the parameter, its value and its range
+  /// @throws std::invalid_argument naming the parameter, its value and its range
   Clay(const ClayConfig& config, std::vector<Material> materials, std::vector<InitialParticle> particles);
   ~Clay();
 
   /// Advances by `duration` s in whole time steps, rounded; what remains is carried into the next call. Over
   /// the steps samples move straight to their positions. In each step a solid goes from its pose at the start
   /// of the step to its pose at the end; its velocity is what takes it there.
-  /// \param solids their shapes; poses and velocities are not read
-  /// \param motion their poses, by `time()`; it is asked for times from `time()` on
-  /// \throws std::invalid_argument where there are more than `maxSkinSamples`, and the clay stays as it was
+  /// @param solids their shapes; poses and velocities are not read
+  /// @param motion their poses, by `time()`; it is asked for times from `time()` on
+  /// @throws std::invalid_argument where there are more than `maxSkinSamples`, and the clay stays as it was
   void advance(const Skin& skin, const std::vector<Solid>& solids, const SolidMotion& motion,
                double duration);
   /// The same with solids that move from their poses with their velocities.
@@ -111,7 +112,7 @@ class Clay {
   /// What the clay is now.
   Sculpture sculpture() const;
   /// Goes on from a sculpture of the same scene: the same particles, materials and spacing.
-  /// \throws std::invalid_argument naming what differs, and the clay stays as it was
+  /// @throws std::invalid_argument naming what differs, and the clay stays as it was
   void restore(const Sculpture& sculpture);
 
   const ClayConfig& config() const;

@@ -36,7 +36,7 @@ Clay::State::State(const ClayConfig& config_in, std::vector<Material> materials_
   statistics.stages = {{"neighbours"}, {"contact_search"}, {"bonds"}, {"setup"}, {"iterations"}, {"finish"}};
 }
 
-/// \throws std::invalid_argument naming the particle
+/// @throws std::invalid_argument naming the particle
 void Clay::State::takeParticles(const std::vector<InitialParticle>& initial) {
   const std::size_t n = initial.size();
   everyone.position.resize(n);
@@ -96,14 +96,14 @@ void Clay::State::takeSamples(const Skin& skin) {
   moved = target;
 }
 
-/// \param remaining s, of the frame after the step
+/// @param remaining s, of the frame after the step
 void Clay::State::moveSamples(float remaining) {
   for (std::size_t k = 0; k < target.size(); ++k)
     moved.position[k] = target.position[k] - remaining * target.velocity[k];
 }
 
 /// The walls of the world are solids like others, where any particle may come near.
-/// \param farthest coordinate that a particle has or heads for, m
+/// @param farthest coordinate that a particle has or heads for, m
 Surroundings Clay::State::withWalls(const Surroundings& around, double farthest) {
   if (!(farthest > config.world - 2.0 * config.spacing)) return around;
   walled = around.solids;
@@ -117,7 +117,8 @@ Surroundings Clay::State::withWalls(const Surroundings& around, double farthest)
   return {around.skin, walled, walled_start, walled_end, around.dt};
 }
 
-/// Sets `end_poses`. \param solids how many there are
+/// Sets `end_poses`.
+/// @param solids how many there are
 void Clay::State::posesAt(const SolidMotion& motion, double t, std::size_t solids) {
   motion(t, end_poses);
   if (end_poses.size() != solids)

@@ -23,13 +23,14 @@ class Keyframes {
 
   explicit Keyframes(Limits limits) : limits_(limits) {}
 
-  /// Tells that the clay went on by `duration` s. \return whether its state is to be kept now
+  /// Tells that the clay went on by `duration` s.
+  /// @return whether its state is to be kept now
   bool pass(double duration);
   void keep(Sculpture clay, int version);
 
   /// Goes back to the newest state that is at least `seconds` old, and forgets those after it.
-  /// \param[out] went_back s
-  /// \throws std::runtime_error with one line where no state is that old
+  /// @param[out] went_back s
+  /// @throws std::runtime_error with one line where no state is that old
   const State& back(double seconds, double& went_back);
 
   std::size_t bytes() const { return bytes_; }

@@ -6,11 +6,15 @@ namespace tactile_clay::clay {
 /// two seconds. What it is told are times; it reads no clock.
 class LateWatch {
  public:
-  /// \param target s, that computing a period may take \param period s, of frames
+  /// @param target s, that computing a period may take
+  /// @param period s, of frames
   LateWatch(double target, double period) : target_(target), period_(period) {}
 
-  /// To be called after each frame. \param elapsed s since the one before \param simulated s, of the frame
-  /// \param computing s, that this took \return whether it is time to give up accuracy
+  /// To be called after each frame.
+  /// @param elapsed s since the one before
+  /// @param simulated s, of the frame
+  /// @param computing s, that this took
+  /// @return whether it is time to give up accuracy
   bool late(double elapsed, double simulated, double computing) {
     time_ += elapsed;
     if (simulated > 0.0) {

@@ -11,14 +11,16 @@ namespace tactile_clay::clay {
 /// simulated time is off by one and a half of that. More also needs a computer that is faster than the clock.
 class LivePace {
  public:
-  /// \param period s, of frames \param step s, of the simulation
+  /// @param period s, of frames
+  /// @param step s, of the simulation
   LivePace(double period, double step)
       : period_(period),
         step_(step),
         quarter_(step * std::max(std::round(0.25 * period / step), 1.0)),
         usual_(period) {}
 
-  /// Time that the next frame is to simulate, s. \param elapsed s since the frame before it began
+  /// Time that the next frame is to simulate, s.
+  /// @param elapsed s since the frame before it began
   double next(double elapsed) {
     usual_ += adaption * (std::min(elapsed, 2.0 * period_) - usual_);
     owed_ += elapsed;
@@ -37,7 +39,9 @@ class LivePace {
     return duration;
   }
 
-  /// To be called after a frame. \param duration s, that it simulated \param computing s, that this took
+  /// To be called after a frame.
+  /// @param duration s, that it simulated
+  /// @param computing s, that this took
   void took(double duration, double computing) {
     if (duration > 0.0 && computing > 0.0) pace_ = duration / computing;
   }

@@ -19,8 +19,9 @@ class Mesh {
   using Triangle = Eigen::Matrix<std::uint32_t, 3, 1>;  // corners, anticlockwise as seen from outside
 
   /// Corners nearer to each other than a millionth of the mesh are one. How triangles are turned does not
-  /// matter, but for holes: they are turned outwards, as a mirrored mesh needs. \param vertices m \throws
-  /// std::invalid_argument with one line where the surface is not closed, or encloses nothing
+  /// matter, but for holes: they are turned outwards, as a mirrored mesh needs.
+  /// @param vertices m
+  /// @throws std::invalid_argument with one line where the surface is not closed, or encloses nothing
   Mesh(const std::vector<Eigen::Vector3d>& vertices, const std::vector<Triangle>& triangles);
 
   /// Signed distance of a point and the direction out of the mesh. Bodies do not see each other: inside one

@@ -22,7 +22,8 @@ struct HashOfCell {
   }
 };
 
-/// Vertices that are not at the place of one before. \param number gets which one each vertex is
+/// Vertices that are not at the place of one before.
+/// @param number gets which one each vertex is
 std::vector<Eigen::Vector3d> joined(const std::vector<Eigen::Vector3d>& vertices, double tolerance,
                                     std::vector<std::uint32_t>& number) {
   std::vector<Eigen::Vector3d> places;
@@ -57,7 +58,8 @@ struct Side {  // of an edge
   std::uint32_t low, high, triangle, corner;
 };
 
-/// Fills `across`. \throws where an edge has not two triangles
+/// Fills `across`.
+/// @throws where an edge has not two triangles
 void matchEdges(ClosedSurface& surface) {
   std::vector<Side> sides;
   for (std::uint32_t t = 0; t < surface.triangles.size(); ++t)

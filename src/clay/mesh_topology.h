@@ -18,8 +18,8 @@ struct ClosedSurface {
 };
 
 /// Joins corners that are the same place, drops triangles that are a line then, and turns all the others
-/// outwards. \throws std::invalid_argument with one line where that is no closed surface, or it encloses
-/// nothing
+/// outwards.
+/// @throws std::invalid_argument with one line where that is no closed surface, or it encloses nothing
 ClosedSurface closedSurface(const std::vector<Eigen::Vector3d>& vertices,
                             const std::vector<Mesh::Triangle>& triangles);
 

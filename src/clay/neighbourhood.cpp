@@ -133,7 +133,8 @@ TACTILE_CLAY_INLINE LaneOrder cellsAlong(const Lane& x, const Grid& grid) {
   return __builtin_convertvector(min(max(c, Lane{}), all(static_cast<float>(grid.size[0] - 1))), LaneOrder);
 }
 
-/// The chord of a particle's ball through each row of blocks. \param cy, cz its block
+/// The chord of a particle's ball through each row of blocks.
+/// @param cy, cz its block
 TACTILE_CLAY_MULTIVERSION
 void findRuns(const Grid& grid, float x, float y, float z, int cy, int cz, Runs& runs) {
   const float above_y = y - grid.origin[1] - static_cast<float>(cy) * grid.block;
@@ -167,7 +168,8 @@ void findRuns(const Grid& grid, float x, float y, float z, int cy, int cz, Runs&
 }
 
 /// Lists the candidates that are within h of particle `self`, from list[size] on. There must be room for all
-/// of them and a lane more. \return the list's new size
+/// of them and a lane more.
+/// @return the list's new size
 TACTILE_CLAY_MULTIVERSION
 std::size_t appendNear(const Neighbourhood::Places& all_of, const Runs& runs, std::uint32_t self, float h,
                        const Lists& list, std::size_t size) {
@@ -190,7 +192,7 @@ std::size_t appendNear(const Neighbourhood::Places& all_of, const Runs& runs, st
   return size;
 }
 
-/// \param size of the list, whole lanes
+/// @param size of the list, whole lanes
 TACTILE_CLAY_MULTIVERSION
 void measureDistances(const Lists& list, std::size_t size) {
   for (std::size_t p = 0; p < size; p += lane_width) {

@@ -23,7 +23,7 @@ struct Sums {
 /// Forms sums over fixed ranges of particles and adds them in order: the same bits for any number of threads.
 class RangeSums {
  public:
-  /// \param f f(first, last) gives the sums over particles [first, last) of [0, n)
+  /// @param f f(first, last) gives the sums over particles [first, last) of [0, n)
   template <typename F>
   Sums of(std::size_t n, const F& f) {
     parts_.assign((n + range_size - 1) / range_size, Sums());

@@ -35,11 +35,11 @@ struct Sculpture {
 Sculpture woken(Sculpture sculpture);
 
 /// Writes a sculpture to a file, whole or not at all.
-/// \throws std::runtime_error with one line naming the file
+/// @throws std::runtime_error with one line naming the file
 void save(const Sculpture& sculpture, const std::string& file);
 
-/// Reads it back. \throws std::runtime_error with one line: the file, what is wrong with it, what was
-/// expected
+/// Reads it back.
+/// @throws std::runtime_error with one line: the file, what is wrong with it, what was expected
 Sculpture loadSculpture(const std::string& file);
 
 }  // namespace tactile_clay::clay

@@ -16,7 +16,8 @@ namespace tactile_clay::clay {
 /// taken to be of the same samples.
 class SkinPath {
  public:
-  /// A message of the skin came. \param stamp s, of any clock that the velocities count in
+  /// A message of the skin came.
+  /// @param stamp s, of any clock that the velocities count in
   void add(Skin skin, double stamp) {
     const bool goes_on = skin.size() == skin_.size();
     const double since = std::clamp(stamp - stamp_, 0.0, longest);
@@ -33,8 +34,8 @@ class SkinPath {
     skin_ = std::move(skin);
   }
 
-  /// The newest message, with the velocities that take its samples there in this frame. \param duration s,
-  /// that the frame simulates; 0: none, and the next frame takes the whole way
+  /// The newest message, with the velocities that take its samples there in this frame.
+  /// @param duration s, that the frame simulates; 0: none, and the next frame takes the whole way
   Skin frame(double duration) {
     Skin skin = skin_;
     const float per_second = duration > 0.0 ? static_cast<float>(1.0 / duration) : 0.0f;

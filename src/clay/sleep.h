@@ -27,22 +27,27 @@ class Sleep {
     double watched = 0.0;             // s, of the half second
   };
 
-  /// \param spacing m \param minimum particles that a lump must have to sleep; smaller ones are cheaper awake
+  /// @param spacing m
+  /// @param minimum particles that a lump must have to sleep; smaller ones are cheaper awake
   Sleep(float spacing, std::size_t minimum) : spacing_(spacing), minimum_(minimum) {}
 
   const State& state() const { return state_; }
-  /// \param particles all of them
+  /// @param particles all of them
   void restore(State state, const Particles& particles);
 
   std::size_t lumps() const { return lumps_.size(); }  // that are asleep
   std::vector<std::uint32_t> awake() const;            // ascending
 
-  /// Wakes what may be touched in a step. \return whether any clay woke
-  /// \param all particles; \param awake those that move
+  /// Wakes what may be touched in a step.
+  /// @return whether any clay woke
+  /// @param all particles;
+  /// @param awake those that move
   bool wake(const Particles& all, const Particles& awake, const Surroundings& around);
 
-  /// Watches after the last step of a frame. \return whether any clay fell asleep
-  /// \param awake particles, and the lumps they make up; \param duration s, of the frame
+  /// Watches after the last step of a frame.
+  /// @return whether any clay fell asleep
+  /// @param awake particles, and the lumps they make up;
+  /// @param duration s, of the frame
   bool settle(const Particles& awake, const Neighbourhood& near, const Surroundings& around, double duration);
 
  private:

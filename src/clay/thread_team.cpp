@@ -17,7 +17,7 @@ void pause() {
 #endif
 }
 
-/// \return whether done() came true within our patience
+/// @return whether done() came true within our patience
 template <typename F>
 bool comesSoon(const F& done) {
   const auto end = std::chrono::steady_clock::now() + patience;

@@ -16,7 +16,7 @@ namespace tactile_clay::clay {
 /// more than its work (doc/logbook/performance.md).
 class ThreadTeam {
  public:
-  /// \param threads with the one that asks; 0: as many as there are cores
+  /// @param threads with the one that asks; 0: as many as there are cores
   explicit ThreadTeam(int threads);
   ~ThreadTeam();
   ThreadTeam(const ThreadTeam&) = delete;
@@ -34,7 +34,8 @@ class ThreadTeam {
   static ThreadTeam* current();
 
   /// Calls f(0) here and f(k), k < size(), in the others that come before it returns; returns when all have.
-  /// f must not throw. \param wanted threads that are worth waking, with this one
+  /// f must not throw.
+  /// @param wanted threads that are worth waking, with this one
   template <typename F>
   void run(std::uint32_t wanted, const F& f) {
     const Lend lend(nullptr);

@@ -31,19 +31,22 @@ struct PressureSample {
 /// A contact whose force is not finite or whose slip is no finite number from 0, or whose sample has a
 /// non-finite position, normal or weight or an area that is negative or not finite, is left out and counted;
 /// it does not touch any other sample. So is a sample whose pressure does not fit a float, and one whose felt
-/// place is not finite. \param array_position of the centre of the array, m, world; a sample faces it where n
-/// . (array - x) > 0 \param dropped if given, receives the number of contacts left out for that reason
-/// \throws std::out_of_range if a contact's index is not a sample of the skin
-/// \throws std::invalid_argument if the skin's arrays differ in length or the array's position is not finite
+/// place is not finite.
+/// @param array_position of the centre of the array, m, world; a sample faces it where n . (array - x) > 0
+/// @param dropped if given, receives the number of contacts left out for that reason
+/// @throws std::out_of_range if a contact's index is not a sample of the skin
+/// @throws std::invalid_argument if the skin's arrays differ in length or the array's position is not finite
 std::vector<PressureSample> pressureField(const Skin& skin, const std::vector<SkinForce>& contacts,
                                           const Eigen::Vector3f& array_position,
                                           std::size_t* dropped = nullptr);
 
 /// Skin that faces the array within `reach` of a pressed sample and is not pressed itself: samples of
 /// pressure and force 0, in skin order, frame world, with places, normals and areas where they are felt.
-/// Samples that are not usable (pressureField) are passed over. \param pressed samples of the same skin, as
-/// pressureField returned them \param reach m \throws std::invalid_argument if the skin's arrays differ in
-/// length, or the array's position or the reach is not finite
+/// Samples that are not usable (pressureField) are passed over.
+/// @param pressed samples of the same skin, as pressureField returned them
+/// @param reach m
+/// @throws std::invalid_argument if the skin's arrays differ in length, or the array's position or the reach
+/// is not finite
 std::vector<PressureSample> skinAround(const Skin& skin, const std::vector<PressureSample>& pressed,
                                        const Eigen::Vector3f& array_position, float reach);
 

@@ -75,9 +75,9 @@ class ArrayDevice {
   virtual bool harmless() const { return false; }
 
   /// Opens the array.
-  /// \param options as given at launch, such as `port`; those of other devices are to be passed over.
+  /// @param options as given at launch, such as `port`; those of other devices are to be passed over.
   /// `temperature` (degrees C) is always there: that of the air, for the gate too
-  /// \throws std::runtime_error with one line: what, where, what was expected
+  /// @throws std::runtime_error with one line: what, where, what was expected
   virtual void open(const std::map<std::string, std::string>& options) = 0;
 
   /// Of the open array.
@@ -92,9 +92,10 @@ class ArrayDevice {
   }
 
   /// The same for fields, for arrays that name Modulation::field or field_circle: the patterns to play for
-  /// samples of skin, and what they reach there. \param options of the solver, `amplitude` being the maximum
-  /// of each transducer that may be spent \param before patterns of the frame before, or none. Nothing: the
-  /// gate solves them for the layout itself.
+  /// samples of skin, and what they reach there.
+  /// @param options of the solver, `amplitude` being the maximum of each transducer that may be spent
+  /// @param before patterns of the frame before, or none. Nothing: the gate solves them for the layout
+  /// itself.
   virtual std::optional<ultrasound::FieldSolution> field(
       [[maybe_unused]] const std::vector<ultrasound::FocalPoint>& targets,
       [[maybe_unused]] const ultrasound::FieldSolverOptions& options,
@@ -104,7 +105,8 @@ class ArrayDevice {
 
   /// Sends what the gate returned, of a modulation that the device has named, newest wins, without waiting
   /// for the array. It has to be renewed: a device goes silent by itself when nothing is submitted for some
-  /// 0.2 s. \throws std::runtime_error when the array is gone
+  /// 0.2 s.
+  /// @throws std::runtime_error when the array is gone
   virtual void submit(const Sound& sound) = 0;
 
   /// Silences the array, by the surest means that it has. Must not throw.

@@ -21,7 +21,8 @@ using ultrasound::Modulation;
 constexpr char self[] = "autd3";
 constexpr std::size_t max_boards = 16;
 
-/// Poses of boards: six numbers each. \throws std::runtime_error with one line
+/// Poses of boards: six numbers each.
+/// @throws std::runtime_error with one line
 std::vector<Eigen::Isometry3d> boardsOf(const std::map<std::string, std::string>& options) {
   const auto given = options.find("boards");
   const std::string text = given == options.end() || given->second.empty() ? "0 0 0 0 0 0" : given->second;

@@ -14,7 +14,8 @@ constexpr double metres = 1e-3;                 // a mm
 constexpr double elsewhere = 0.2e-3;            // m, by which a transducer may be off its place
 constexpr std::uint64_t millisecond = 1000000;  // ns
 
-/// The library's word for what went wrong. \throws std::runtime_error
+/// The library's word for what went wrong.
+/// @throws std::runtime_error
 template <class Result>
 [[noreturn]] void fail(const Result& result, const std::string& what) {
   std::string text(result.err_len, ' ');

@@ -23,22 +23,26 @@ class Autd3Boards {
   /// Transducers of boards at these poses, in the order of the library: board after board, 249 each.
   static ultrasound::ArrayLayout layoutOf(const std::vector<Eigen::Isometry3d>& boards);
 
-  /// \param address of the AUTD3 server on the network, IP:PORT \param boards pose of the centre of each
-  /// \throws std::runtime_error with one line where it is not there, or has its transducers elsewhere
+  /// @param address of the AUTD3 server on the network, IP:PORT
+  /// @param boards pose of the centre of each
+  /// @throws std::runtime_error with one line where it is not there, or has its transducers elsewhere
   Autd3Boards(const std::string& address, const std::vector<Eigen::Isometry3d>& boards);
   ~Autd3Boards();
   Autd3Boards(const Autd3Boards&) = delete;
   Autd3Boards& operator=(const Autd3Boards&) = delete;
 
-  /// Factors 0 to 255 of all amplitudes, `sample_rate` a second, over and over. \throws as above
+  /// Factors 0 to 255 of all amplitudes, `sample_rate` a second, over and over.
+  /// @throws as above
   void modulate(const std::vector<std::uint8_t>& samples);
 
   /// Drives one after the other, over and over; phases and amplitudes that are no levels are rounded,
-  /// amplitudes down. \param patterns at least one, of `layoutOf`'s length \param frequency Hz, of a round of
-  /// several \throws as above
+  /// amplitudes down.
+  /// @param patterns at least one, of `layoutOf`'s length
+  /// @param frequency Hz, of a round of several
+  /// @throws as above
   void play(const std::vector<ultrasound::Drive>& patterns, double frequency);
 
-  /// \throws as above
+  /// @throws as above
   void silence();
 
  private:

@@ -21,8 +21,8 @@ class DebugDevice : public ArrayDevice {
   /// Says it on stderr.
   DebugDevice();
 
-  /// \param sink where lines go
-  /// \param clock that the rate is kept by, monotonic
+  /// @param sink where lines go
+  /// @param clock that the rate is kept by, monotonic
   DebugDevice(Sink sink, Clock clock);
 
   bool harmless() const override { return true; }

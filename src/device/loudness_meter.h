@@ -13,12 +13,13 @@ namespace tactile_clay::device {
 /// points are that a drive was made for, and the level at the head.
 class LoudnessMeter {
  public:
-  /// \param head_point m, frame of the array \param config its workspace and its cap: pressures below that
-  /// are those at the points \throws std::invalid_argument as FieldMaximum
+  /// @param head_point m, frame of the array
+  /// @param config its workspace and its cap: pressures below that are those at the points
+  /// @throws std::invalid_argument as FieldMaximum
   LoudnessMeter(const ultrasound::ArrayLayout& layout, const ultrasound::Acoustics& acoustics,
                 const Eigen::Vector3d& head_point, const SafetyGateConfig& config);
 
-  /// \throws std::invalid_argument if the drive's length is not the layout's
+  /// @throws std::invalid_argument if the drive's length is not the layout's
   Loudness operator()(const ultrasound::Drive& drive,
                       const std::vector<ultrasound::FocalPoint>& points) const;
 

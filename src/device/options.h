@@ -32,7 +32,7 @@ inline std::optional<std::map<std::string, std::string>> optionsOf(const std::st
 
 /// Options of devices are texts. These read one, or give `fallback` where it is not set or empty.
 
-/// \throws std::runtime_error naming the option, its value and what was expected
+/// @throws std::runtime_error naming the option, its value and what was expected
 inline std::string choice(const std::map<std::string, std::string>& options, const std::string& device,
                           const std::string& key, const std::string& fallback,
                           const std::vector<std::string>& allowed) {
@@ -46,7 +46,8 @@ inline std::string choice(const std::map<std::string, std::string>& options, con
   throw std::runtime_error(device + ": " + key + " is '" + value + "', expected one of " + list);
 }
 
-/// Numbers, separated by spaces. \throws std::runtime_error as choice
+/// Numbers, separated by spaces.
+/// @throws std::runtime_error as choice
 inline std::vector<double> numbers(const std::map<std::string, std::string>& options,
                                    const std::string& device, const std::string& key,
                                    const std::vector<double>& fallback, double low, double high) {
@@ -69,7 +70,8 @@ inline std::vector<double> numbers(const std::map<std::string, std::string>& opt
   return values;
 }
 
-/// One number. \throws std::runtime_error as choice
+/// One number.
+/// @throws std::runtime_error as choice
 inline double number(const std::map<std::string, std::string>& options, const std::string& device,
                      const std::string& key, double fallback, double low, double high) {
   return numbers(options, device, key, {fallback}, low, high).front();

@@ -15,7 +15,8 @@ class PointValues {
  public:
   void clear() { values_.clear(); }
 
-  /// Keeps one value a point. \param value of each of `points`
+  /// Keeps one value a point.
+  /// @param value of each of `points`
   template <class Value>
   void set(const std::vector<ultrasound::FocalPoint>& points, Value value) {
     values_.clear();

@@ -67,8 +67,8 @@ Verdict SafetyGate::tick(double age_since_last) const {
   // Written so that NaN is stale.
   else if (applies(Rule::stale) &&
            !(age_since_last <= config_.stale_timeout && age_since_last >= -config_.stale_timeout))
-    verdict.reason = "stale: focal points are " + text(age_since_last) + " s old, expected at most " +
-                     text(config_.stale_timeout) + " s";
+    verdict.reason = "stale: focal points are " + text(1e-3 * std::round(1e3 * age_since_last)) +
+                     " s old, expected at most " + text(config_.stale_timeout) + " s";
   return verdict;
 }
 
@@ -186,8 +186,8 @@ void SafetyGate::limitField(Verdict& verdict, double since_last) const {
   }
 }
 
-/// \param reason is set where it is too loud \return factor that the amplitudes have to be lowered by; 1:
-/// none; 0: silence
+/// @param reason is set where it is too loud
+/// @return factor that the amplitudes have to be lowered by; 1: none; 0: silence
 double SafetyGate::excess(const Loudness& loudness, std::string& reason) const {
   double factor = 1.0;
   if (applies(Rule::pressure)) {

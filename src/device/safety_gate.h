@@ -36,7 +36,7 @@ struct Verdict {
 /// lockstep run passes 0 and repeats itself.
 class SafetyGate {
  public:
-  /// \throws std::invalid_argument as SafetyGateConfig::validate
+  /// @throws std::invalid_argument as SafetyGateConfig::validate
   SafetyGate(const SafetyGateConfig& config, Instrument instrument);
 
   /// Opens the gate once the device is open. It does not lift an emergency stop.
@@ -49,8 +49,8 @@ class SafetyGate {
   void reset() { stopped_ = false; }
 
   /// Other limits, none of them less strict than at the start. What sounds goes on.
-  /// \param instrument that judges by them
-  /// \throws std::invalid_argument with one line where one is less strict, and the gate stays as it was
+  /// @param instrument that judges by them
+  /// @throws std::invalid_argument with one line where one is less strict, and the gate stays as it was
   void tighten(const SafetyGateConfig& config, Instrument instrument);
 
   bool stopped() const { return stopped_; }
@@ -79,7 +79,7 @@ class SafetyGate {
 
   /// May what the array was last told go on? For a timer of the driver: silent by emergency stop, before the
   /// start and when no emission arrived for longer than the timeout.
-  /// \param age_since_last emission that passed, s
+  /// @param age_since_last emission that passed, s
   Verdict tick(double age_since_last) const;
 
  private:

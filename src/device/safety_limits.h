@@ -24,7 +24,8 @@ enum class Rule {
   head_level
 };
 
-/// Name of a rule, such as "hand_lost"; the rule of a name. \throws std::invalid_argument listing the names
+/// Name of a rule, such as "hand_lost"; the rule of a name.
+/// @throws std::invalid_argument listing the names
 std::string nameOf(Rule rule);
 Rule ruleOf(const std::string& name);
 
@@ -39,7 +40,7 @@ struct SafetyGateConfig {
   double head_spl_cap = 110.0;              // dB re 20 uPa rms at the head, unmodulated
   std::set<Rule> without;                   // rules that are left out; for arrays that are not there
 
-  /// \throws std::invalid_argument naming the parameter, its value and its range
+  /// @throws std::invalid_argument naming the parameter, its value and its range
   void validate() const;
 };
 

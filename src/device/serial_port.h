@@ -11,15 +11,15 @@ namespace tactile_clay::device {
 /// Closes itself.
 class SerialPort {
  public:
-  /// \param baud one of the rates that termios knows
-  /// \throws std::runtime_error with one line where the port cannot be opened, is no terminal, or is in use
+  /// @param baud one of the rates that termios knows
+  /// @throws std::runtime_error with one line where the port cannot be opened, is no terminal, or is in use
   SerialPort(const std::string& path, unsigned baud);
   ~SerialPort();
   SerialPort(const SerialPort&) = delete;
   SerialPort& operator=(const SerialPort&) = delete;
 
-  /// Hands all bytes to the port. \throws std::runtime_error with one line where it is gone or takes none for
-  /// `patience`
+  /// Hands all bytes to the port.
+  /// @throws std::runtime_error with one line where it is gone or takes none for `patience`
   void write(const std::vector<std::uint8_t>& bytes, std::chrono::milliseconds patience);
 
   /// Bytes that still wait in the port; 0 where it cannot tell.
@@ -28,7 +28,7 @@ class SerialPort {
   /// Drops them.
   void drop() noexcept;
 
-  /// \throws std::runtime_error with one line where the port is gone
+  /// @throws std::runtime_error with one line where the port is gone
   void check() const;
 
   /// Whether it is the end of a pseudo-terminal (pty(7)), and so no port of this computer.

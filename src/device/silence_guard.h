@@ -21,10 +21,10 @@ class SilenceGuard {
   enum class State { there, frozen, gone };
 
   /// Starts the process.
-  /// \param port descriptor to write to
-  /// \param silence what to write
-  /// \param patience without a sign of life after which the driver, or the guard, counts as frozen
-  /// \throws std::runtime_error where the system gives no process
+  /// @param port descriptor to write to
+  /// @param silence what to write
+  /// @param patience without a sign of life after which the driver, or the guard, counts as frozen
+  /// @throws std::runtime_error where the system gives no process
   SilenceGuard(int port, const std::vector<std::uint8_t>& silence, std::chrono::milliseconds patience);
 
   /// Lets the process go. It writes the silence once more; one that is frozen is killed.
@@ -32,8 +32,8 @@ class SilenceGuard {
   SilenceGuard(const SilenceGuard&) = delete;
   SilenceGuard& operator=(const SilenceGuard&) = delete;
 
-  /// A sign of life of the driver, to be given several times within the patience. \return how the guard is:
-  /// frozen where a sign has had no answer for the patience
+  /// A sign of life of the driver, to be given several times within the patience.
+  /// @return how the guard is: frozen where a sign has had no answer for the patience
   State beat() noexcept;
 
   pid_t process() const { return process_; }

@@ -189,8 +189,8 @@ void SonicSurface::silence() {
   sounding_ = false;
 }
 
-/// Sooner than by a frame of silence alone. \param silence_behind whether the buffer that does not play is
-/// silent
+/// Sooner than by a frame of silence alone.
+/// @param silence_behind whether the buffer that does not play is silent
 void SonicSurface::hush(bool silence_behind) {
   if (port_->waiting() > 0) {
     port_->drop();  // of an upload: without its end it is never played

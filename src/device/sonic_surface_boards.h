@@ -25,11 +25,12 @@ namespace tactile_clay::device {
 /// At power-on all boards are selected. Their buffers are silent here, as after a program that ended well.
 class SonicSurfaceBoards {
  public:
-  /// \param boards 1 or 2 \param tactile firmware: 16 phases, modulated by the board \param first firmware of
-  /// a single board: 0 primary, 1 secondary
+  /// @param boards 1 or 2
+  /// @param tactile firmware: 16 phases, modulated by the board
+  /// @param first firmware of a single board: 0 primary, 1 secondary
   explicit SonicSurfaceBoards(std::size_t boards = 1, bool tactile = false, std::size_t first = 0);
 
-  /// \return whether the byte made the boards swap their buffers
+  /// @return whether the byte made the boards swap their buffers
   bool feed(std::uint8_t byte);
 
   /// What plays: the channels of all boards, one board after the other.

@@ -36,7 +36,8 @@ std::pair<ultrasound::ArrayLayout, std::vector<std::size_t>> channelsThatAreOn(
 }
 
 /// Phases of the channels that are on, for without the others the foci would be neither as strong nor where
-/// they were. \param target amplitude of each point, Pa
+/// they were.
+/// @param target amplitude of each point, Pa
 void solveAnew(const Playable& array, std::vector<ultrasound::FocalPoint> points,
                const std::vector<double>& target, ultrasound::Drive& drive) {
   const auto [on, channel] = channelsThatAreOn(array.layout, drive);
@@ -83,8 +84,8 @@ ultrasound::Drive solve(const Playable& array, const std::vector<ultrasound::Foc
   return best;
 }
 
-/// Phases of the channels that are on, for the same field as strong as they can give it. \param wanted
-/// amplitude at each target, Pa
+/// Phases of the channels that are on, for the same field as strong as they can give it.
+/// @param wanted amplitude at each target, Pa
 void solveAnew(const Playable& array, std::vector<ultrasound::FocalPoint> targets,
                const std::vector<double>& wanted, ultrasound::FieldSolverOptions options,
                ultrasound::Drive& drive) {

@@ -14,11 +14,12 @@
 namespace tactile_clay::device::sonic_surface {
 
 /// The boards that the options `firmware`, `boards` and `board` of the device SonicSurface name.
-/// \throws std::runtime_error with one line where there are no such boards
+/// @throws std::runtime_error with one line where there are no such boards
 Boards boardsOf(const std::map<std::string, std::string>& options);
 
 /// Transducers of the boards, in the order of their channels, in the frame of the first board.
-/// \param boards 1 or 2 \param second pose of the second board in that frame
+/// @param boards 1 or 2
+/// @param second pose of the second board in that frame
 ultrasound::ArrayLayout layoutOf(std::size_t boards, const Eigen::Isometry3d& second);
 
 /// The array as its boards can play it: phases in steps, channels on or off.
@@ -37,10 +38,12 @@ struct Playable {
   ultrasound::Acoustics acoustics;
   std::vector<double> added;  // turns, to the phases of each channel on the way to the wire; empty: none
 
-  /// As ArrayDevice::drive. \throws std::invalid_argument as ultrasound::solvePhases
+  /// As ArrayDevice::drive.
+  /// @throws std::invalid_argument as ultrasound::solvePhases
   ultrasound::Drive drive(const std::vector<ultrasound::FocalPoint>& points) const;
 
-  /// As ArrayDevice::field. \throws std::invalid_argument as ultrasound::solveField
+  /// As ArrayDevice::field.
+  /// @throws std::invalid_argument as ultrasound::solveField
   ultrasound::FieldSolution field(const std::vector<ultrasound::FocalPoint>& targets,
                                   const ultrasound::FieldSolverOptions& options,
                                   const std::vector<ultrasound::Drive>& before) const;

@@ -19,7 +19,7 @@ int level(float phase, double turns, int levels) {
 
 /// Amplitude above which each channel of a board is on: (rank + 1/2) / 256 in the order of the additive
 /// sequence R2 (Roberts 2018, generalised golden ratio), which spreads over the plane at every length.
-/// \param pattern shifts that sequence by the golden ratio each
+/// @param pattern shifts that sequence by the golden ratio each
 std::array<float, channels> thresholds(unsigned pattern) {
   const auto order = channelOrder();
   std::array<double, channels> value{};

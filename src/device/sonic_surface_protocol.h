@@ -39,9 +39,9 @@ std::array<std::pair<int, int>, channels> channelOrder();
 /// What a board can emit of a drive: phases rounded to the firmware's levels, amplitudes to 0 or 1. A board
 /// knows no amplitude, so an amplitude a below 1 switches off a share 1 - a of the channels, spread evenly
 /// over the board, so that its foci become weaker by that much.
-/// \param drive of one or more boards, in channel order
-/// \param pattern of the channels that are on, any number: always the same ones for one, others for another
-/// \param added turns that are added to the phases on the way to the wire, of each channel; empty: none
+/// @param drive of one or more boards, in channel order
+/// @param pattern of the channels that are on, any number: always the same ones for one, others for another
+/// @param added turns that are added to the phases on the way to the wire, of each channel; empty: none
 ultrasound::Drive emitted(const ultrasound::Drive& drive, Firmware firmware, unsigned pattern = 0,
                           const std::vector<double>& added = {});
 
@@ -52,8 +52,10 @@ struct Boards {
   std::size_t first = 0;  // of a single one with the stock firmware: 0 the primary, 1 the secondary
 };
 
-/// Frame of such a drive. \param added as of emitted() \throws std::invalid_argument if the drive has not 256
-/// channels a board, or there are others than 1 or 2 boards (tactile: 1)
+/// Frame of such a drive.
+/// @param added as of emitted()
+/// @throws std::invalid_argument if the drive has not 256 channels a board, or there are others than 1 or 2
+/// boards (tactile: 1)
 std::vector<std::uint8_t> frame(const ultrasound::Drive& drive, const Boards& boards,
                                 const std::vector<double>& added = {});
 
@@ -66,7 +68,7 @@ std::vector<std::uint8_t> silence(const Boards& boards);
 
 /// Byte that sets the tactile firmware's modulation to 1250 / (s + 1) Hz, s = 0 to 31, closest to
 /// `frequency`.
-/// \throws std::invalid_argument for a frequency below 39 or above 1250 Hz
+/// @throws std::invalid_argument for a frequency below 39 or above 1250 Hz
 std::uint8_t modulation(double frequency);
 
 }  // namespace tactile_clay::device::sonic_surface

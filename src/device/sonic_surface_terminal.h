@@ -32,7 +32,7 @@ class SonicSurfaceTerminal {
   };
 
   /// Makes `path` a link to the terminal, and removes it in the end. A link that is there is replaced.
-  /// \throws std::runtime_error with one line where the terminal or the link cannot be made
+  /// @throws std::runtime_error with one line where the terminal or the link cannot be made
   SonicSurfaceTerminal(std::string path, std::size_t boards, bool tactile);
   ~SonicSurfaceTerminal();
   SonicSurfaceTerminal(const SonicSurfaceTerminal&) = delete;

@@ -20,12 +20,12 @@ class StampCheck {
     std::string clocks;  // what is wrong with the clocks, words for the end of a line; empty: nothing
   };
 
-  /// \param timeout s, beyond which something is stale
+  /// @param timeout s, beyond which something is stale
   StampCheck(Mode mode, double timeout) : mode_(mode), timeout_(timeout) {}
 
   /// To be asked of each stamp, in the order in which they come.
-  /// \param behind s, by which the stamp is behind this computer's clock
-  /// \param played whether a program that plays recordings sends it
+  /// @param behind s, by which the stamp is behind this computer's clock
+  /// @param played whether a program that plays recordings sends it
   Age operator()(double behind, bool played = false);
 
   /// What comes next is of somebody else.

@@ -13,7 +13,7 @@ namespace {
 
 namespace sdk = ::Ultraleap::Haptics;
 
-/// \throws std::runtime_error with one line where the SDK did not do it
+/// @throws std::runtime_error with one line where the SDK did not do it
 template <class Result>
 void require(const Result& result, const std::string& what, const std::string& expected) {
   if (!result)

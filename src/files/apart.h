@@ -16,9 +16,10 @@ struct Bounds {
 };
 
 /// For libraries that trust the files which they read: does the work in a process of its own, which may
-/// crash, never end or ask for all memory, and harms nobody. What it changes elsewhere is lost. \param work
-/// may throw std::exception; its words are thrown again \return what the work returns \throws
-/// std::runtime_error with the words of the work, or "crashes ...", "takes more than ..."
+/// crash, never end or ask for all memory, and harms nobody. What it changes elsewhere is lost.
+/// @param work may throw std::exception; its words are thrown again
+/// @return what the work returns
+/// @throws std::runtime_error with the words of the work, or "crashes ...", "takes more than ..."
 std::string runApart(const std::function<std::string()>& work, const Bounds& bounds = {});
 
 }  // namespace tactile_clay::files

@@ -37,16 +37,19 @@ class Descriptor {
   int fd_;
 };
 
-/// Opens a file for reading. \param max_bytes that it may have
+/// Opens a file for reading.
+/// @param max_bytes that it may have
 Descriptor openInput(const std::string& file, std::uint64_t max_bytes);
 
-/// For libraries that open files by their names. \throws std::runtime_error where openInput would
+/// For libraries that open files by their names.
+/// @throws std::runtime_error where openInput would
 void requireInput(const std::string& file, std::uint64_t max_bytes);
 
 /// All of a file.
 std::string readWhole(const std::string& file, std::uint64_t max_bytes);
 
-/// All of a file, unpacked where it is gzipped. \param max_bytes before and after
+/// All of a file, unpacked where it is gzipped.
+/// @param max_bytes before and after
 std::string readUnpacked(const std::string& file, std::uint64_t max_bytes);
 
 /// Closes a file of zlib, in a std::unique_ptr.
@@ -54,7 +57,8 @@ struct CloseGzip {
   void operator()(gzFile_s* file) const;
 };
 
-/// Opens a file, gzipped or not, for zlib. \return what gzclose closes
+/// Opens a file, gzipped or not, for zlib.
+/// @return what gzclose closes
 gzFile_s* openGzip(const std::string& file, std::uint64_t max_bytes);
 
 }  // namespace tactile_clay::files

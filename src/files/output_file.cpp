@@ -36,7 +36,7 @@ std::string target(const std::string& file) {
   return resolved;
 }
 
-/// \return the mode that the file is to have
+/// @return the mode that the file is to have
 mode_t judge(const std::string& file, Existing existing) {
   struct stat status {};
   if (::lstat(file.c_str(), &status) != 0) return usual_mode;

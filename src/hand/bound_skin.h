@@ -26,8 +26,8 @@ struct FleshPoint {
 /// The skin's samples of one hand, bound to the surface of its flesh.
 class BoundSkin {
  public:
-  /// \param skin the samples at the rest pose of a hand of `scale`; those of the template's side are bound
-  /// \throws std::logic_error where there is no flesh beneath a sample
+  /// @param skin the samples at the rest pose of a hand of `scale`; those of the template's side are bound
+  /// @throws std::logic_error where there is no flesh beneath a sample
   BoundSkin(const SoftHandTemplate& anatomy, const Skin& skin, double scale);
 
   std::size_t size() const { return points_.size(); }

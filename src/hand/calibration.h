@@ -14,8 +14,9 @@ struct RigidFit {
 };
 
 /// Rotation and translation, without scale, that bring points `from` onto points `to` with the least sum of
-/// squares (Umeyama 1991). \throws std::invalid_argument with one line where the lists differ in length, hold
-/// fewer than three points or a number that is not finite, or where the points lie on one line
+/// squares (Umeyama 1991).
+/// @throws std::invalid_argument with one line where the lists differ in length, hold fewer than three points
+/// or a number that is not finite, or where the points lie on one line
 RigidFit fitRigid(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to);
 
 /// Finds where a fingertip rests: it stays within `radius` of its mean for `seconds`, and was `apart` from
@@ -30,7 +31,8 @@ class TouchDetector {
   explicit TouchDetector(const Config& config) : config_(config) {}
   TouchDetector() : TouchDetector(Config{}) {}
 
-  /// \param time s, increasing \return the mean place where one was found with this sample
+  /// @param time s, increasing
+  /// @return the mean place where one was found with this sample
   std::optional<Eigen::Vector3d> add(double time, const Eigen::Vector3d& tip);
   /// The finger is not seen.
   void lose() { samples_.clear(); }

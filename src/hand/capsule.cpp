@@ -7,7 +7,7 @@
 namespace tactile_clay::hand {
 namespace {
 
-/// \param l m, length
+/// @param l m, length
 double taperOf(const Capsule& c, double l) {
   if (l > 0.0) return (c.radius_from - c.radius_to) / l;
   return c.radius_from >= c.radius_to ? 1.0 : -1.0;

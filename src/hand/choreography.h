@@ -56,7 +56,7 @@ struct Pinch {
   double depth = 0.006;                              // m that this becomes narrower
   int times = 2;
 };
-/// \throws std::invalid_argument too where a hand of this scale cannot open or close so far
+/// @throws std::invalid_argument too where a hand of this scale cannot open or close so far
 Score pinch(const Pinch& parameters = {});
 
 /// The flat right palm presses on a block and rolls it forth and back.

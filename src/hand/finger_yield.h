@@ -23,7 +23,8 @@ using FingerYields = std::array<FingerYield, finger_count>;
 /// Tells the fingers for which flesh has been inside out in a step of h s.
 void addStep(FingerYields& yields, const std::array<bool, finger_count>& inside_out, double h);
 
-/// Lets fingers yield, or gives them reach back, for dt s. \param palm pose of the tracked palm
+/// Lets fingers yield, or gives them reach back, for dt s.
+/// @param palm pose of the tracked palm
 void yield(FingerYields& yields, const TrackedHand& tracked, const BodyPose& palm, double dt);
 
 /// The tracked hand within the reach that its fingers are left.

@@ -68,7 +68,8 @@ struct Couplings {
 /// mass with which the body answers to the flesh and to its joints. Any stiffness is stable.
 class HandBodies {
  public:
-  /// \param mass kg, of each body with its flesh \param gyration m
+  /// @param mass kg, of each body with its flesh
+  /// @param gyration m
   HandBodies(const Couplings& couplings, const std::array<double, body_count>& mass,
              const std::array<double, body_count>& gyration);
 
@@ -78,7 +79,7 @@ class HandBodies {
   void joints(const TrackedHand& hand, const BodyPoses& poses);
 
   /// First half of a step of h s: moves the bodies freely toward the target, which itself moves as given.
-  /// \param flesh N/m, of each body: it answers as one that flesh of this stiffness carries along. That slows
+  /// @param flesh N/m, of each body: it answers as one that flesh of this stiffness carries along. That slows
   /// the way back to the target, not a target's steady motion, and changes no force at rest
   void predict(const BodyPoses& target, const BodyPoses& target_before, double h,
                const std::array<double, body_count>& flesh);

@@ -27,7 +27,7 @@ struct CleanConfig {
   double prediction = 0.0;  // s ahead, 0 to max_prediction
 };
 
-/// \throws std::invalid_argument with one line where a number is out of its range
+/// @throws std::invalid_argument with one line where a number is out of its range
 void validate(const CleanConfig& config);
 
 /// How often, since the start.
@@ -63,11 +63,11 @@ struct CleanCounts {
 /// - a joint that is missing is so at once, and starts anew when it is back.
 class HandCleaner {
  public:
-  /// \throws std::invalid_argument as validate
+  /// @throws std::invalid_argument as validate
   explicit HandCleaner(const CleanConfig& config);
 
-  /// Replaces the settings; hands go on as they are. \throws std::invalid_argument as validate, and keeps
-  /// them
+  /// Replaces the settings; hands go on as they are.
+  /// @throws std::invalid_argument as validate, and keeps them
   void configure(const CleanConfig& config);
 
   /// Cleans the hands of a frame in place; what it leaves is at most one a side, the left one first. Hands

@@ -29,7 +29,7 @@ class HandSource {
   virtual ~HandSource() = default;
 
   /// Opens the device or recording.
-  /// \throws std::runtime_error with one line: what, where, what was expected
+  /// @throws std::runtime_error with one line: what, where, what was expected
   virtual void open(const SourceOptions& options) = 0;
 
   /// Next frame. A recording returns its frames one after the other without waiting; pacing them by

@@ -24,8 +24,10 @@ class InvertedFlesh {
   using Home = std::function<Eigen::Vector3f(int node)>;
 
   /// A step: finds what is inside out, and leads it back.
-  /// \param bindings of the nodes \param pressed bodies with a load: flesh is not led back there, which would
-  /// carry the load beside the bone \return the fingers that have flesh inside out
+  /// @param bindings of the nodes
+  /// @param pressed bodies with a load: flesh is not led back there, which would carry the load beside the
+  /// bone
+  /// @return the fingers that have flesh inside out
   std::array<bool, finger_count> step(const NeoHookean& flesh, const std::vector<NodeBinding>& bindings,
                                       const Home& home, const std::array<bool, body_count>& pressed,
                                       std::vector<FleshNode>& nodes);

@@ -17,7 +17,8 @@ namespace tactile_clay::hand {
 /// Skins of the persons that are seen, by side.
 class SkinTemplates {
  public:
-  /// \param spacing of the samples, m \throws std::invalid_argument outside 1 to 20 mm
+  /// @param spacing of the samples, m
+  /// @throws std::invalid_argument outside 1 to 20 mm
   SkinTemplates(double spacing, SkinKind kind);
 
   /// The skin for a hand that appears: that of the hand before it, or made anew where this person's size is
@@ -37,15 +38,17 @@ class SkinTemplates {
 /// skin that covers it. Bones between joints that are missing have no skin.
 class KinematicHands {
  public:
-  /// \param spacing of the samples, m \param kind of the skin \throws std::invalid_argument outside 1 to 20
-  /// mm
+  /// @param spacing of the samples, m
+  /// @param kind of the skin
+  /// @throws std::invalid_argument outside 1 to 20 mm
   explicit KinematicHands(double spacing, SkinKind kind = SkinKind::kinematic) : templates_(spacing, kind) {}
 
   /// Skin at the next sample of the tracker: the left hand's samples, then the right one's, of hands that are
   /// present; of two hands of one side the more confident one. Velocities are finite differences from the
   /// sample before; zero when a hand appears, when its palm leaps (`palmLeaps`), and when the stamp does not
-  /// advance. \throws std::invalid_argument with the line of `faultOfNumbers` where it has one; the state is
-  /// then unchanged
+  /// advance.
+  /// @throws std::invalid_argument with the line of `faultOfNumbers` where it has one; the state is then
+  /// unchanged
   Skin update(const std::vector<TrackedHand>& hands_in_world, std::chrono::nanoseconds stamp);
 
  private:

@@ -21,12 +21,14 @@ struct LeapFrame {
 /// `type` of a pointable comes from its id, that of a hand from where its thumb is. Radii are the anatomy's
 /// at the person's scale. Orientations follow bones and palm, so that left hands are right-handed too
 /// whatever the service's `bases` say. A hand with a non-finite or absurd number, with a field of another
-/// type, or without a finger, is dropped, the frame is not. \param where the message is from, for errors,
-/// such as `file:line` \return nothing for an empty line, and for the service's version and event messages
-/// \throws std::runtime_error with one line if it is no such message
+/// type, or without a finger, is dropped, the frame is not.
+/// @param where the message is from, for errors, such as `file:line`
+/// @return nothing for an empty line, and for the service's version and event messages
+/// @throws std::runtime_error with one line if it is no such message
 std::optional<LeapFrame> parseLeapFrame(const std::string& text, const std::string& where);
 
-/// The protocol that the service's first message names. \return nothing for any other message
+/// The protocol that the service's first message names.
+/// @return nothing for any other message
 std::optional<int> parseLeapVersion(const std::string& text);
 
 /// A device event of the service: what it says of one tracker.
@@ -36,7 +38,8 @@ struct LeapDevice {
   bool streaming = true;
 };
 
-/// \return nothing where the message is no device event \throws std::runtime_error as parseLeapFrame
+/// @return nothing where the message is no device event
+/// @throws std::runtime_error as parseLeapFrame
 std::optional<LeapDevice> parseLeapDevice(const std::string& text, const std::string& where);
 
 }  // namespace tactile_clay::hand

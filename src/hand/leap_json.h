@@ -22,13 +22,13 @@ struct Limits {
 };
 
 /// Parses one message; accepts NaN and Infinity, which some recorders write, as null.
-/// \throws std::runtime_error with one line
+/// @throws std::runtime_error with one line
 Json parse(const std::string& text, const Limits& limits = {});
 
 std::optional<double> number(const Json& object, const char* key);
 std::optional<Eigen::Vector3d> vector(const Json& object, const char* key);
 
-/// \param fallback where it is missing
+/// @param fallback where it is missing
 bool flag(const Json& object, const char* key, bool fallback);
 
 /// An object, empty where it is missing.
@@ -37,7 +37,8 @@ const Json& object(const Json& parent, const char* key);
 /// An array, empty where it is missing.
 const Json& array(const Json& object, const char* key);
 
-/// Ids are numbers in some services and strings in others. \return digits; empty if missing
+/// Ids are numbers in some services and strings in others.
+/// @return digits; empty if missing
 std::string id(const Json& object, const char* key);
 
 /// "left", "right", what else it says, or empty if missing.

@@ -19,11 +19,12 @@ namespace tactile_clay::hand {
 /// Looped, its clock goes on by the mean frame time from the last to the first.
 class LeapRecording : public HandSource {
  public:
-  /// \throws std::runtime_error if `options.file` cannot be read, holds no frame at all, or is of a protocol
+  /// @throws std::runtime_error if `options.file` cannot be read, holds no frame at all, or is of a protocol
   /// whose hands have no bones
   void open(const SourceOptions& options) override;
 
-  /// Does not wait. \throws std::runtime_error for a line that is no Leap message, with file and line
+  /// Does not wait.
+  /// @throws std::runtime_error for a line that is no Leap message, with file and line
   Read read(TrackedFrame& frame, std::chrono::milliseconds timeout) override;
 
   bool recorded() const override { return true; }

@@ -18,7 +18,8 @@ struct WebsocketUrl {
 };
 
 /// Reads "ws://HOST[:PORT][/PATH]", also without "ws://"; what is missing, or all of an empty text, is what
-/// Ultraleap's server and the Leap service use. \throws std::runtime_error with one line
+/// Ultraleap's server and the Leap service use.
+/// @throws std::runtime_error with one line
 WebsocketUrl parseWebsocketUrl(const std::string& text);
 
 /// A live tracker that speaks Leap's JSON protocol v6 over a websocket: Ultraleap's
@@ -32,7 +33,7 @@ class LeapWebsocket : public HandSource {
   ~LeapWebsocket() override;
 
   /// Starts to connect; a server that is not there yet is no error.
-  /// \throws std::runtime_error if `options.url` is none
+  /// @throws std::runtime_error if `options.url` is none
   void open(const SourceOptions& options) override;
   Read read(TrackedFrame& frame, std::chrono::milliseconds timeout) override;
   bool recorded() const override { return false; }

@@ -16,13 +16,14 @@ class LeapjsRecording {
   /// Whether the text that begins like this is one, and not a message a line.
   static bool isOne(const std::string& begin);
 
-  /// \param max_bytes of the text once it is unpacked \throws std::runtime_error with a few words where it
-  /// is none
+  /// @param max_bytes of the text once it is unpacked
+  /// @throws std::runtime_error with a few words where it is none
   LeapjsRecording(std::string text, std::size_t max_bytes);
 
   std::size_t frames() const { return frames_.size(); }
 
-  /// One message, as the service would have sent it. \throws std::runtime_error where it is none
+  /// One message, as the service would have sent it.
+  /// @throws std::runtime_error where it is none
   std::string frame(std::size_t index) const;
 
  private:

@@ -12,7 +12,8 @@ class LoopStamps {
  public:
   using Time = std::chrono::nanoseconds;
 
-  /// The stamp of the next frame. \param recorded what the recording says
+  /// The stamp of the next frame.
+  /// @param recorded what the recording says
   Time operator()(Time recorded) {
     recorded = std::clamp(recorded, Time(0), Time(latest));
     if (frames_++ == 0) first_ = recorded;

@@ -149,7 +149,7 @@ TACTILE_CLAY_INLINE NeoHookean::Gradients NeoHookean::gradients(const Batch& b, 
   return g;
 }
 
-/// \return the lanes that had little volume
+/// @return the lanes that had little volume
 TACTILE_CLAY_MULTIVERSION
 unsigned NeoHookean::projectBatch(const Batch& b, float* nodes) {
   const Gradients g = gradients(b, nodes);

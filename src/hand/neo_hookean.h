@@ -13,7 +13,8 @@ namespace tactile_clay::hand {
 /// Lamé's parameters, Pa.
 struct Elasticity {
   double mu, lambda;
-  /// \param young Pa \param poisson 0 to less than 0.5
+  /// @param young Pa
+  /// @param poisson 0 to less than 0.5
   static Elasticity of(double young, double poisson) {
     return {young / (2.0 * (1.0 + poisson)), young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))};
   }
@@ -40,13 +41,15 @@ class NeoHookean {
 
   /// One Gauss-Seidel pass over the constraints, from multipliers of zero (Macklin et al. 2019, "Small
   /// steps"). A standing load is carried by the material's stiffness where no node's mobility is above 1 /
-  /// `stiffness`. \param squeezed tetrahedra that had little volume when visited, in rising order
+  /// `stiffness`.
+  /// @param squeezed tetrahedra that had little volume when visited, in rising order
   void project(std::vector<FleshNode>& nodes, std::vector<int>& squeezed) const;
 
   /// Gives tetrahedra back what they lack of `min_volume` of their volume at rest, by Gauss-Seidel sweeps.
   /// The energy above is finite where J = 0, so that a load can turn flesh inside out; real flesh stiffens
-  /// before. \param squeezed as `project` told them \param reaction N, of each node: what flesh does to those
-  /// without mobility is added
+  /// before.
+  /// @param squeezed as `project` told them
+  /// @param reaction N, of each node: what flesh does to those without mobility is added
   void limit(const std::vector<int>& squeezed, std::vector<FleshNode>& nodes,
              std::vector<Eigen::Vector3f>& reaction) const;
 

@@ -28,7 +28,7 @@ class OneEuro {
     value_ = x;
     derivative_.setZero();
   }
-  /// \param te s since the sample before, positive
+  /// @param te s since the sample before, positive
   const Vector& filter(const Vector& x, double te, const OneEuroConfig& config) {
     derivative_ += lowPassGain(config.derivative_cutoff, te) * ((x - value_) / te - derivative_);
     const double cutoff = config.min_cutoff + config.beta * derivative_.norm();

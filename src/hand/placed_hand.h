@@ -9,11 +9,11 @@
 namespace tactile_clay::hand {
 
 /// Orientation of a hand with its palm down and its fingers forward (x of the world).
-/// \param pitch rad, by which the fingers point down
+/// @param pitch rad, by which the fingers point down
 Eigen::Isometry3d palmDown(double pitch);
 
 /// A hand at the origin with the same flexion of all fingers, rad, its thumb beside the palm.
-/// \param mcp, pip, dip flexion of the joints of a finger, from the palm on
+/// @param mcp, pip, dip flexion of the joints of a finger, from the palm on
 HandPose curled(Side side, double scale, double mcp, double pip, double dip);
 
 /// Smallest `measure` (of centre and radius, m) over the spheres that sweep the hand's capsules.

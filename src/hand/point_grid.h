@@ -12,7 +12,7 @@ namespace tactile_clay::hand {
 /// Points in a hashed grid. Visits them in a fixed order.
 class PointGrid {
  public:
-  /// \param cell m, about the radius that will be searched
+  /// @param cell m, about the radius that will be searched
   explicit PointGrid(double cell) : cell_(cell) {}
 
   void insert(int index, const Eigen::Vector3d& position) {

@@ -57,7 +57,8 @@ class PosedSkin {
   double growth_;  // of areas
 };
 
-/// Appends a sample of a hand of `side`, with velocity zero. \param sample `bound` as it is posed
+/// Appends a sample of a hand of `side`, with velocity zero.
+/// @param sample `bound` as it is posed
 void append(Skin& skin, const PosedSkin& posed, const BoundSample& bound, const PosedSkin::Sample& sample,
             Side side);
 

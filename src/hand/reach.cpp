@@ -72,7 +72,7 @@ class LedHand {
     }
   }
 
-  /// \param room share of the reach that the finger has
+  /// @param room share of the reach that the finger has
   void lead(int finger, double room) {
     const int root = rootOf(finger), first = fingers[finger].first;
     const Vector3d off = at(root) - usualPlace(root);

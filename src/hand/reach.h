@@ -13,7 +13,8 @@ namespace tactile_clay::hand {
 /// thumb's metacarpal is to the index finger's, the less reach it has, and what is no finger at all rests in
 /// the middle, as does a finger with missing joints, which then has all. As strange as most fingers are, is
 /// the palm, from which all are seen: no finger has more reach than that leaves. A hand within reach stays as
-/// it is. \param share of the reach that each finger is given, 0 to 1: at 0 it rests
+/// it is.
+/// @param share of the reach that each finger is given, 0 to 1: at 0 it rests
 TrackedHand withinReach(const TrackedHand& tracked, const std::array<double, finger_count>& share);
 TrackedHand withinReach(const TrackedHand& tracked);  // the same with all of the reach
 

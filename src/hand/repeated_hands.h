@@ -18,11 +18,11 @@ class RepeatedHands {
  public:
   using Time = std::chrono::nanoseconds;
 
-  /// \param patience for which a repeated hand stays: some drivers send each sample twice, and where nobody
+  /// @param patience for which a repeated hand stays: some drivers send each sample twice, and where nobody
   /// bridges what is not seen (hand_cleaner.h), their hands would flicker
   explicit RepeatedHands(Time patience) : patience_(patience) {}
 
-  /// \param now when the hands came, by a clock that runs on. A line is told once a hand stood still for 50
+  /// @param now when the hands came, by a clock that runs on. A line is told once a hand stood still for 50
   /// ms
   LeftOut leaveOutRepeats(std::vector<TrackedHand>& hands, Time now);
 

@@ -21,7 +21,8 @@ struct Keyframe {
   Ease ease = Ease::minimum_jerk;
 };
 
-/// How far of the way from one keyframe to the next, 0-1. \param s share of the time between them, 0-1
+/// How far of the way from one keyframe to the next, 0-1.
+/// @param s share of the time between them, 0-1
 double eased(Ease ease, double s);
 
 /// A tracker's noise: white, normal, the same at the same time. Bones keep their lengths.

@@ -25,7 +25,7 @@ constexpr double longest_score = 7200.0;  // s
 /// A tracker that sees scripted hands, with noise, dropouts and changes of id: the same for the same script.
 class ScriptedTracker {
  public:
-  /// \throws std::invalid_argument with one line where a number is out of its range
+  /// @throws std::invalid_argument with one line where a number is out of its range
   explicit ScriptedTracker(TrackerScript script);
 
   std::uint64_t frames() const { return frames_; }

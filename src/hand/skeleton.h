@@ -45,8 +45,10 @@ std::string skeletonJointName(Side side, int joint);
 
 /// Measures a person: means of the positions in the palm, medians of the bone lengths, and as zero abduction
 /// the mean direction of middle and ring finger, because trackers differ in what they call the palm's
-/// direction. \param samples of one hand of one side, one or more \throws std::invalid_argument if there is
-/// none, joints of one are missing, or their bones are not 0.4 to 2 times those of `joint_anatomy`
+/// direction.
+/// @param samples of one hand of one side, one or more
+/// @throws std::invalid_argument if there is none, joints of one are missing, or their bones are not 0.4 to 2
+/// times those of `joint_anatomy`
 Skeleton measureSkeleton(const std::vector<TrackedHand>& samples);
 
 /// Forward kinematics: positions of the 26 joints, m, in the frame that the wrist is given in.
@@ -60,7 +62,7 @@ struct SkeletonFit {
 /// Inverse kinematics. The wrist is the best fit of the palm's joints (Umeyama 1991); the angles of each
 /// finger are those within the limits with the least squares of the distances of its joints
 /// (Levenberg-Marquardt). A finger with missing joints keeps its angles, and missing joints have no error.
-/// \param start where to begin, such as the pose before
+/// @param start where to begin, such as the pose before
 SkeletonFit fitSkeleton(const Skeleton& skeleton, const TrackedHand& hand,
                         const SkeletonPose* start = nullptr);
 

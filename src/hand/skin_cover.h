@@ -19,13 +19,14 @@ struct SurfacePoint {
   double area() const;  // m^2, that the point stands for
 };
 
-/// Minimum distance of two samples on one side of the skin, m. \param spacing m, of samples in the mean
+/// Minimum distance of two samples on one side of the skin, m.
+/// @param spacing m, of samples in the mean
 double sampleDistance(double spacing);
 
 /// Whether a point lies within other skin. Where two capsules share a sphere, the patch belongs to the first.
 /// In the bottom of a crease, where a normal runs straight into other skin, a sample would push the clay into
 /// the hand: it counts as buried too.
-/// \param capsules of the hand, a bone each
+/// @param capsules of the hand, a bone each
 bool buried(const SurfacePoint& point, const std::vector<Capsule>& capsules);
 
 /// Points of the hand's surface, bone by bone.
@@ -33,7 +34,8 @@ std::vector<SurfacePoint> coverHand(const TrackedHand& hand, double spacing, Ski
 
 /// Dart throwing over the cover in a fixed random order, beside samples that are there; points that face away
 /// from each other (two fingers side by side) do not compete.
-/// \param widest of the distances of samples, m \return indices in the order of the cover
+/// @param widest of the distances of samples, m
+/// @return indices in the order of the cover
 std::vector<int> chooseSamples(const std::vector<SurfacePoint>& cover, double widest,
                                const std::vector<SurfacePoint>& present);
 

@@ -21,12 +21,12 @@ namespace tactile_clay::hand {
 /// takes, and bounce.
 class SkinLoads {
  public:
-  /// \param skin what the loads act on, by sample
+  /// @param skin what the loads act on, by sample
   explicit SkinLoads(std::vector<FleshPoint> skin);
 
   /// Replaces all loads. Forces on one sample add up; bounds on them are told in doc/method/soft_hand.md.
-  /// \param given of samples of this skin, finite \param at m, of all samples when the clay was given the
-  /// skin
+  /// @param given of samples of this skin, finite
+  /// @param at m, of all samples when the clay was given the skin
   void give(const std::vector<SkinForce>& given, const std::vector<Eigen::Vector3f>& at);
   void clear();
   /// Clears, and forgets what was learnt of the clay.

@@ -54,8 +54,9 @@ TrackedHand restHand(Side side, double scale);
 /// squared. A sample's area is the part of the skin that is closest to it. The same for what thumb and
 /// fingers cover and bare at the ends of their range, beside the samples that are there. A left hand is the
 /// mirror image of a right one. The finger pads of a soft hand, palmar side and tip of the last phalanges,
-/// have samples 0.4 spacings apart, so that the area on which they touch is told in small steps. \param
-/// spacing m, 1 to 20 mm \throws std::invalid_argument
+/// have samples 0.4 spacings apart, so that the area on which they touch is told in small steps.
+/// @param spacing m, 1 to 20 mm
+/// @throws std::invalid_argument
 SkinTemplate makeSkinTemplate(Side side, double scale, double spacing, SkinKind kind = SkinKind::kinematic);
 
 /// The same skin on the hand of the other side.

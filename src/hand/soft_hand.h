@@ -33,7 +33,7 @@ struct SoftHandParameters {
 /// One deformable hand.
 class SoftHand {
  public:
-  /// \param skin the samples at the rest pose of a hand of `skin_scale`
+  /// @param skin the samples at the rest pose of a hand of `skin_scale`
   SoftHand(std::shared_ptr<const SoftHandTemplate> anatomy, const Skin& skin, double skin_scale,
            const SoftHandParameters& parameters);
 

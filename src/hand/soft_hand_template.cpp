@@ -63,7 +63,7 @@ std::vector<Core> cores(const TrackedHand& hand) {
   return all;
 }
 
-/// \param may_be_bone else what is inside a bone is flesh too
+/// @param may_be_bone else what is inside a bone is flesh too
 NodeBinding bind(const Vector3d& x, const std::vector<Core>& all, bool may_be_bone) {
   std::array<double, body_count> distance;
   distance.fill(std::numeric_limits<double>::infinity());

@@ -25,7 +25,7 @@ struct SoftHandTemplate {
   std::array<int, 1 + finger_count + 1> part_begin;  // triangles [i, i + 1): palm, then the fingers
 };
 
-/// \param finger_cell, palm_cell edges of the lattices' cubes, m
+/// @param finger_cell, palm_cell edges of the lattices' cubes, m
 SoftHandTemplate makeSoftHandTemplate(Side side, double finger_cell, double palm_cell);
 
 /// The same flesh for the hand of the other side.

@@ -18,7 +18,7 @@ namespace tactile_clay::hand {
 /// thumb and the palm: it has no samples of what the thumb covers at rest.
 class SoftHands {
  public:
-  /// \throws std::invalid_argument with one line where spacing (1 to 20 mm) or a parameter is out of range
+  /// @throws std::invalid_argument with one line where spacing (1 to 20 mm) or a parameter is out of range
   explicit SoftHands(double spacing, const SoftHandParameters& parameters = {});
 
   /// As KinematicHands::update; the hand then is where flesh, clay and tracked pose let it be, and the skin
@@ -27,8 +27,9 @@ class SoftHands {
 
   /// Forces of the clay on the skin of `stamp`. They act until the next ones come, at most 0.1 s. Forces that
   /// are not finite or of no sample are left out, stronger ones than 5 N cut, and all of a hand to 50 N or 4
-  /// % more than before, at most 120 N. \return how many were left out; forces on a skin that is not
-  /// remembered (the last 16 are) are all of them
+  /// % more than before, at most 120 N.
+  /// @return how many were left out; forces on a skin that is not remembered (the last 16 are) are all of
+  /// them
   std::size_t react(std::chrono::nanoseconds stamp, const std::vector<SkinForce>& forces);
 
   const SoftHand* hand(Side side) const {

@@ -54,7 +54,8 @@ TACTILE_CLAY_INLINE HalfLane sumOfHalves(const Lane& a) {
   std::memcpy(half, &a, sizeof a);
   return half[0] + half[1];
 }
-/// Four times lane k, and four times lane k + 4. \tparam k below four
+/// Four times lane k, and four times lane k + 4.
+/// @tparam k below four
 template <int k>
 TACTILE_CLAY_INLINE Lane spread(const Lane& a) {
   return TACTILE_CLAY_SHUFFLE(a, a, k, k, k, k, k + 4, k + 4, k + 4, k + 4);
@@ -186,7 +187,8 @@ TACTILE_CLAY_INLINE HalfLane sums(const LaneVector& v, const Lane& w = Lane{}) {
   return result;
 }
 
-/// Eight times the same vector. \param slot four floats
+/// Eight times the same vector.
+/// @param slot four floats
 TACTILE_CLAY_INLINE LaneVector allOf(const float* slot) {
   HalfLane half;
   std::memcpy(&half, slot, sizeof half);
@@ -194,7 +196,8 @@ TACTILE_CLAY_INLINE LaneVector allOf(const float* slot) {
   return {spread<0>(both), spread<1>(both), spread<2>(both)};
 }
 
-/// Fetches eight slots. \param w gets the fourth numbers
+/// Fetches eight slots.
+/// @param w gets the fourth numbers
 TACTILE_CLAY_INLINE LaneVector gather(const float* numbers, const std::uint32_t* slots, Lane& w) {
   HalfLane slot[lane_width];
   for (int k = 0; k < lane_width; ++k) std::memcpy(&slot[k], numbers + slots[k], sizeof slot[k]);
@@ -240,7 +243,8 @@ TACTILE_CLAY_INLINE Lane max(const Lane& a, const Lane& b) {
   return a > b ? a : b;
 }
 
-/// Fetches the numbers of eight particles, of which there is one each. \param slots of the particles
+/// Fetches the numbers of eight particles, of which there is one each.
+/// @param slots of the particles
 TACTILE_CLAY_INLINE Lane gatherNumbers(const float* numbers, const std::uint32_t* slots) {
   static_assert(slot_size == sizeof(float), "the slot of a particle is the offset of its number in bytes");
   const char* bytes = reinterpret_cast<const char*>(numbers);

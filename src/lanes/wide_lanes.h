@@ -75,7 +75,8 @@ TACTILE_CLAY_INLINE Lanes inverseRoot(Lanes a) {
 /// 1.5 2^23: there floats are whole, so that adding it to a number rounds it.
 constexpr float whole_shift = 12582912.0f;
 
-/// Nearest whole number, for |a| < 2^22. \tparam Number float or Lanes
+/// Nearest whole number, for |a| < 2^22.
+/// @tparam Number float or Lanes
 template <typename Number>
 TACTILE_CLAY_INLINE Number nearest(Number a) {
   return (a + whole_shift) - whole_shift;

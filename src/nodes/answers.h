@@ -17,7 +17,7 @@ class Answers {
   void add(ros::Time stamp);
 
   /// Waits until the sample `stamp`, or one of the second after it, was answered, by the wall clock.
-  /// \return false if `patience` or `give_up` ended the wait
+  /// @return false if `patience` or `give_up` ended the wait
   bool wait(ros::Time stamp, ros::WallDuration patience, const std::function<bool()>& give_up);
 
  private:

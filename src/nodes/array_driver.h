@@ -18,7 +18,7 @@ namespace tactile_clay::nodes {
 /// `array/drive` too, and where its transducers are to `array/geometry`, unless `~publish_drive` is false.
 class ArrayDriver {
  public:
-  /// \throws std::runtime_error with one line where a parameter is wrong or the device cannot be opened
+  /// @throws std::runtime_error with one line where a parameter is wrong or the device cannot be opened
   ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
  private:

@@ -11,7 +11,8 @@ namespace tactile_clay::nodes {
 visualization_msgs::MarkerArrayPtr arrayMarkers(const ultrasound::ArrayLayout& layout);
 
 /// The transducers that arrayMarkers() shows, in the order of their channels: positions and normals, as they
-/// were. \throws std::runtime_error with one line where the markers do not tell them
+/// were.
+/// @throws std::runtime_error with one line where the markers do not tell them
 ultrasound::ArrayLayout layoutOf(const visualization_msgs::MarkerArray& markers);
 
 }  // namespace tactile_clay::nodes

@@ -15,13 +15,14 @@ namespace tactile_clay::nodes {
 /// thread.
 class Arrivals {
  public:
-  /// \param device name of the array, for people \param lockstep the clock is that of the stamps
-  /// \param stamps whether those of focal points tell their age
+  /// @param device name of the array, for people
+  /// @param lockstep the clock is that of the stamps
+  /// @param stamps whether those of focal points tell their age
   Arrivals(const std::string& device, bool lockstep, const device::StampCheck& stamps)
       : device_(device), lockstep_(lockstep), stamps_(stamps) {}
 
   void seeHands(const TrackedHands& hands);
-  /// \param node that publishes the hands
+  /// @param node that publishes the hands
   void seePublisher(const std::string& node);
 
   /// Age of focal points with this stamp, to be asked once of each frame. Tells it when stamps are found to

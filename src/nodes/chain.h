@@ -11,7 +11,7 @@ namespace tactile_clay::nodes {
 /// Follows samples through the graph: of each topic that passes them on, the newest stamp that came by.
 class Chain {
  public:
-  /// \param topics in the order in which a sample passes them, by resolved name; the first is where it starts
+  /// @param topics in the order in which a sample passes them, by resolved name; the first is where it starts
   Chain(ros::NodeHandle nh, const std::vector<std::string>& topics);
 
   /// Which node got the sample and did not pass it on, in one line.

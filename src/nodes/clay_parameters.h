@@ -15,8 +15,9 @@ struct ClayChoice {
 };
 
 /// Reads and checks quality, substeps, iterations, tolerance, sleeping, and of each material what it is made
-/// of. \param config, materials of the scene's file
-/// \throws std::exception with one line where one is wrong
+/// of.
+/// @param config, materials of the scene's file
+/// @throws std::exception with one line where one is wrong
 ClayChoice readClay(Settings& settings, const clay::ClayConfig& config,
                     const std::vector<clay::Material>& materials);
 

@@ -15,7 +15,7 @@ namespace tactile_clay::nodes {
 /// from.
 class ClayPast {
  public:
-  /// \throws std::runtime_error with one line where a parameter is wrong
+  /// @throws std::runtime_error with one line where a parameter is wrong
   ClayPast(const ros::NodeHandle& private_nh, bool lockstep);
 
   /// Where the node was started again in this run, the clay goes on from the checkpoint of the one before.
@@ -23,7 +23,8 @@ class ClayPast {
 
   /// To be called before each frame.
   void before(const clay::Clay& clay);
-  /// To be called after each frame. \param duration s, simulated
+  /// To be called after each frame.
+  /// @param duration s, simulated
   void after(const clay::Clay& clay, double duration);
 
   /// Keeps what a reset or a load puts an end to.
@@ -31,8 +32,9 @@ class ClayPast {
   /// The clay is made with other parameters from now on.
   void parametersChanged() { ++changes_; }
 
-  /// Puts the clay back to what it was. \return s, that it went back: `seconds` or more
-  /// \throws std::runtime_error with one line where no state is that old
+  /// Puts the clay back to what it was.
+  /// @return s, that it went back: `seconds` or more
+  /// @throws std::runtime_error with one line where no state is that old
   double undo(double seconds, clay::Clay& clay);
 
   const clay::Keyframes& states() const { return keyframes_; }

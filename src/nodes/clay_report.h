@@ -18,13 +18,16 @@ class ClayReport {
 
   /// The clay begins anew.
   void restart();
-  /// After each frame. \param duration s, simulated \param dropped s before it, never to be simulated
-  /// \param computing s, that it took
+  /// After each frame.
+  /// @param duration s, simulated
+  /// @param dropped s before it, never to be simulated
+  /// @param computing s, that it took
   void frame(const clay::Clay& clay, double duration, double dropped, double computing);
 
   /// `quality` and `lowered` are left for the caller.
   ClayStatus status(const clay::Clay& clay, const std_msgs::Header& header) const;
-  /// Of the time since the last call. \return whether it was late, which the summary tells then
+  /// Of the time since the last call.
+  /// @return whether it was late, which the summary tells then
   bool diagnose(const clay::Clay& clay, diagnostic_updater::DiagnosticStatusWrapper& status);
 
  private:

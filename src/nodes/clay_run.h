@@ -23,7 +23,7 @@ namespace tactile_clay::nodes {
 class ClayRun {
  public:
   /// There is no clay before the first `change`.
-  /// \throws std::runtime_error with one line where a parameter of its past is wrong
+  /// @throws std::runtime_error with one line where a parameter of its past is wrong
   ClayRun(const ros::NodeHandle& private_nh, scene::Scene scene, bool lockstep);
 
   /// The scene with the parameters that hold, and the name of their quality: for the thread that changes
@@ -38,8 +38,10 @@ class ClayRun {
   /// Counts that accuracy was given up.
   void lower();
 
-  /// A frame. \param duration s, simulated \param dropped s before it, never to be simulated
-  /// \return s, that computing took
+  /// A frame.
+  /// @param duration s, simulated
+  /// @param dropped s before it, never to be simulated
+  /// @return s, that computing took
   double step(const Skin& samples, const scene::Solids& solids, double duration, double dropped);
 
   /// What the clay does to the skin of the last frame; nothing where it was replaced since.
@@ -50,7 +52,7 @@ class ClayRun {
     sensor_msgs::PointCloud2Ptr particles;
     ClayStatusPtr status;
   };
-  /// \param with_particles whether somebody looks at them; else they are null
+  /// @param with_particles whether somebody looks at them; else they are null
   State state(const std_msgs::Header& header, bool with_particles) const;
   /// Of the time since the last call.
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
@@ -58,12 +60,12 @@ class ClayRun {
   /// The scene starts again.
   void reset();
   clay::Sculpture sculpture() const;
-  /// \throws std::runtime_error with one line where the sculpture is not of such clay, which stays as it was
+  /// @throws std::runtime_error with one line where the sculpture is not of such clay, which stays as it was
   void restore(const clay::Sculpture& sculpture);
   struct Undone {
     double went_back, time;  // s: how far, and the simulated time that it is now
   };
-  /// \throws std::runtime_error with one line where no state is that old
+  /// @throws std::runtime_error with one line where no state is that old
   Undone undo(double seconds);
 
  private:

@@ -44,7 +44,7 @@ namespace tactile_clay::nodes {
 /// which it then goes on.
 class ClaySimulator {
  public:
-  /// \throws std::runtime_error with one line where a parameter or the scene is wrong
+  /// @throws std::runtime_error with one line where a parameter or the scene is wrong
   ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh);
   ~ClaySimulator();
 

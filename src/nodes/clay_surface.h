@@ -21,7 +21,7 @@ namespace tactile_clay::nodes {
 /// a file.
 class ClaySurface {
  public:
-  /// \throws std::runtime_error with one line where a parameter or the scene is wrong
+  /// @throws std::runtime_error with one line where a parameter or the scene is wrong
   ClaySurface(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
  private:

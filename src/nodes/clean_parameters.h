@@ -5,8 +5,8 @@
 
 namespace tactile_clay::nodes {
 
-/// Settings of the filters. \throws std::runtime_error, std::invalid_argument with one line where one is
-/// wrong
+/// Settings of the filters.
+/// @throws std::runtime_error, std::invalid_argument with one line where one is wrong
 hand::CleanConfig cleanConfig(Settings& settings);
 
 }  // namespace tactile_clay::nodes

@@ -26,7 +26,8 @@ class Column {
   std::size_t offset_;
 };
 
-/// Number of points. \throws std::runtime_error where the message's sizes contradict each other
+/// Number of points.
+/// @throws std::runtime_error where the message's sizes contradict each other
 std::size_t pointCount(const sensor_msgs::PointCloud2& cloud);
 
 bool hasField(const sensor_msgs::PointCloud2& cloud, const std::string& name);
@@ -35,15 +36,15 @@ bool hasField(const sensor_msgs::PointCloud2& cloud, const std::string& name);
 template <typename T>
 bool hasColumn(const sensor_msgs::PointCloud2& cloud, const std::string& name);
 
-/// Field `name` of type float or std::uint32_t. \throws std::runtime_error naming a field that is missing or
-/// of other type
+/// Field `name` of type float or std::uint32_t.
+/// @throws std::runtime_error naming a field that is missing or of other type
 template <typename T>
 Column<T> column(const sensor_msgs::PointCloud2& cloud, const std::string& name);
 
 /// Builds a cloud, point by point, of fields of four bytes.
 class CloudWriter {
  public:
-  /// \param fields names, separated by spaces; a name that ends in `:u` is of type uint32, all others float32
+  /// @param fields names, separated by spaces; a name that ends in `:u` is of type uint32, all others float32
   CloudWriter(const std_msgs::Header& header, const std::string& fields, std::size_t points);
 
   CloudWriter& operator<<(float value) { return put(value); }
@@ -53,7 +54,8 @@ class CloudWriter {
     return *this << v[0] << v[1] << v[2];
   }
 
-  /// The cloud, once all points were written. \throws std::logic_error if there were more or fewer
+  /// The cloud, once all points were written.
+  /// @throws std::logic_error if there were more or fewer
   sensor_msgs::PointCloud2Ptr finish();
 
  private:

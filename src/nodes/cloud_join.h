@@ -16,7 +16,7 @@ class CloudJoin {
   using Cloud = sensor_msgs::PointCloud2::ConstPtr;
   using Pair = std::pair<Cloud, Cloud>;  // skin, contacts
 
-  /// \return the pair that is now complete; what came before it is forgotten
+  /// @return the pair that is now complete; what came before it is forgotten
   std::optional<Pair> addSkin(const Cloud& skin) { return add(skin, &Pair::first); }
   std::optional<Pair> addContacts(const Cloud& contacts) { return add(contacts, &Pair::second); }
 

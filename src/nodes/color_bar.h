@@ -8,7 +8,8 @@
 namespace tactile_clay::nodes {
 
 /// Colour of a pressure: yellow over orange and red to dark purple. They grow darker towards the full scale,
-/// so that they are also told apart in grey. \param share of the full scale, 0-1
+/// so that they are also told apart in grey.
+/// @param share of the full scale, 0-1
 Eigen::Vector3f pressureColor(float share);
 
 /// An upright bar with the colours of pressure, and numbers beside it.
@@ -19,7 +20,7 @@ struct ColorBar {
   Eigen::Vector3f foot, width, height;  // m; numbers stand where width points to
 };
 
-/// \param frame of the bar
+/// @param frame of the bar
 void addColorBar(visualization_msgs::MarkerArray& markers, const ColorBar& bar, const std::string& frame);
 
 }  // namespace tactile_clay::nodes

@@ -17,7 +17,7 @@ namespace tactile_clay::nodes {
 /// array within so far of a pressed sample comes with it, at pressure 0: fields have to leave it alone.
 class ContactPressure {
  public:
-  /// \throws std::runtime_error with one line where a parameter is wrong
+  /// @throws std::runtime_error with one line where a parameter is wrong
   ContactPressure(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
  private:

@@ -30,7 +30,8 @@ hand::TrackedFrame toCore(const TrackedHands& message);
 /// hands/skin, with the perceptual weight of each sample. With `tracked_x` to `tracked_area` only where the
 /// skin is not the tracked hand's own.
 sensor_msgs::PointCloud2Ptr skinCloud(const Skin& skin, const std_msgs::Header& header);
-/// The same as the clay needs it. \param maximum samples that the clay takes (clay::maxSkinSamples)
+/// The same as the clay needs it.
+/// @param maximum samples that the clay takes (clay::maxSkinSamples)
 Skin claySkin(const sensor_msgs::PointCloud2& skin,
               std::size_t maximum = std::numeric_limits<std::size_t>::max());
 
@@ -42,7 +43,8 @@ sensor_msgs::PointCloud2Ptr particleCloud(const clay::Clay& clay, const scene::S
                                           const std_msgs::Header& header);
 
 /// clay/contacts: the force on each touched skin sample, how it moves, how the clay slides there, and, where
-/// the skin tells them, its hand, region and area. \param skin the message that the samples came from
+/// the skin tells them, its hand, region and area.
+/// @param skin the message that the samples came from
 sensor_msgs::PointCloud2Ptr contactCloud(const std::vector<SkinForce>& forces, const Skin& samples,
                                          const sensor_msgs::PointCloud2& skin);
 std::vector<SkinForce> contactForces(const sensor_msgs::PointCloud2& contacts);

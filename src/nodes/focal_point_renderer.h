@@ -10,17 +10,20 @@
 
 namespace tactile_clay::nodes {
 
-/// Settings of the renderer. \throws std::runtime_error, std::invalid_argument with one line where one is
-/// wrong
+/// Settings of the renderer.
+/// @throws std::runtime_error, std::invalid_argument with one line where one is wrong
 ultrasound::FocalPointConfig focalPointConfig(Settings& settings);
 
-/// Of them, those of a person (`staircase` writes them). \throws as above
+/// Of them, those of a person (`staircase` writes them).
+/// @throws as above
 void readPerson(Settings& settings, ultrasound::FocalPointConfig& config);
 
-/// Hz, at which points are modulated; 0: that of the modulation. \throws as above
+/// Hz, at which points are modulated; 0: that of the modulation.
+/// @throws as above
 double modulationFrequency(Settings& settings);
 
-/// s/m, by which slip becomes vibration (ultrasound::slipShare); 0: none. \throws as above
+/// s/m, by which slip becomes vibration (ultrasound::slipShare); 0: none.
+/// @throws as above
 double slipGain(Settings& settings);
 
 /// Renders `hands/pressure` as focal points (Eq. 8, 9): one `array/focal_points` for each, with no points
@@ -30,7 +33,7 @@ double slipGain(Settings& settings);
 /// not from points to a field or back, for which the nodes before and behind are set at their start.
 class FocalPointRenderer {
  public:
-  /// \throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
+  /// @throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
   FocalPointRenderer(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
  private:

@@ -47,8 +47,8 @@ class GatedArray {
     device::SolveField solve_field;
     bool scalable = false;
     Repertoire repertoire;
-    /// Plays what the gate returned, and returns at once: an emergency stop waits for it. \throws
-    /// std::runtime_error when the array is gone
+    /// Plays what the gate returned, and returns at once: an emergency stop waits for it.
+    /// @throws std::runtime_error when the array is gone
     std::function<void(const device::Sound&, const std_msgs::Header&)> emit;
     /// What else is to be done of it, however long it takes; may be empty.
     std::function<void(const device::Sound&, const std_msgs::Header&)> show;
@@ -58,8 +58,9 @@ class GatedArray {
     std::function<std::string()> fault;
   };
 
-  /// \param watch_in_lockstep whether frames may become stale by the wall clock in lockstep too, as for real
-  /// arrays \throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
+  /// @param watch_in_lockstep whether frames may become stale by the wall clock in lockstep too, as for real
+  /// arrays
+  /// @throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
   GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std::string& device,
              bool watch_in_lockstep, Output output);
   ~GatedArray();

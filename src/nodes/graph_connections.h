@@ -14,8 +14,8 @@ struct Connections {
 };
 
 /// Asks the master and the nodes whether messages would reach everyone: every publisher of these topics is
-/// connected to every subscriber that the master knows. Names are resolved names. \return empty if so, else
-/// one line about what is missing
+/// connected to every subscriber that the master knows. Names are resolved names.
+/// @return empty if so, else one line about what is missing
 std::string missingConnection(const Connections& wanted);
 
 /// Names of the nodes that publish a topic, by its resolved name; none where the master does not answer.

@@ -9,7 +9,8 @@
 namespace tactile_clay::nodes {
 
 /// For rviz: bones of a tracked hand (namespace `tracked`, blue) and of the virtual one (`virtual`, white),
-/// which the clay may hold back. \param held joints of the virtual hand, m
+/// which the clay may hold back.
+/// @param held joints of the virtual hand, m
 void addBones(visualization_msgs::MarkerArray& markers, const hand::TrackedHand& tracked,
               const std::array<Eigen::Vector3d, hand::joint_count>& held, const std_msgs::Header& header);
 

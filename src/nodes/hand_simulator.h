@@ -37,7 +37,7 @@ namespace tactile_clay::nodes {
 /// hand beside those that the clay holds.
 class HandSimulator {
  public:
-  /// \throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
+  /// @throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
   HandSimulator(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
  private:

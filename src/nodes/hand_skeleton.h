@@ -24,7 +24,7 @@ namespace tactile_clay::nodes {
 /// tf and rviz say so.
 class HandSkeleton {
  public:
-  /// \throws std::runtime_error with one line where a parameter is wrong
+  /// @throws std::runtime_error with one line where a parameter is wrong
   HandSkeleton(ros::NodeHandle nh, ros::NodeHandle private_nh);
   ~HandSkeleton();
 

@@ -31,7 +31,7 @@ namespace tactile_clay::nodes {
 /// `hands/rendered` is that of RenderedHands.
 class HandSurface {
  public:
-  /// \throws std::runtime_error with one line where a parameter is wrong
+  /// @throws std::runtime_error with one line where a parameter is wrong
   HandSurface(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
  private:

@@ -33,7 +33,7 @@ namespace tactile_clay::nodes {
 /// It ends its process, with code 0, when the source has ended or after `~duration` seconds of input.
 class HandTracking {
  public:
-  /// \throws std::runtime_error with one line where a parameter is wrong or the source cannot be opened
+  /// @throws std::runtime_error with one line where a parameter is wrong or the source cannot be opened
   HandTracking(ros::NodeHandle nh, ros::NodeHandle private_nh);
   ~HandTracking();
 

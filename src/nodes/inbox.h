@@ -40,10 +40,10 @@ ros::Subscriber subscribe(ros::NodeHandle nh, const std::string& topic, unsigned
 /// with topic and reason, and counted for diagnostics. May be used from several threads.
 class Inbox {
  public:
-  /// \param private_nh of the node, whose name the lines begin with
+  /// @param private_nh of the node, whose name the lines begin with
   explicit Inbox(const ros::NodeHandle& private_nh);
 
-  /// \param also called for each message that is refused, with the line
+  /// @param also called for each message that is refused, with the line
   template <class M>
   ros::Subscriber subscribe(ros::NodeHandle nh, const std::string& topic, unsigned queue, Receive<M> receive,
                             Refuse also = {}) {

@@ -10,7 +10,7 @@
 
 namespace tactile_clay::nodes {
 
-/// \param joints position of each by its name, rad or m
+/// @param joints position of each by its name, rad or m
 sensor_msgs::JointState jointState(const std::map<std::string, double>& joints, ros::Time stamp);
 
 /// Passes the joint states of a topic on to `TOPIC_checked`, where robot_state_publisher listens: a stamp

@@ -11,13 +11,14 @@ namespace tactile_clay::nodes {
 /// How the latencies of the frames of a second are spread.
 class LatencySpread {
  public:
-  /// \param latency s
+  /// @param latency s
   void add(double latency) {
     const auto place = std::upper_bound(ascending_.begin(), ascending_.end(), latency);
     ascending_.insert(place, latency);
   }
 
-  /// The latency that this share of the frames keeps to, s; 0 where there were none. \param share 0-1
+  /// The latency that this share of the frames keeps to, s; 0 where there were none.
+  /// @param share 0-1
   double within(double share) const {
     if (ascending_.empty()) return 0.0;
     return ascending_[static_cast<std::size_t>(share * static_cast<double>(ascending_.size() - 1))];

@@ -18,7 +18,7 @@ class LaunchingProcess : public Supervisor {
   /// Of this process. Nothing where it was started by hand.
   static std::unique_ptr<LaunchingProcess> find();
 
-  /// \param process its number; where there is none of that number, it is gone from the start
+  /// @param process its number; where there is none of that number, it is gone from the start
   explicit LaunchingProcess(pid_t process);
 
   /// Gone at once when it is dead; frozen when it was stopped for `silence_times::supervisor_patience`.

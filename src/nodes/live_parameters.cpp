@@ -130,7 +130,8 @@ std::string asYaml(const SettingValues& values) {
   return line;
 }
 
-/// Of the same kind as `example`. \throws YAML::Exception
+/// Of the same kind as `example`.
+/// @throws YAML::Exception
 SettingValue valueOf(const YAML::Node& node, const SettingValue& example) {
   return std::visit([&](const auto& kind) -> SettingValue { return node.as<std::decay_t<decltype(kind)>>(); },
                     example);

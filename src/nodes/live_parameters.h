@@ -26,17 +26,20 @@ class LiveParameters {
  public:
   /// Makes what was read hold. Must not throw for what the reading function has let pass.
   using Apply = std::function<void()>;
-  /// Reads and checks all parameters. \throws std::exception with one line where one is wrong
+  /// Reads and checks all parameters.
+  /// @throws std::exception with one line where one is wrong
   using Read = std::function<Apply(Settings&)>;
 
   /// Reads the parameters from the server and applies them.
-  /// \throws what `read` throws, and std::runtime_error where `~changes` cannot be read
+  /// @throws what `read` throws, and std::runtime_error where `~changes` cannot be read
   LiveParameters(ros::NodeHandle nh, ros::NodeHandle private_nh, Read read);
 
-  /// To be called before each frame, by the thread that computes it. \param stamp of the frame
+  /// To be called before each frame, by the thread that computes it.
+  /// @param stamp of the frame
   void begin(ros::Time stamp);
 
-  /// Asks for other values as `~set_parameters` does, for the node itself. \throws what `read` throws
+  /// Asks for other values as `~set_parameters` does, for the node itself.
+  /// @throws what `read` throws
   void change(const SettingValues& values);
 
  private:

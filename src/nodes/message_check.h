@@ -36,7 +36,7 @@ std::string faultOf(const TrackedHands& message);
 std::string faultOf(const sensor_msgs::PointCloud2& message);
 std::string faultOf(const FocalPointArray& message);
 
-/// \throws std::runtime_error where a queue has no room for another message
+/// @throws std::runtime_error where a queue has no room for another message
 void requireRoom(std::size_t waiting);
 
 }  // namespace tactile_clay::nodes

@@ -22,7 +22,7 @@ constexpr const char* kindOfParam() {
 }
 
 /// Parameter `key`, or `fallback` where it is not set.
-/// \throws std::runtime_error with one line if it is set to another type; integers are taken for real numbers
+/// @throws std::runtime_error with one line if it is set to another type; integers are taken for real numbers
 template <typename T>
 T param(const ros::NodeHandle& nh, const std::string& key, const T& fallback) {
   T value = fallback;
@@ -31,7 +31,8 @@ T param(const ros::NodeHandle& nh, const std::string& key, const T& fallback) {
   return value;
 }
 
-/// As `param`, within [low, high]. \throws std::runtime_error naming the parameter, its value and its range
+/// As `param`, within [low, high].
+/// @throws std::runtime_error naming the parameter, its value and its range
 template <typename T>
 T paramIn(const ros::NodeHandle& nh, const std::string& key, const T& fallback, const T& low, const T& high) {
   const T value = param(nh, key, fallback);
@@ -40,10 +41,11 @@ T paramIn(const ros::NodeHandle& nh, const std::string& key, const T& fallback, 
 }
 
 /// Pose "x y z roll pitch yaw" (m, rad; R = Rz(yaw) Ry(pitch) Rx(roll)), a text or a list.
-/// \throws std::runtime_error naming the parameter
+/// @throws std::runtime_error naming the parameter
 Eigen::Isometry3d poseParam(const ros::NodeHandle& nh, const std::string& key, const std::string& fallback);
 
-/// Point "x y z" (m), a text or a list. \throws std::runtime_error naming the parameter
+/// Point "x y z" (m), a text or a list.
+/// @throws std::runtime_error naming the parameter
 Eigen::Vector3d pointParam(const ros::NodeHandle& nh, const std::string& key, const std::string& fallback);
 
 }  // namespace tactile_clay::nodes

@@ -11,11 +11,11 @@ namespace tactile_clay::nodes {
 template <class Base>
 class Plugin {
  public:
-  /// \param base full name of Base, as plugin descriptions spell it
-  /// \param what the thing in an error message, such as "device"
-  /// \param name of a plugin; without a package it is one of this package
-  /// \param also a name that is right elsewhere though it is no plugin, for the list of an error message
-  /// \throws std::runtime_error listing the known plugins
+  /// @param base full name of Base, as plugin descriptions spell it
+  /// @param what the thing in an error message, such as "device"
+  /// @param name of a plugin; without a package it is one of this package
+  /// @param also a name that is right elsewhere though it is no plugin, for the list of an error message
+  /// @throws std::runtime_error listing the known plugins
   Plugin(const std::string& base, const std::string& what, const std::string& name,
          const std::string& also = "")
       : loader_("tactile_clay", base) {

@@ -45,7 +45,7 @@ QualityFit::QualityFit(ros::NodeHandle private_nh, bool lockstep, double period,
   private_nh.setParam("target_ms", target_ms_);
 }
 
-/// \return the place of the quality to take
+/// @return the place of the quality to take
 std::size_t QualityFit::measured(const scene::Scene& scene, const scene::Solids& solids) const {
   const std::vector<double> ms = scene::measuredFrames(scene, solids, steady_, target_ms_);
   const std::size_t best = scene::mostAccurate(ms, target_ms_);

@@ -17,14 +17,16 @@ class QualityFit {
  public:
   /// With `~quality` auto it measures the computer on the scene. What it chooses takes the place of `auto` on
   /// the parameter server: all that look there see what holds.
-  /// \param period s, of frames
-  /// \throws std::runtime_error with one line where the computer is to have a say and cannot, as in lockstep
+  /// @param period s, of frames
+  /// @throws std::runtime_error with one line where the computer is to have a say and cannot, as in lockstep
   QualityFit(ros::NodeHandle private_nh, bool lockstep, double period, const scene::Scene& scene,
              const scene::Solids& solids);
 
-  /// To be called after each live frame (clay::LateWatch). \param now budget that it was solved with \param
-  /// name of that \return the coarser quality to go on with where frames have taken longer than `target_ms`
-  /// for a while, which is logged; else nothing
+  /// To be called after each live frame (clay::LateWatch).
+  /// @param now budget that it was solved with
+  /// @param name of that
+  /// @return the coarser quality to go on with where frames have taken longer than `target_ms` for a while,
+  /// which is logged; else nothing
   const scene::Quality* coarser(double elapsed, double simulated, double computing, const clay::Budget& now,
                                 const std::string& name);
 

@@ -25,27 +25,28 @@ namespace tactile_clay::nodes {
 /// one thread.
 class ReleasePace {
  public:
-  /// \param stopped whether every wait is to end
-  /// \throws std::runtime_error with one line where a parameter is wrong
+  /// @param stopped whether every wait is to end
+  /// @throws std::runtime_error with one line where a parameter is wrong
   ReleasePace(ros::NodeHandle nh, const ros::NodeHandle& private_nh, Inbox& inbox,
               std::function<bool()> stopped);
 
   bool lockstep() const { return lockstep_; }
 
-  /// Waits for what has to be there before the first sample. \throws std::runtime_error with one line where
-  /// it does not come
+  /// Waits for what has to be there before the first sample.
+  /// @throws std::runtime_error with one line where it does not come
   void start(bool recorded);
 
-  /// Waits until the sample of a recording with this stamp is due, in lockstep no time. \return how long it
-  /// has been due, at least 0; none where `~duration` is over
+  /// Waits until the sample of a recording with this stamp is due, in lockstep no time.
+  /// @return how long it has been due, at least 0; none where `~duration` is over
   std::optional<std::chrono::nanoseconds> due(std::chrono::nanoseconds stamp);
 
   /// A live source has sent a sample. It may never send one: its `~duration` runs from the first one on.
   void sampled();
   bool over() const;
 
-  /// In lockstep, waits until the array has answered. \param frame its number, for people
-  /// \throws std::runtime_error with one line where it does not answer in time
+  /// In lockstep, waits until the array has answered.
+  /// @param frame its number, for people
+  /// @throws std::runtime_error with one line where it does not answer in time
   void awaitAnswer(const ros::Time& stamp, unsigned frame);
   /// The same of the last sample, on which only lockstep insists: it may still be on its way. In lockstep it
   /// is in the bag then, too.

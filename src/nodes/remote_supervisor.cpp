@@ -24,7 +24,7 @@ class Client : public XmlRpc::XmlRpcClient {
  public:
   Client(const std::string& host, int port) : XmlRpcClient(host.c_str(), port, "/") { setKeepOpen(true); }
 
-  /// \param ends whether to give up
+  /// @param ends whether to give up
   template <class Ends>
   Answer ask(const RemoteSupervisor::Question& question, const Ends& ends) {
     XmlRpcValue answer;

@@ -26,7 +26,8 @@ class RemoteSupervisor : public Supervisor {
   /// The master, which also has to know this node.
   static std::unique_ptr<RemoteSupervisor> master();
 
-  /// A roslaunch. \param address such as http://host:1234/
+  /// A roslaunch.
+  /// @param address such as http://host:1234/
   static std::unique_ptr<RemoteSupervisor> roslaunch(const std::string& address);
 
   RemoteSupervisor(std::string name, std::string address, Question question);

@@ -76,8 +76,8 @@ void RenderedHands::publish(const std::array<PaintedHand, 2>& hands, const Touch
   publisher_.publish(markers(hands, touch, header, transforms));
 }
 
-/// Radiation pressure at the corners, Pa. \param facing set to whether a corner faces the array; the others
-/// lie in the shadow of the hand
+/// Radiation pressure at the corners, Pa.
+/// @param facing set to whether a corner faces the array; the others lie in the shadow of the hand
 std::vector<float> RenderedHands::given(const surface::TriangleMesh& mesh, Transforms& transforms,
                                         std::vector<char>& facing) {
   std::vector<float> pressure(mesh.position.size(), 0.0f);

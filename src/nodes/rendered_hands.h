@@ -24,8 +24,8 @@ namespace tactile_clay::nodes {
 /// between them.
 class RenderedHands {
  public:
-  /// \param news called when something else sounds
-  /// \throws std::runtime_error with one line where a parameter is wrong
+  /// @param news called when something else sounds
+  /// @throws std::runtime_error with one line where a parameter is wrong
   RenderedHands(ros::NodeHandle nh, const ros::NodeHandle& private_nh, const std::string& world,
                 std::function<void()> news);
 
@@ -34,7 +34,7 @@ class RenderedHands {
   void subscribe(Inbox& inbox);
   void unsubscribe();
 
-  /// \param transforms from the world to the array
+  /// @param transforms from the world to the array
   void publish(const std::array<PaintedHand, 2>& hands, const Touch& touch, const std_msgs::Header& header,
                Transforms& transforms);
 

@@ -16,11 +16,13 @@ struct Address {
   int port = 0;
 };
 
-/// Of "http://host:port/". \return nothing where it is none
+/// Of "http://host:port/".
+/// @return nothing where it is none
 std::optional<Address> addressOf(const std::string& uri);
 
-/// The value of a call to a master or a node that went well. \param arguments after the name of the caller
-/// \return nothing without an answer, or where it is an error
+/// The value of a call to a master or a node that went well.
+/// @param arguments after the name of the caller
+/// @return nothing without an answer, or where it is an error
 std::optional<XmlRpc::XmlRpcValue> ask(const Address& address, const std::string& method,
                                        const std::vector<std::string>& arguments = {});
 

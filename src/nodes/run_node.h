@@ -21,7 +21,8 @@ constexpr double silence_to_tell = 2.0;
 /// Signs of life of a node, by the thread that serves its callbacks, while this lives.
 class SignsOfLife {
  public:
-  /// \param nh whose queue the callbacks are in \param node its full name
+  /// @param nh whose queue the callbacks are in
+  /// @param node its full name
   SignsOfLife(const ros::NodeHandle& nh, const std::string& node)
       : node_(node),
         timer_(nh.createWallTimer(ros::WallDuration(sign_of_life_period), [node](const ros::WallTimerEvent&) {
@@ -42,8 +43,8 @@ class SignsOfLife {
   ros::WallTimer timer_;
 };
 
-/// Runs a node as the program `name` until it ends. \return the program's exit code; 1 after one line of
-/// error
+/// Runs a node as the program `name` until it ends.
+/// @return the program's exit code; 1 after one line of error
 template <class Node>
 int runNode(int argc, char** argv, const char* name) {
   ros::init(argc, argv, name);

@@ -13,8 +13,9 @@
 namespace tactile_clay::nodes {
 
 /// With use_sim_time all times come from /clock, and would stand still without one; a player of hands may
-/// bring it later. Waits for a first time. \param stopped whether the wait is to end
-/// \throws std::runtime_error with one line where none comes
+/// bring it later. Waits for a first time.
+/// @param stopped whether the wait is to end
+/// @throws std::runtime_error with one line where none comes
 void waitForClock(const std::function<bool()>& stopped);
 
 /// The stamps of samples of hands. They increase.
@@ -28,7 +29,8 @@ class SampleClock {
   std::chrono::nanoseconds ofRecording(const hand::TrackedFrame& frame);
 
   /// ROS time at which a sample of a recording was due: samples that a busy computer releases late, several
-  /// at once, stay as far apart as they were. \param late how long it has been due
+  /// at once, stay as far apart as they were.
+  /// @param late how long it has been due
   std::chrono::nanoseconds ofPlayed(std::chrono::nanoseconds late) const;
 
   /// Now, but later than what was released last.

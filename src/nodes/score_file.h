@@ -6,8 +6,9 @@
 
 namespace tactile_clay::nodes {
 
-/// Reads a score of scripted hands; config/hands/kneading.yaml tells its keys. \param name of a score of
-/// config/hands, or a file (with a slash, or ending with .yaml) \throws std::runtime_error with one line
+/// Reads a score of scripted hands; config/hands/kneading.yaml tells its keys.
+/// @param name of a score of config/hands, or a file (with a slash, or ending with .yaml)
+/// @throws std::runtime_error with one line
 hand::TrackerScript loadScore(const std::string& name, const std::string& package_folder);
 
 }  // namespace tactile_clay::nodes

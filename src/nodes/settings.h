@@ -37,15 +37,16 @@ class Settings {
 
   /// False where nothing runs yet.
   bool running() const { return !server_; }
-  /// Those read from now on belong together. \param name empty: to no group
+  /// Those read from now on belong together.
+  /// @param name empty: to no group
   void group(const std::string& name) { group_ = name; }
 
-  /// \throws std::runtime_error with one line naming the parameter, its value and what was expected
+  /// @throws std::runtime_error with one line naming the parameter, its value and what was expected
   double number(const std::string& name, double fallback, double low, double high,
                 const std::string& meaning);
   int whole(const std::string& name, int fallback, int low, int high, const std::string& meaning);
   bool truth(const std::string& name, bool fallback, const std::string& meaning);
-  /// \param choices all that it may be; empty: the reading function knows
+  /// @param choices all that it may be; empty: the reading function knows
   std::string text(const std::string& name, const std::string& fallback, const std::string& meaning,
                    const std::vector<std::string>& choices = {});
 

@@ -9,7 +9,8 @@
 
 namespace tactile_clay::nodes {
 
-/// Folder of this package, which holds `config`. \throws std::runtime_error where ROS does not know it
+/// Folder of this package, which holds `config`.
+/// @throws std::runtime_error where ROS does not know it
 inline std::string packageFolder() {
   const std::string package = ros::package::getPath("tactile_clay");
   if (package.empty())

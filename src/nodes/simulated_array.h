@@ -25,7 +25,7 @@ namespace tactile_clay::nodes {
 /// the second board.
 class SimulatedArray {
  public:
-  /// \throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
+  /// @throws std::runtime_error, std::invalid_argument with one line where a parameter is wrong
   SimulatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh);
 
  private:

@@ -23,7 +23,7 @@ constexpr float touch_share = 0.02f;  // of the full scale, from which skin touc
 
 Eigen::Vector3f skinColor();
 
-/// \param share of the full scale; the colours of pressure rise out of that of the skin
+/// @param share of the full scale; the colours of pressure rise out of that of the skin
 Eigen::Vector3f painted(float share, const Eigen::Vector3f& skin);
 
 /// Square of the distance to the closest of `places`, m^2; infinite where there are none.

@@ -19,13 +19,15 @@ class SkinQueue {
 
   explicit SkinQueue(bool lockstep) : lockstep_(lockstep) {}
 
-  /// Live, the oldest of many leaves. \throws std::runtime_error where too many wait (requireRoom)
+  /// Live, the oldest of many leaves.
+  /// @throws std::runtime_error where too many wait (requireRoom)
   void push(const Cloud& skin);
   /// Ends all waiting, for good.
   void stop();
 
-  /// Waits for a skin, to `until` at most; in lockstep as long as it takes. \param[out] skins those that
-  /// wait, the oldest first; in lockstep one \return false where the queue was stopped
+  /// Waits for a skin, to `until` at most; in lockstep as long as it takes.
+  /// @param[out] skins those that wait, the oldest first; in lockstep one
+  /// @return false where the queue was stopped
   bool wait(Clock::time_point until, std::vector<Cloud>& skins);
 
   /// How many were overtaken by newer ones.

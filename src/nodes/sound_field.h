@@ -23,7 +23,7 @@ namespace tactile_clay::nodes {
 class SoundField {
  public:
   /// Reads `~slice_height`, `~slice_size`, `~slice_step`, `~skin_field`, `~slice_field`, `~lockstep`.
-  /// \throws std::runtime_error with one line where a parameter is wrong
+  /// @throws std::runtime_error with one line where a parameter is wrong
   SoundField(ros::NodeHandle nh, ros::NodeHandle private_nh, ArrayModel model);
 
   void publish(const device::Sound& sound, const std_msgs::Header& header);

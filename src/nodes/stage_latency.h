@@ -22,10 +22,11 @@ extern const std::array<const char*, latency_stages_count> latency_stages;
 /// input had come to where its output has, both as one observer gets them; the first begins with the stamp.
 class StageLatency {
  public:
-  /// \param window s, of which samples count, by their stamps
+  /// @param window s, of which samples count, by their stamps
   explicit StageLatency(double window) : window_(window) {}
 
-  /// A message has come. \param topic its place in `latency_topics`
+  /// A message has come.
+  /// @param topic its place in `latency_topics`
   void arrived(std::size_t topic, ros::Time stamp, ros::Time at);
   /// Counts also what has been answered last, of which messages may still be on their way.
   void finish();

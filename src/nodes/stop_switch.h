@@ -19,7 +19,7 @@ namespace tactile_clay::nodes {
 class StopSwitch {
  public:
   /// Stops where the node was stopped before it was started again. Starts to listen.
-  /// \param stop, reset are called by the switch's thread, one at a time. They return what to answer, and
+  /// @param stop, reset are called by the switch's thread, one at a time. They return what to answer, and
   /// must not throw
   StopSwitch(ros::NodeHandle nh, ros::NodeHandle private_nh, std::function<std::string()> stop,
              std::function<std::string()> reset);

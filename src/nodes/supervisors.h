@@ -21,8 +21,9 @@ class Supervisor {
 class Supervisors {
  public:
   /// Starts to watch.
-  /// \param required "roslaunch", "master", both, or "none". One that is not required is told when it goes
-  /// and comes back, and no more \throws std::runtime_error where a word is none of these
+  /// @param required "roslaunch", "master", both, or "none". One that is not required is told when it goes
+  /// and comes back, and no more
+  /// @throws std::runtime_error where a word is none of these
   explicit Supervisors(const std::string& required);
 
   /// Empty while all that are required are there, else the line of the first that is missing. To be called

@@ -14,7 +14,8 @@ class Throttle {
  public:
   explicit Throttle(double period = 5.0) : period_(period) {}  // s
 
-  /// Whether a line may be told now. \return how many were held back since the one before, or nothing
+  /// Whether a line may be told now.
+  /// @return how many were held back since the one before, or nothing
   std::optional<unsigned> pass() {
     const ros::SteadyTime now = ros::SteadyTime::now();
     if (!last_.isZero() && (now - last_).toSec() < period_) {

@@ -34,7 +34,8 @@ class Transforms {
   ~Transforms();
 
   /// Pose of `source` in `target`. Waits for it at most `patience` of wall time; an unknown pair of frames is
-  /// waited for only once. \return nothing, after one throttled line, where tf does not know it
+  /// waited for only once.
+  /// @return nothing, after one throttled line, where tf does not know it
   std::optional<Eigen::Isometry3d> lookup(const std::string& target, const std::string& source,
                                           ros::WallDuration patience = ros::WallDuration(5.0));
 

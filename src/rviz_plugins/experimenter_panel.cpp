@@ -59,8 +59,8 @@ ExperimenterPanel::ExperimenterPanel(QWidget* parent)
   addClay(*grid);
   addRecording(*grid);
   addForm(*grid);
-  grid->addWidget(answer_line_, 8, 0, 1, 3);
-  grid->setRowStretch(9, 1);
+  grid->addWidget(answer_line_, 9, 0, 1, 3);
+  grid->setRowStretch(10, 1);
 
   state_ = nh_.subscribe<ArrayState>(nodes::topic::array_state, 4, [this](const ArrayState::ConstPtr& state) {
     array_ = state;
@@ -77,39 +77,39 @@ ExperimenterPanel::~ExperimenterPanel() {
 }
 
 void ExperimenterPanel::addArray(QGridLayout& grid) {
-  auto* stop_button =
-      button("STOP", "F12", "The array is silent at once, until it is reset.", [this] { stop(); });
+  auto* stop_button = button(grid, {0, 0, 3}, "STOP", "F12",
+                             "The array is silent at once, until it is reset.", [this] { stop(); });
   stop_button->setMinimumHeight(64);
   stop_button->setStyleSheet(
       "QPushButton { background: #d2281e; color: white; font-weight: bold; font-size: 20px; border: none; "
       "border-radius: 4px; }");
-  grid.addWidget(stop_button, 0, 0, 1, 3);
-  grid.addWidget(button("Reset the array", "Shift+F12", "Sounds again with the next focal points.",
-                        [this] { resetArray(); }),
-                 1, 0, 1, 3);
+  button(grid, {1, 0, 3}, "Reset the array", "Shift+F12", "Sounds again with the next focal points.",
+         [this] { call("reset of the array", triggerCall(nh_.resolveName(nodes::topic::array_reset))); });
   grid.addWidget(array_line_, 2, 0, 1, 3);
 }
 
 void ExperimenterPanel::addClay(QGridLayout& grid) {
-  grid.addWidget(button("Reset the clay", "F8", "The scene as it began.", [this] { resetClay(); }), 3, 0);
-  grid.addWidget(button("Save", "F5", "Saves the clay to a new file of the folder, named by the time.",
-                        [this] { saveClay(); }),
-                 3, 1);
-  grid.addWidget(button("Load", "F9",
-                        "Goes on from the file that was saved last here; asks for one where there is none.",
-                        [this] { loadClay(); }),
-                 3, 2);
-  undo_ = button("Undo", "Ctrl+Z", "The clay as it was two simulated seconds before; again: four.", [this] {
-    if (!undo_->isHidden()) undo();
-  });
-  undo_->hide();
-  grid.addWidget(undo_, 4, 2);
+  button(grid, {3, 0, 1}, "Reset the clay", "F8", "The scene as it began.",
+         [this] { call("reset of the clay", triggerCall(clay() + "/reset")); });
+  button(grid, {3, 1, 1}, "Save", "F5", "Saves the clay to a new file of the folder, named by the time.",
+         [this] { saveClay(); });
+  button(grid, {3, 2, 1}, "Load", "F9",
+         "Goes on from the file that was saved last here; asks for one where there is none.",
+         [this] { loadClay(); });
+  undo_ = button(grid, {4, 2, 1}, "Undo", "Ctrl+Z",
+                 "The clay as it was two simulated seconds before; again: four.", [this] { undo(); });
+  const QString help = "Writes the surface of the clay, closed, to a new file of the folder: ";
+  stl_ = button(grid, {6, 0, 2}, "Export STL", "F7", help + "in millimetres, for printers.",
+                [this] { exportMesh(".stl"); });
+  ply_ = button(grid, {6, 2, 1}, "PLY", "Shift+F7", help + "in metres, with colours.",
+                [this] { exportMesh(".ply"); });
+  for (QPushButton* served : {undo_, stl_, ply_}) served->hide();
 }
 
 void ExperimenterPanel::addRecording(QGridLayout& grid) {
-  record_ = button("Record", "F6", "All that the rig does, to a new bag of the folder on this computer.",
+  record_ = button(grid, {4, 0, 2}, "Record", "F6",
+                   "All that the rig does, to a new bag of the folder on this computer.",
                    [this] { recording_.runs() ? recording_.stop() : record(); });
-  grid.addWidget(record_, 4, 0, 1, 2);
   record_line_->setTextInteractionFlags(Qt::TextSelectableByMouse);
   record_line_->hide();
   grid.addWidget(record_line_, 5, 0, 1, 3);
@@ -131,14 +131,14 @@ void ExperimenterPanel::addForm(QGridLayout& grid) {
   clay_ = new QLineEdit("clay_simulator");
   clay_->setToolTip("Name of the node that simulates the clay.");
   form->addRow("Clay", clay_);
-  grid.addLayout(form, 6, 0, 1, 3);
+  grid.addLayout(form, 7, 0, 1, 3);
   if (nodes::hasPackage("rqt_reconfigure")) {
     auto* more = new QPushButton("&More parameters");
     more->setToolTip("Opens rqt_reconfigure, with a slider for each parameter that may change.");
     connect(more, &QPushButton::clicked, this, [] {
       QProcess::startDetached("rosrun", {"rqt_reconfigure", "rqt_reconfigure"});
     });
-    grid.addWidget(more, 7, 0, 1, 3);
+    grid.addWidget(more, 8, 0, 1, 3);
   }
   for (QLineEdit* line : {folder_, clay_})
     connect(line, &QLineEdit::editingFinished, this, [this] { Q_EMIT configChanged(); });
@@ -172,15 +172,19 @@ void ExperimenterPanel::subscribeClay() {
   }
 }
 
-QPushButton* ExperimenterPanel::button(const QString& text, const QString& key, const QString& help,
+QPushButton* ExperimenterPanel::button(QGridLayout& grid, const Place& place, const QString& text,
+                                       const QString& key, const QString& help,
                                        const std::function<void()>& action) {
   auto* made = new QPushButton(text + " (" + key + ")");
   made->setToolTip(help);
+  grid.addWidget(made, place.row, place.column, 1, place.width);
   connect(made, &QPushButton::clicked, this, action);
   auto* shortcut = new QShortcut(QKeySequence(key), this);
   shortcut->setContext(Qt::ApplicationShortcut);
   shortcut->setAutoRepeat(false);
-  connect(shortcut, &QShortcut::activated, this, action);
+  connect(shortcut, &QShortcut::activated, this, [made, action] {
+    if (!made->isHidden()) action();
+  });
   return made;
 }
 
@@ -206,14 +210,6 @@ void ExperimenterPanel::stop() {
     say("stop: sent to " + QString::number(stop_.getNumSubscribers()) + " array nodes", true);
 }
 
-void ExperimenterPanel::resetArray() {
-  call("reset of the array", triggerCall(nh_.resolveName(nodes::topic::array_reset)));
-}
-
-void ExperimenterPanel::resetClay() {
-  call("reset of the clay", triggerCall(clay() + "/reset"));
-}
-
 void ExperimenterPanel::undo() {
   constexpr double back = 2.0;  // s
   call("undo", undoCall(clay(), back));
@@ -231,6 +227,11 @@ void ExperimenterPanel::loadClay() {
         QFileDialog::getOpenFileName(this, "Load clay", folder_->text(), "Sculptures (*.clay);;All files (*)")
             .toStdString();
   if (!path.empty()) call("load", fileCall(clay() + "/load", path));
+}
+
+void ExperimenterPanel::exportMesh(const QString& ending) {
+  const std::string file = QDir(folder_->text()).filePath(newName("clay", ending)).toStdString();
+  call("export", fileCall(surface() + "/export", file));
 }
 
 void ExperimenterPanel::record() {
@@ -253,12 +254,18 @@ void ExperimenterPanel::lookAtRig() {
                                          : QFileInfo(QString::fromStdString(rig.scene)).completeBaseName());
   scene_line_->setToolTip(QString::fromStdString(rig.scene));
   undo_->setVisible(rig.has_undo);
-  calls_.lookAtRig(clay());
+  for (QPushButton* button : {stl_, ply_}) button->setVisible(rig.has_export);
+  calls_.lookAtRig(clay(), surface());
 }
 
 /// Full name of the node that simulates the clay.
 std::string ExperimenterPanel::clay() const {
   return nh_.resolveName(clay_->text().toStdString());
+}
+
+/// Full name of the node that makes its surface.
+std::string ExperimenterPanel::surface() const {
+  return nh_.resolveName("clay_surface");
 }
 
 void ExperimenterPanel::call(const std::string& what, ServiceCalls::Call work) {

@@ -21,8 +21,8 @@ class QPushButton;
 namespace tactile_clay::rviz_plugins {
 
 /// What an experimenter needs at hand: a big stop of the array and its reset, the clay's reset, save and
-/// load, its scene and quality, and recording on and off, with keys that work wherever the focus is. What
-/// services answer is told in its last line. What the rig does not offer is not shown.
+/// load, its surface as a mesh, its scene and quality, and recording on and off, with keys that work wherever
+/// the focus is. What services answer is told in its last line. What the rig does not offer is not shown.
 class ExperimenterPanel : public rviz::Panel {
   Q_OBJECT
  public:
@@ -33,23 +33,26 @@ class ExperimenterPanel : public rviz::Panel {
   void save(rviz::Config config) const override;
 
  private:
-  QPushButton* button(const QString& text, const QString& key, const QString& help,
-                      const std::function<void()>& action);
+  struct Place {  // in the grid
+    int row, column, width;
+  };
+  QPushButton* button(QGridLayout& grid, const Place& place, const QString& text, const QString& key,
+                      const QString& help, const std::function<void()>& action);
   void addArray(QGridLayout& grid);
   void addClay(QGridLayout& grid);
   void addRecording(QGridLayout& grid);
   void addForm(QGridLayout& grid);
   void subscribeClay();
   void stop();
-  void resetArray();
-  void resetClay();
   void undo();
   void saveClay();
   void loadClay();
+  void exportMesh(const QString& ending);
   void record();
   void lookAtRecording();
   void lookAtRig();
   std::string clay() const;
+  std::string surface() const;
   void call(const std::string& what, ServiceCalls::Call work);
   void say(const QString& words, bool good);
   void look();
@@ -65,7 +68,7 @@ class ExperimenterPanel : public rviz::Panel {
   QString quality_held_;
   QLabel *array_line_, *answer_line_, *scene_line_, *record_line_;
   QComboBox* quality_;
-  QPushButton *undo_, *record_;
+  QPushButton *undo_, *record_, *stl_, *ply_;
   QLineEdit *folder_, *clay_;
 };
 

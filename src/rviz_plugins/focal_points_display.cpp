@@ -8,6 +8,7 @@
 #include <rviz/properties/bool_property.h>
 #include <rviz/properties/color_property.h>
 #include <rviz/properties/float_property.h>
+#include <rviz/properties/ros_topic_property.h>
 #include <rviz/view_controller.h>
 #include <rviz/view_manager.h>
 
@@ -38,6 +39,10 @@ void showThrough(rviz::Shape& shape) {
 }  // namespace
 
 FocalPointsDisplay::FocalPointsDisplay() {
+  state_topic_ = new rviz::RosTopicProperty(
+      "State", "array/state",
+      QString::fromStdString(ros::message_traits::datatype<tactile_clay::ArrayState>()),
+      "Whether the array sounds, tactile_clay/ArrayState.", this, SLOT(subscribeState()));
   diameter_ = new rviz::FloatProperty("Diameter", 0.016f, "Diameter of a point of intensity 1, m.", this,
                                       SLOT(redraw()));
   diameter_->setMin(0.0f);
@@ -45,9 +50,12 @@ FocalPointsDisplay::FocalPointsDisplay() {
       new rviz::ColorProperty("Weak", QColor(90, 200, 255), "Colour at intensity 0.", this, SLOT(redraw()));
   strong_ =
       new rviz::ColorProperty("Strong", QColor(255, 40, 120), "Colour at intensity 1.", this, SLOT(redraw()));
+  silent_ = new rviz::ColorProperty("Silent", QColor(150, 150, 150), "Colour while the array is silent.",
+                                    this, SLOT(redraw()));
   through_ = new rviz::BoolProperty("Show through", true, "Points are seen through hands and clay.", this,
                                     SLOT(redraw()));
-  beams_ = new rviz::BoolProperty("Beams", true, "A line from the centre of the array to each point.", this,
+  beams_ = new rviz::BoolProperty("Beams", true,
+                                  "A line from the centre of the array to each point, while it sounds.", this,
                                   SLOT(redraw()));
   numbers_ = new rviz::BoolProperty(
       "Numbers", true, "Id and wanted pressure beside each point, such as 3: 0.8 kPa.", this, SLOT(redraw()));
@@ -66,8 +74,35 @@ void FocalPointsDisplay::clear() {
   labels_.clear();
 }
 
+void FocalPointsDisplay::subscribe() {
+  ArrayDisplay::subscribe();
+  subscribeState();
+}
+
+void FocalPointsDisplay::unsubscribe() {
+  ArrayDisplay::unsubscribe();
+  state_subscriber_.shutdown();
+}
+
+void FocalPointsDisplay::subscribeState() {
+  is_silent_ = false;
+  if (!isEnabled()) return;
+  try {
+    state_subscriber_ = update_nh_.subscribe<tactile_clay::ArrayState>(
+        state_topic_->getTopicStd(), 1, [this](const tactile_clay::ArrayState::ConstPtr& state) {
+          if (is_silent_ == !state->emitting) return;
+          is_silent_ = !state->emitting;
+          redraw();
+        });
+    setStatus(rviz::StatusProperty::Ok, "State", "subscribed");
+  } catch (const ros::Exception& error) {
+    setStatus(rviz::StatusProperty::Error, "State", error.what());
+  }
+}
+
 void FocalPointsDisplay::reset() {
   ArrayDisplay::reset();
+  is_silent_ = false;
   message_.reset();
   clear();
 }
@@ -88,7 +123,8 @@ void FocalPointsDisplay::redraw() {
     if (!std::isfinite(x + y + z + point.intensity)) continue;
     const Ogre::Vector3 at(x, y, z);
     const Ogre::ColourValue color =
-        weak_->getOgreColor() * (1.0f - intensity) + strong_->getOgreColor() * intensity;
+        is_silent_ ? silent_->getOgreColor()
+                   : weak_->getOgreColor() * (1.0f - intensity) + strong_->getOgreColor() * intensity;
     auto sphere = std::make_unique<rviz::Shape>(rviz::Shape::Sphere, scene_manager_, scene_node_);
     sphere->setPosition(at);
     const float diameter = diameter_->getFloat() * std::cbrt(std::max(intensity, 0.02f));
@@ -97,7 +133,7 @@ void FocalPointsDisplay::redraw() {
     if (through_->getBool()) showThrough(*sphere);
     shapes_.push_back(std::move(sphere));
     if (numbers_->getBool()) label(point, diameter);
-    if (!beams_->getBool()) continue;
+    if (!beams_->getBool() || is_silent_) continue;
     auto beam = std::make_unique<rviz::Shape>(rviz::Shape::Cylinder, scene_manager_, scene_node_);
     beam->setPosition(at * 0.5f);
     beam->setOrientation(Ogre::Vector3::UNIT_Z.getRotationTo(at) *

@@ -2,6 +2,7 @@
 
 #include <rviz/ogre_helpers/movable_text.h>
 #include <rviz/ogre_helpers/shape.h>
+#include <tactile_clay/ArrayState.h>
 #include <tactile_clay/FocalPointArray.h>
 
 #include <memory>
@@ -13,12 +14,14 @@ namespace rviz {
 class BoolProperty;
 class ColorProperty;
 class FloatProperty;
+class RosTopicProperty;
 }  // namespace rviz
 
 namespace tactile_clay::rviz_plugins {
 
 /// Focal points as spheres whose volume goes with intensity, each on a thin beam from the array, with its id
-/// and wanted pressure beside it.
+/// and wanted pressure beside it. While the array says that it is silent they have a colour of their own and
+/// no beams: they are wanted, and not played.
 class FocalPointsDisplay : public ArrayDisplay<tactile_clay::FocalPointArray> {
   Q_OBJECT
  public:
@@ -28,15 +31,20 @@ class FocalPointsDisplay : public ArrayDisplay<tactile_clay::FocalPointArray> {
   void update(float wall_dt, float ros_dt) override;
 
  protected:
+  void subscribe() override;
+  void unsubscribe() override;
   void reset() override;
 
  private Q_SLOTS:
   void redraw();
+  void subscribeState();
 
  private:
   void processMessage(const tactile_clay::FocalPointArray::ConstPtr& message) override;
 
   tactile_clay::FocalPointArray::ConstPtr message_;
+  ros::Subscriber state_subscriber_;
+  bool is_silent_ = false;
   void clear();
   /// Writes beside the point, above a sphere of that diameter, m.
   void label(const tactile_clay::FocalPoint& point, float diameter);
@@ -51,9 +59,11 @@ class FocalPointsDisplay : public ArrayDisplay<tactile_clay::FocalPointArray> {
 
   std::vector<std::unique_ptr<rviz::Shape>> shapes_;
   std::vector<Label> labels_;
+  rviz::RosTopicProperty* state_topic_;
   rviz::FloatProperty* diameter_;
   rviz::ColorProperty* weak_;
   rviz::ColorProperty* strong_;
+  rviz::ColorProperty* silent_;
   rviz::BoolProperty* through_;
   rviz::BoolProperty* beams_;
   rviz::BoolProperty* numbers_;

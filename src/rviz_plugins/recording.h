@@ -10,11 +10,11 @@ namespace tactile_clay::rviz_plugins {
 /// owner is killed, too. Belongs to the thread that draws.
 class Recording {
  public:
-  /// \param changed called when one has begun or ended
+  /// @param changed called when one has begun or ended
   explicit Recording(std::function<void()> changed);
 
   bool runs() const { return process_.state() != QProcess::NotRunning; }
-  /// \param bag path of a file that does not exist yet
+  /// @param bag path of a file that does not exist yet
   void start(const QString& bag);
   /// Asks it to close its bag.
   void stop();

@@ -8,12 +8,12 @@
 namespace tactile_clay::rviz_plugins {
 
 /// Services of the rig, to be called by ServiceCalls. The answer is that of the service, or what is wrong.
-/// \param name full name of the service, or of the node that simulates the clay
+/// @param name full name of the service, or of the node that simulates the clay
 
 ServiceCalls::Call triggerCall(const std::string& name);
-/// \param file name on the computer of the clay
+/// @param file name on the computer of the clay
 ServiceCalls::Call fileCall(const std::string& name, const std::string& file);
-/// \param seconds simulated ones, that the clay goes back
+/// @param seconds simulated ones, that the clay goes back
 ServiceCalls::Call undoCall(const std::string& clay, double seconds);
 ServiceCalls::Call qualityCall(const std::string& clay, const std::string& quality);
 

@@ -49,16 +49,17 @@ ServiceCalls::Rig ServiceCalls::rig() const {
   return shared_->rig;
 }
 
-void ServiceCalls::lookAtRig(const std::string& clay) {
+void ServiceCalls::lookAtRig(const std::string& clay, const std::string& surface) {
   {
     const std::lock_guard<std::mutex> lock(shared_->mutex);
     if (shared_->looking) return;
     shared_->looking = true;
   }
-  std::thread([shared = shared_, clay] {
+  std::thread([shared = shared_, clay, surface] {
     Rig rig;
     ros::param::get(clay + "/scene", rig.scene);
     rig.has_undo = ros::service::exists(clay + "/undo", false);
+    rig.has_export = ros::service::exists(surface + "/export", false);
     const std::lock_guard<std::mutex> lock(shared->mutex);
     shared->rig = rig;
     shared->looking = false;

@@ -18,21 +18,24 @@ class ServiceCalls {
   };
   /// What no topic tells of the rig.
   struct Rig {
-    std::string scene;      // as the clay was started with it
-    bool has_undo = false;  // whether the clay serves it
+    std::string scene;        // as the clay was started with it
+    bool has_undo = false;    // whether the clay serves it
+    bool has_export = false;  // whether its surface does
   };
 
   ServiceCalls();
 
-  /// \param what the answer begins with \return false where the one before it is not answered yet
+  /// @param what the answer begins with
+  /// @return false where the one before it is not answered yet
   bool start(const std::string& what, Call work);
   /// The answers since the last call.
   std::vector<Answer> take();
 
   /// What was found last of the rig.
   Rig rig() const;
-  /// Looks for it anew, unless it does. \param clay full name of the node that simulates the clay
-  void lookAtRig(const std::string& clay);
+  /// Looks for it anew, unless it does.
+  /// @param clay, surface full names of the nodes that simulate the clay and make its surface
+  void lookAtRig(const std::string& clay, const std::string& surface);
 
  private:
   struct Shared;

@@ -19,7 +19,8 @@ class SplatMaterials {
   /// What the graphics card or its driver lacks, in words; empty: nothing.
   static std::string lacking();
 
-  /// \param name that no others have \throws std::runtime_error with one line where a program is refused
+  /// @param name that no others have
+  /// @throws std::runtime_error with one line where a program is refused
   explicit SplatMaterials(const std::string& name);
   ~SplatMaterials();
   SplatMaterials(const SplatMaterials&) = delete;
@@ -28,11 +29,12 @@ class SplatMaterials {
   const Ogre::MaterialPtr& splats() const { return splats_; }
   const Ogre::MaterialPtr& surface() const { return surface_; }
 
-  /// \param front, field, colour what the passes before have drawn, each of width x height pixels
+  /// @param front, field, colour what the passes before have drawn, each of width x height pixels
   void read(const Ogre::TexturePtr& front, const Ogre::TexturePtr& field, const Ogre::TexturePtr& colour);
-  /// \param projection of the camera \param to_world its orientation in the fixed frame
+  /// @param projection of the camera
+  /// @param to_world its orientation in the fixed frame
   void setCamera(const Ogre::Matrix4& projection, const Ogre::Matrix4& to_world);
-  /// \param spacing m, of the particles
+  /// @param spacing m, of the particles
   void setSpacing(float spacing);
 
  private:

@@ -33,14 +33,15 @@ namespace tactile_clay::rviz_plugins {
 /// hides and is hidden like all else.
 class SplatScene {
  public:
-  /// \param shown the scene of the window \param name that no other one has
-  /// \throws std::runtime_error with one line where the graphics card refuses
+  /// @param shown the scene of the window
+  /// @param name that no other one has
+  /// @throws std::runtime_error with one line where the graphics card refuses
   SplatScene(Ogre::SceneManager& shown, const std::string& name);
   ~SplatScene();
   SplatScene(const SplatScene&) = delete;
   SplatScene& operator=(const SplatScene&) = delete;
 
-  /// \param spacing m, of the particles
+  /// @param spacing m, of the particles
   void set(const std::vector<surface::Splat>& splats, double spacing);
   /// Pose of the splats in the fixed frame.
   void place(const Ogre::Vector3& position, const Ogre::Quaternion& orientation);

@@ -20,8 +20,8 @@ bool canMove(const urdf::Joint& joint);
 /// as they are one mechanism, what stops one of them stops all.
 class JointMotions {
  public:
-  /// \param motions those of one joint do not overlap
-  /// \throws std::runtime_error with one line: a motion of no joint, of one that cannot move, has no axis or
+  /// @param motions those of one joint do not overlap
+  /// @throws std::runtime_error with one line: a motion of no joint, of one that cannot move, has no axis or
   /// mimics another, joints that mimic each other in a circle, limits that leave nothing
   JointMotions(const urdf::ModelInterface& urdf, const std::vector<Motion>& motions);
 

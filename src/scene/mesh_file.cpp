@@ -70,7 +70,8 @@ class OnlyFile : public Assimp::DefaultIOSystem {
   std::string file_;
 };
 
-/// Gathers what hangs on a node. \param place of the node's parent
+/// Gathers what hangs on a node.
+/// @param place of the node's parent
 void gather(const aiScene& scene, const aiNode& node, const aiMatrix4x4& place, Triangles& all) {
   const aiMatrix4x4 here = place * node.mTransformation;
   for (unsigned m = 0; m < node.mNumMeshes; ++m) {

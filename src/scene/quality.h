@@ -25,19 +25,23 @@ struct Quality {
 };
 
 /// All presets of `<share>/config/quality.yaml`, in its order: from the coarsest to the most accurate, then
-/// the paper's. \throws std::runtime_error with one line: file, line, what was expected
+/// the paper's.
+/// @throws std::runtime_error with one line: file, line, what was expected
 std::vector<Quality> loadQualities(const std::string& share);
 
 /// Those among which `auto` chooses, the coarsest first: all that are solved by `Method::minimise`.
 std::vector<Quality> steadyQualities(std::vector<Quality> all);
 
 /// What `auto` chooses: the most accurate quality that holds the target.
-/// \param ms that a frame took with each quality, the coarsest first. The last ones may be missing: they do
-/// not hold. \param target ms \return its place; 0, the coarsest, where none holds
+/// @param ms that a frame took with each quality, the coarsest first. The last ones may be missing: they do
+/// not hold.
+/// @param target ms
+/// @return its place; 0, the coarsest, where none holds
 std::size_t mostAccurate(const std::vector<double>& ms, double target);
 
 /// What is taken instead of a budget that costs too much: the most accurate quality that costs less; nothing
-/// where there is none. \param steady the coarsest first
+/// where there is none.
+/// @param steady the coarsest first
 const Quality* coarserThan(const clay::Budget& budget, const std::vector<Quality>& steady);
 
 /// What to expect of it, in words.
@@ -54,7 +58,7 @@ struct QualityWish {
   bool adapts() const { return quality == automatic || target_ms > 0.0; }
 };
 
-/// \throws std::runtime_error with one line where the computer is to have a say and cannot: in lockstep, or
+/// @throws std::runtime_error with one line where the computer is to have a say and cannot: in lockstep, or
 /// where substeps, iterations or another solver are given; and where the quality is not known
 void requireQuality(const QualityWish& wish, const std::vector<Quality>& all);
 

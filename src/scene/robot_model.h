@@ -6,8 +6,8 @@
 namespace tactile_clay::scene {
 
 /// Text of a robot model (URDF) as all its readers take it: urdfdom, robot_state_publisher and rviz. Macros
-/// are expanded by the program `xacro`, and any encoding that XML declares is read. \throws
-/// std::runtime_error with one line that names the file
+/// are expanded by the program `xacro`, and any encoding that XML declares is read.
+/// @throws std::runtime_error with one line that names the file
 std::string loadRobotModel(const std::string& file);
 
 /// The same for a text in UTF-8 without macros; what is ready is left as it is.
@@ -18,8 +18,8 @@ std::string loadRobotModel(const std::string& file);
 /// - Files of meshes and textures are addresses (`file://`, `package://`), not relative to the model's
 /// folder.
 ///
-/// \param folder of the model, which relative names of files start from
-/// \throws std::runtime_error with one line, where it is no XML of bounded size and depth, or its links are
+/// @param folder of the model, which relative names of files start from
+/// @throws std::runtime_error with one line, where it is no XML of bounded size and depth, or its links are
 /// no tree
 std::string readyModel(const std::string& xml, const std::filesystem::path& folder);
 

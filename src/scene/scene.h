@@ -36,22 +36,22 @@ struct Scene {
 };
 
 /// Reads a scene.
-/// \param name a file, or the name of one in `<share>/config/scenes`
-/// \param share the package's share folder, which holds `config`
-/// \param spacing between particles, m, instead of the scene's own; 0: the scene's
-/// \param find_package for files of other packages; without it there are none
-/// \param material of all bodies, instead of their own; empty: their own
-/// \throws std::runtime_error with one line: what, where, what was expected
+/// @param name a file, or the name of one in `<share>/config/scenes`
+/// @param share the package's share folder, which holds `config`
+/// @param spacing between particles, m, instead of the scene's own; 0: the scene's
+/// @param find_package for files of other packages; without it there are none
+/// @param material of all bodies, instead of their own; empty: their own
+/// @throws std::runtime_error with one line: what, where, what was expected
 Scene loadScene(const std::string& name, const std::string& share, double spacing = 0.0,
                 const FindPackage& find_package = {}, const std::string& material = "");
 
 /// Reads a material.
-/// \param name a file, or the name of one in `<share>/config/materials`
-/// \throws std::runtime_error with one line: what, where, what was expected
+/// @param name a file, or the name of one in `<share>/config/materials`
+/// @throws std::runtime_error with one line: what, where, what was expected
 clay::Material loadMaterial(const std::string& name, const std::string& share);
 
 /// Budget of a quality preset, such as `balanced`, from `<share>/config/quality.yaml`: scene/quality.h.
-/// \throws std::runtime_error naming the known presets
+/// @throws std::runtime_error naming the known presets
 clay::Budget loadQuality(const std::string& name, const std::string& share);
 
 }  // namespace tactile_clay::scene

@@ -48,7 +48,8 @@ struct Point {
 };
 
 /// Points of a lattice about the middle of a box that are inside a shape, or not farther out than `around`,
-/// m. \param phase of each axis: whether the middle is a point, or lies between two
+/// m.
+/// @param phase of each axis: whether the middle is a point, or lies between two
 std::vector<Point> latticeNear(const Eigen::AlignedBox3d& box, const Distance& distance, double spacing,
                                const Eigen::Array3i& phase, double around) {
   const Eigen::Array3d first = 0.5 * phase.cast<double>();
@@ -66,7 +67,8 @@ std::vector<Point> latticeNear(const Eigen::AlignedBox3d& box, const Distance& d
 }
 
 /// How far around the shape points count, m, so that they are as many as wanted, or nearly. Points that are
-/// equally far out stay together, as symmetry has them. \return negative: within it
+/// equally far out stay together, as symmetry has them.
+/// @return negative: within it
 double bestSurface(const std::vector<Point>& points, double wanted, double around) {
   std::vector<double> distances;
   for (const Point& p : points)

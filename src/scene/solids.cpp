@@ -111,7 +111,8 @@ struct Solids::Model {
   JointMotions joints;
   std::vector<clay::Solid> solids;
 
-  /// Calls f(link, collision, pose) for every collision of a link and of what hangs on it. \param pose of it
+  /// Calls f(link, collision, pose) for every collision of a link and of what hangs on it.
+  /// @param pose of it
   template <typename F>
   void forCollisions(const urdf::Link& link, const Eigen::Isometry3d& pose, double t, const F& f) const {
     for (const auto& collision : link.collision_array) f(link, *collision, pose * toEigen(collision->origin));

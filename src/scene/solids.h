@@ -14,9 +14,9 @@ namespace tactile_clay::scene {
 /// The rigid world of a scene: the collision geometry of a URDF, moved by the scene's motions.
 class Solids {
  public:
-  /// \param urdf_xml text of the robot model; see readyModel for what is done with it
-  /// \param find_package for meshes of other packages; without it there are none
-  /// \throws std::runtime_error where the model cannot be read, a motion names no joint of it that can move,
+  /// @param urdf_xml text of the robot model; see readyModel for what is done with it
+  /// @param find_package for meshes of other packages; without it there are none
+  /// @throws std::runtime_error where the model cannot be read, a motion names no joint of it that can move,
   ///         or a collision shape is not known, has no size, or is a mesh that is not closed
   Solids(const std::string& urdf_xml, const std::vector<Motion>& motions,
          const FindPackage& find_package = {});

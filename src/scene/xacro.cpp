@@ -50,7 +50,8 @@ bool isThere(const std::string& program) {
   return false;
 }
 
-/// Runs a program without a shell. \return its exit code
+/// Runs a program without a shell.
+/// @return its exit code
 int run(const std::vector<std::string>& words, std::FILE* out, std::FILE* err) {
   std::vector<char*> arguments;
   arguments.reserve(words.size() + 1);

@@ -9,7 +9,7 @@ namespace tactile_clay::scene {
 bool hasMacros(const std::string& xml, const std::string& file);
 
 /// What the program `xacro` of ROS makes of a file, with the defaults of its arguments.
-/// \throws std::runtime_error with one line where there is no such program, it fails, or it takes longer than
+/// @throws std::runtime_error with one line where there is no such program, it fails, or it takes longer than
 /// 20 s
 std::string expandMacros(const std::string& file);
 

@@ -16,7 +16,8 @@ std::string nameOfTag(const YAML::Node& node) {
   return isPlainTag(node.Tag()) ? "" : "tag '" + node.Tag() + "' at ";
 }
 
-/// A number as YAML writes them, in any locale. \return whether it is one
+/// A number as YAML writes them, in any locale.
+/// @return whether it is one
 bool readNumber(const std::string& text, double& number) {
   const std::size_t sign = text.empty() || (text[0] != '-' && text[0] != '+') ? 0 : 1;
   const std::string rest = text.substr(sign);

@@ -50,13 +50,13 @@ class YamlMap {
   std::vector<YamlMap> maps(const std::string& key);
   YamlMap map(const std::string& key, const std::string& expected);
 
-  /// \throws std::runtime_error naming the first key that was never asked for
+  /// @throws std::runtime_error naming the first key that was never asked for
   void finish() const;
 
   [[noreturn]] void fail(const std::string& what) const { fail(node_, what); }
   /// Where a key of the map stands, "file:line: ", for lines about it.
   std::string placeOf(const std::string& key) const;
-  /// \throws std::runtime_error with the line of a key of the map
+  /// @throws std::runtime_error with the line of a key of the map
   [[noreturn]] void failAt(const std::string& key, const std::string& what) const;
 
  private:
@@ -123,7 +123,7 @@ class YamlMap {
 };
 
 /// Reads a YAML file of one document, in UTF-8, whose tags are known and whose aliases do not multiply.
-/// \throws std::runtime_error with one line: file, line, what was expected
+/// @throws std::runtime_error with one line: file, line, what was expected
 YamlMap loadYaml(const std::string& file);
 
 }  // namespace tactile_clay::scene

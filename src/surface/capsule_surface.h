@@ -17,12 +17,12 @@ namespace tactile_clay::surface {
 /// where the fourth root of the field is 1/2.
 class CapsuleSurface {
  public:
-  /// \param cell m, of the grid
+  /// @param cell m, of the grid
   explicit CapsuleSurface(double cell) : grid_(static_cast<float>(cell)) {}
 
   /// Positions, normals and triangles; no colours. Capsules that are not finite, or farther than a kilometre
-  /// from the origin, are left out. \throws std::runtime_error with one line where they are too large
-  /// (FieldGrid)
+  /// from the origin, are left out.
+  /// @throws std::runtime_error with one line where they are too large (FieldGrid)
   const TriangleMesh& update(const std::vector<hand::Capsule>& capsules);
 
  private:

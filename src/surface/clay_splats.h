@@ -20,12 +20,13 @@ struct Splat {
 /// particle is left out where neither it nor any of its neighbours lacks neighbours of its own.
 class ClaySplats {
  public:
-  /// \param spacing m, of the particles \throws std::invalid_argument where it is not from 1 to 20 mm
+  /// @param spacing m, of the particles
+  /// @throws std::invalid_argument where it is not from 1 to 20 mm
   explicit ClaySplats(double spacing);
 
-  /// \param position m, n particles; those that are not within a kilometre of the origin are left out
-  /// \param color RGB, 0-1, of each particle
-  /// \throws std::invalid_argument where there is not one colour a particle
+  /// @param position m, n particles; those that are not within a kilometre of the origin are left out
+  /// @param color RGB, 0-1, of each particle
+  /// @throws std::invalid_argument where there is not one colour a particle
   const std::vector<Splat>& update(const clay::VectorField& position,
                                    const std::vector<Eigen::Vector3f>& color);
 

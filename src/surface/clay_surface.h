@@ -18,12 +18,13 @@ namespace tactile_clay::surface {
 /// CellPolygons) makes the triangles. The same particles give the same bits, wherever and however often.
 class ClaySurface {
  public:
-  /// \param spacing m, of the particles \throws std::invalid_argument where it is not from 1 to 20 mm
+  /// @param spacing m, of the particles
+  /// @throws std::invalid_argument where it is not from 1 to 20 mm
   explicit ClaySurface(double spacing);
 
-  /// \param position m; particles that are not within a kilometre of the origin are left out
-  /// \param color RGB, 0-1, of each particle; bodies that merge blend over the width of a kernel
-  /// \throws std::invalid_argument where there is not one colour a particle, std::runtime_error with one line
+  /// @param position m; particles that are not within a kilometre of the origin are left out
+  /// @param color RGB, 0-1, of each particle; bodies that merge blend over the width of a kernel
+  /// @throws std::invalid_argument where there is not one colour a particle, std::runtime_error with one line
   /// where the clay is spread too far (FieldGrid)
   const TriangleMesh& update(const clay::VectorField& position, const std::vector<Eigen::Vector3f>& color);
 

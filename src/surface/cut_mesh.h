@@ -15,9 +15,10 @@ struct CutMesh {
 };
 
 /// Cuts a mesh where a value that is linear along edges is 0. Corners on the line get the mean position,
-/// normal and colour of the ends of their edge, by distance. \param mesh with n corners, and a colour for
-/// each \param value of each of the n corners, finite \throws std::invalid_argument where there is not one
-/// value and one colour a corner
+/// normal and colour of the ends of their edge, by distance.
+/// @param mesh with n corners, and a colour for each
+/// @param value of each of the n corners, finite
+/// @throws std::invalid_argument where there is not one value and one colour a corner
 CutMesh cut(const TriangleMesh& mesh, const std::vector<float>& value);
 
 }  // namespace tactile_clay::surface

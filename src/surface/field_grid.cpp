@@ -34,8 +34,8 @@ int blockOf(int node) {
 }
 
 /// Mean of the field at the corners of the cells of a block, and the sum of its mean differences across each,
-/// for rows that a surface between two levels may cut. \return how many cells are within the surface of any
-/// such level
+/// for rows that a surface between two levels may cut.
+/// @return how many cells are within the surface of any such level
 TACTILE_CLAY_MULTIVERSION
 std::size_t findCells(const float* value, float lowest, float highest, std::vector<float>& mean,
                       std::vector<float>& width) {

@@ -58,11 +58,11 @@ class FieldGrid {
     TACTILE_CLAY_INLINE Lane x() const { return first.x() + cell * Lane{0, 1, 2, 3, 4, 5, 6, 7}; }
   };
 
-  /// \param cell m, edge of the grid's cells
+  /// @param cell m, edge of the grid's cells
   explicit FieldGrid(float cell) : cell_(cell) {}
 
   /// Adds up kernels. `add(k, window)` adds kernel k to the rows of a window.
-  /// \throws std::runtime_error with one line where they lie in more than `max_blocks`
+  /// @throws std::runtime_error with one line where they lie in more than `max_blocks`
   template <typename Add>
   void update(const std::vector<Box>& boxes, const Add& add) {
     listKernels(boxes);

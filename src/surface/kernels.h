@@ -25,10 +25,11 @@ struct EllipsoidKernel {
 /// without eigenvectors. The weights make the field 1 at a particle that is alone, and in a full lattice.
 class Kernels {
  public:
-  /// \param spacing m, of the particles \throws std::invalid_argument where it is not from 1 to 20 mm
+  /// @param spacing m, of the particles
+  /// @throws std::invalid_argument where it is not from 1 to 20 mm
   explicit Kernels(double spacing);
 
-  /// \param position m, finite
+  /// @param position m, finite
   const std::vector<EllipsoidKernel>& update(const clay::VectorField& position);
 
   float reach() const { return radius_; }  // m, to where the kernel of a particle in a full lattice goes

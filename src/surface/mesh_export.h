@@ -14,8 +14,8 @@ std::string ply(const TriangleMesh& mesh);
 /// and no shared corners: corners of one place have equal bits.
 std::string stl(const TriangleMesh& mesh);
 
-/// Either, as the end of the file's name says: `.ply` or `.stl`. \throws std::runtime_error with one line for
-/// others
+/// Either, as the end of the file's name says: `.ply` or `.stl`.
+/// @throws std::runtime_error with one line for others
 std::string meshFile(const TriangleMesh& mesh, const std::string& file);
 
 }  // namespace tactile_clay::surface

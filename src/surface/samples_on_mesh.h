@@ -17,8 +17,10 @@ struct SampleWeights {
   std::vector<Share> shares;
 };
 
-/// Which samples are near each corner. \param normal of the samples; those that face away from a corner's
-/// normal are on another side of the hand and do not count \param reach m
+/// Which samples are near each corner.
+/// @param normal of the samples; those that face away from a corner's normal are on another side of the hand
+/// and do not count
+/// @param reach m
 SampleWeights sampleWeights(const TriangleMesh& mesh, const std::vector<Eigen::Vector3f>& position,
                             const std::vector<Eigen::Vector3f>& normal, float reach);
 
@@ -26,7 +28,8 @@ SampleWeights sampleWeights(const TriangleMesh& mesh, const std::vector<Eigen::V
 std::vector<Eigen::Vector3f> meanAt(const SampleWeights& weights, const std::vector<Eigen::Vector3f>& value);
 
 /// The same of samples of which only those are given that are not zero: between them and others the value
-/// falls to zero. \param full sum of weights where all samples are given, below which a corner lacks some
+/// falls to zero.
+/// @param full sum of weights where all samples are given, below which a corner lacks some
 std::vector<float> sparseMeanAt(const SampleWeights& weights, const std::vector<float>& value, float full);
 
 }  // namespace tactile_clay::surface

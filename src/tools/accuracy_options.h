@@ -24,7 +24,7 @@ struct AccuracyOptions {
 };
 
 /// Out of the arguments of the program, as its usage has them.
-/// \throws std::runtime_error with one line: what was found, what was expected
+/// @throws std::runtime_error with one line: what was found, what was expected
 AccuracyOptions accuracyOptions(int argc, char** argv);
 
 }  // namespace tactile_clay::tools

@@ -55,7 +55,7 @@ struct Doubt {
 /// smallest error in the table, or by no more than twice what a micrometre does ("within chance"): then the
 /// scene itself, not a step, decides. A line of markdown each for displacement, height, and force if there is
 /// any.
-/// \param errors of the settings
+/// @param errors of the settings
 std::string convergence(const Doubt& doubt, const std::vector<Errors>& errors);
 
 }  // namespace tactile_clay::tools

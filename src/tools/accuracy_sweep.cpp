@@ -50,7 +50,8 @@ Sweep sweepOf(double wanted_spacing, const std::string& material, const std::str
   return sweep;
 }
 
-/// Adds what is to be played. \param number of the plays before
+/// Adds what is to be played.
+/// @param number of the plays before
 void addPlays(const AccuracyOptions& options, int& number, Sweep& sweep) {
   const auto play = [&](const clay::Budget& budget, std::size_t skin, int axis = -1) -> Play {
     constexpr double beside = 5.0;  // what a substep costs beside its iterations, in iterations

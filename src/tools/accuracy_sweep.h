@@ -48,13 +48,13 @@ std::vector<Sweep> sweepsOf(const AccuracyOptions& options);
 /// Plays, or finds what was played before (--outcomes), and tells on the standard error how far it is.
 class Player {
  public:
-  /// \param sweeps all that may be played
+  /// @param sweeps all that may be played
   Player(AccuracyOptions options, const std::vector<Sweep>& sweeps);
 
   /// Whether a play is of this share. Shards take turns, so that each has its share of the dear ones.
   bool isMine(const Play& play) const { return play.number % options_.shards == options_.shard - 1; }
 
-  /// \throws std::runtime_error where only what is there is to be merged, and this is not
+  /// @throws std::runtime_error where only what is there is to be merged, and this is not
   Outcome operator()(const Sweep& sweep, const Play& play);
 
  private:

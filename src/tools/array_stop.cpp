@@ -74,7 +74,8 @@ class Line {
     say("reset: arrays sound again with the next focal points");
   }
 
-  /// What has to be done again and again. \return whether a stop waits for its answer
+  /// What has to be done again and again.
+  /// @return whether a stop waits for its answer
   bool look() {
     const std::lock_guard<std::mutex> lock(mutex_);
     const unsigned arrays = states_.getNumPublishers();

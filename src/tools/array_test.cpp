@@ -148,7 +148,7 @@ class Bench {
     return play(at, seconds, [this](const auto& points) { return driveFor(points); });
   }
 
-  /// \return the drive that played last
+  /// @return the drive that played last
   ultrasound::Drive play(const Eigen::Vector3d& at, double seconds, const Solve& solve) {
     device::SafetyGate gate(
         config_, {[&](const auto& points, const auto*) {

@@ -71,7 +71,8 @@ struct Touches {
   std::vector<Vector3d> touched, targets;
 };
 
-/// Waits until each mark was touched. \param rest s, that a fingertip rests on each, for people
+/// Waits until each mark was touched.
+/// @param rest s, that a fingertip rests on each, for people
 Touches touch(hand::HandSource& source, const std::vector<Vector3d>& marks,
               const hand::TouchDetector::Config& config, const std::string& rest) {
   hand::TouchDetector detector(config);

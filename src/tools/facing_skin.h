@@ -11,7 +11,7 @@ namespace tactile_clay::tools {
 using Samples = std::vector<contact::PressureSample>;
 
 /// The pressed samples, and those around them that are not, in the frame of the array.
-/// \param pressed in that frame already
+/// @param pressed in that frame already
 Samples facingSkin(const Samples& pressed, const Skin& in_world, const Eigen::Isometry3f& to_array);
 
 /// The skin that faces the array around a contact, at its samples and halfway between neighbours.
@@ -22,7 +22,8 @@ struct RefinedSkin {
 RefinedSkin refined(const Samples& samples);
 
 /// The ShapeError of what is rendered.
-/// \param rendered radiation pressure at each place of the skin \param weighted by the weights of the samples
+/// @param rendered radiation pressure at each place of the skin
+/// @param weighted by the weights of the samples
 double shapeError(const RefinedSkin& skin, const std::vector<float>& rendered, bool weighted);
 
 }  // namespace tactile_clay::tools

@@ -21,11 +21,12 @@ struct HandSample {
 };
 
 /// What hands do, sample by sample: scripted ones at 60 Hz, recorded ones as often as they were seen.
-/// \param hands none, knead, potter, press, or a Leap recording
-/// \param duration s, at most that of a recording; 0: all that the hands do, 1.2 s without hands
-/// \param spacing of the skin, m
-/// \param share the package's share folder, whose config/rig.yaml says where the tracker of a recording
-/// stands \throws std::runtime_error with one line: what, where, what was expected
+/// @param hands none, knead, potter, press, or a Leap recording
+/// @param duration s, at most that of a recording; 0: all that the hands do, 1.2 s without hands
+/// @param spacing of the skin, m
+/// @param share the package's share folder, whose config/rig.yaml says where the tracker of a recording
+/// stands
+/// @throws std::runtime_error with one line: what, where, what was expected
 std::vector<HandSample> handSamples(const std::string& hands, double duration, double spacing,
                                     const std::string& share);
 

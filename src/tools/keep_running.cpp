@@ -79,7 +79,7 @@ Options optionsOf(int argc, char** argv) {
 /// A folder in which the program leaves what it needs when it is started again. It goes with the keeper.
 class Folder {
  public:
-  /// \param beside folder of the run; empty or not to be written to: that for temporary files
+  /// @param beside folder of the run; empty or not to be written to: that for temporary files
   Folder(const std::string& beside, const std::string& name) {
     std::error_code ignored;
     for (const std::filesystem::path& parent :
@@ -117,7 +117,7 @@ class Signals {
     for (const int number : {SIGCHLD, SIGINT, SIGTERM, SIGHUP}) ::sigaddset(&set_, number);
     ::sigprocmask(SIG_BLOCK, &set_, &before_);
   }
-  /// \return 0 where none comes in the time of a look
+  /// @return 0 where none comes in the time of a look
   int wait() const {
     const timespec time{0, static_cast<long>(1e9 * look.count())};
     return std::max(::sigtimedwait(&set_, nullptr, &time), 0);
@@ -157,7 +157,7 @@ class Program {
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
-  /// \return whether it has ended; `status` is then that of waitpid
+  /// @return whether it has ended; `status` is then that of waitpid
   bool hasEnded(int& status) {
     while (true) {
       const pid_t changed = ::waitpid(process_, &status, WNOHANG | WUNTRACED | WCONTINUED);
@@ -168,7 +168,7 @@ class Program {
     }
   }
 
-  /// \param awake time that passed since the last call, and in which this process was awake
+  /// @param awake time that passed since the last call, and in which this process was awake
   bool isFrozen(Seconds awake) {
     char beats[256];
     bool beat = false;

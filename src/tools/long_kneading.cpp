@@ -41,7 +41,7 @@ double neighboursOf(const clay::Clay& clay) {
 /// they simulate.
 class LiveClock {
  public:
-  /// \param slowness 0: the clock of this computer
+  /// @param slowness 0: the clock of this computer
   explicit LiveClock(double slowness) : slowness_(slowness) {}
 
   /// s, since the start
@@ -54,8 +54,10 @@ class LiveClock {
       std::this_thread::sleep_until(start_ + std::chrono::duration_cast<Clock::duration>(Seconds(time)));
   }
 
-  /// A frame was computed. \param simulated s, of it \param took s, on this computer
-  /// \return s, that it took by this clock
+  /// A frame was computed.
+  /// @param simulated s, of it
+  /// @param took s, on this computer
+  /// @return s, that it took by this clock
   double computed(double simulated, double took) {
     if (!(slowness_ > 0.0)) return took;
     now_ += slowness_ * simulated;
@@ -121,7 +123,7 @@ class Yardstick {
   explicit Yardstick(const scene::Scene& scene)
       : clay_(scene.config, scene.materials, scene.particles), start_(clay_.sculpture()) {}
 
-  /// \return ms of a frame, median
+  /// @return ms of a frame, median
   double measure(const scene::Solids& solids, const std::vector<HandSample>& samples) {
     constexpr std::size_t frames = 60;
     clay_.restore(start_);

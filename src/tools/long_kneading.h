@@ -40,8 +40,8 @@ struct LongKneading {
 /// Plays what hands do again and again, each time from where the clay is, and tells of each stretch.
 ///
 /// Computers get slower and faster from minute to minute. So after each stretch the same second of clay, the
-/// first one of the run, is played once more: what it takes is the yardstick for the stretch. \param samples
-/// one pass of the hands, as of `handSamples`
+/// first one of the run, is played once more: what it takes is the yardstick for the stretch.
+/// @param samples one pass of the hands, as of `handSamples`
 void kneadLong(const scene::Scene& scene, const scene::Solids& solids, const std::vector<HandSample>& samples,
                const LongKneading& how, const std::function<void(const Stretch&)>& tell);
 

@@ -10,7 +10,7 @@ namespace tactile_clay::tools {
 std::vector<std::string> nodesOfRig(const std::map<std::string, std::string>& arguments);
 
 /// Looks at the master on which a rig of these arguments is about to start, if one is there.
-/// \throws std::runtime_error with one line where nodes of its names run, which the master would end in its
+/// @throws std::runtime_error with one line where nodes of its names run, which the master would end in its
 /// favour, or where the rig would wait for a clock that nobody publishes
 void requireRoomOnMaster(const std::map<std::string, std::string>& arguments);
 

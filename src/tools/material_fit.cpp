@@ -96,7 +96,7 @@ std::string number(double value) {
   return yaml;
 }
 
-/// \throws std::runtime_error with one line where these parameters of the material cannot be fitted
+/// @throws std::runtime_error with one line where these parameters of the material cannot be fitted
 void requireFittable(const Material& start, const std::vector<std::string>& names) {
   for (const std::string& name : names)
     if (accesses.count(name) == 0)
@@ -114,8 +114,10 @@ bool isFitted(const std::vector<std::string>& names, const char* name) {
 
 /// Standard errors of the parameters' logarithms (Gauss & Newton): of residuals r with the slopes J, their
 /// covariance is |r|^2 / (m - n) (J^T J)^-1.
-/// \param run forces at a point \param best where the fit ended \param left residuals there, N
-/// \param scale root mean square of the forces, N
+/// @param run forces at a point
+/// @param best where the fit ended
+/// @param left residuals there, N
+/// @param scale root mean square of the forces, N
 std::vector<double> standardErrors(const std::function<std::vector<double>(const Point&)>& run,
                                    const Point& best, const std::vector<double>& left, double scale) {
   const auto m = static_cast<Eigen::Index>(left.size()), n = static_cast<Eigen::Index>(best.size());

@@ -33,9 +33,11 @@ using ForceModel = std::function<std::vector<double>(const clay::Material&)>;
 /// Fits parameters of a material so that its forces are the measured ones: pseudo-Huber loss, so that single
 /// strays do not count, over the logarithms of the parameters, by Nelder & Mead from the best of three ratios
 /// of stiffness to yield stress.
-/// \param start what is not fitted; bulk_modulus is raised to ten times the stiffness where it is less
-/// \param yield_stress Pa, a guess \param names some of stiffness, yield_stress, viscosity, relaxation_time,
-/// friction \param maximum evaluations, about \throws std::runtime_error for a name that is none
+/// @param start what is not fitted; bulk_modulus is raised to ten times the stiffness where it is less
+/// @param yield_stress Pa, a guess
+/// @param names some of stiffness, yield_stress, viscosity, relaxation_time, friction
+/// @param maximum evaluations, about
+/// @throws std::runtime_error for a name that is none
 MaterialFit fitMaterial(const ForceModel& forces, const std::vector<double>& measured,
                         const clay::Material& start, double yield_stress,
                         const std::vector<std::string>& names, int maximum);
@@ -43,7 +45,8 @@ MaterialFit fitMaterial(const ForceModel& forces, const std::vector<double>& mea
 /// Pa, a guess from the maximum force: a punch presses with 6 tau_y, a bar with sqrt(3) tau_y.
 double guessedYieldStress(const PressSetup& setup, const PressCurve& curve);
 
-/// A material file. \param comments lines that stand above it, without their `#`
+/// A material file.
+/// @param comments lines that stand above it, without their `#`
 std::string materialFile(const MaterialFit& fit, const std::vector<std::string>& comments);
 
 }  // namespace tactile_clay::tools

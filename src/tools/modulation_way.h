@@ -40,8 +40,9 @@ ModulationWay fieldWay(const std::string& name, const ultrasound::FieldSolverOpt
                        const ultrasound::FocalPointConfig& config);
 
 /// Renders a frame, and measures it by the true field of each instant of a period.
-/// \param pressed samples, frame of the array \param all of the skin around them too
-/// \param skin where it is measured; none: it is only rendered
+/// @param pressed samples, frame of the array
+/// @param all of the skin around them too
+/// @param skin where it is measured; none: it is only rendered
 void renderFrame(const Array& array, const Samples& pressed, const Samples& all, const RefinedSkin* skin,
                  ModulationWay& way);
 

@@ -18,7 +18,7 @@ struct Minimum {
 /// Minimises a function of a few numbers without its derivatives, by the simplex of Nelder & Mead (1965),
 /// with the usual coefficients 1, 2, 1/2 and 1/2. It ends where no corner of the simplex is farther than
 /// `tolerance` from the best one along any axis, or after `maximum` evaluations.
-/// \param edge of the first simplex, which has a corner at `start`
+/// @param edge of the first simplex, which has a corner at `start`
 inline Minimum nelderMead(const std::function<double(const Point&)>& f, const Point& start, double edge,
                           double tolerance, int maximum) {
   struct Corner {

@@ -54,7 +54,8 @@ struct Errors {
   double mean_force = 0.0;    // of the reference's; nan if that is 0
 };
 
-/// \param reference of the same particles and samples \param spacing m
+/// @param reference of the same particles and samples
+/// @param spacing m
 Errors compare(const Outcome& outcome, const Outcome& reference, double spacing);
 
 /// The greater of each two errors, by size.

@@ -17,7 +17,8 @@ struct PressSample {
 using PressCurve = std::vector<PressSample>;
 
 /// Reads `time,depth,force` in s, m and N, one moment a line; a first line without numbers is a heading, `#`
-/// starts a comment. \throws std::runtime_error with one line "FILE:LINE: what was found, what was expected"
+/// starts a comment.
+/// @throws std::runtime_error with one line "FILE:LINE: what was found, what was expected"
 PressCurve readPressCurve(const std::string& file);
 
 /// What was pressed with what. The sample stands on a table; the tool comes from above and is moved
@@ -38,7 +39,8 @@ struct PressSetup {
   double area(double depth) const;
 };
 
-/// What does not fit together. \throws std::runtime_error with one line: what was found, what was expected
+/// What does not fit together.
+/// @throws std::runtime_error with one line: what was found, what was expected
 void check(const PressSetup& setup, const PressCurve& curve);
 
 /// The time from which to which a force is a mean.

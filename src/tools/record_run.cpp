@@ -101,7 +101,7 @@ std::regex topicsOfRig(const ros::NodeHandle& nh, bool skin) {
 
 class Recorder {
  public:
-  /// \throws std::runtime_error with one line where a parameter is wrong or the bag cannot be made
+  /// @throws std::runtime_error with one line where a parameter is wrong or the bag cannot be made
   Recorder(ros::NodeHandle nh, const ros::NodeHandle& private_nh)
       : nh_(nh),
         named_(words(nodes::param<std::string>(private_nh, "topics", ""))),

@@ -30,10 +30,12 @@ struct RenderedPressure {
 /// Renders frames, and measures how well.
 class PressureMeter {
  public:
-  /// \param layout of transducers (ultrasound::arrayLayouts) \param array its pose in the world
+  /// @param layout of transducers (ultrasound::arrayLayouts)
+  /// @param array its pose in the world
   PressureMeter(const Rendering& rendering, const std::string& layout, const Eigen::Isometry3d& array);
 
-  /// \param skin of a frame, in the world \param contacts of the clay on it
+  /// @param skin of a frame, in the world
+  /// @param contacts of the clay on it
   void add(const Skin& skin, const std::vector<SkinForce>& contacts);
 
   RenderedPressure mean() const;

@@ -8,7 +8,9 @@
 
 namespace tactile_clay::tools {
 
-/// A pose of config/rig.yaml, in the world. \param key such as "array_pose" \param share folder of config/
+/// A pose of config/rig.yaml, in the world.
+/// @param key such as "array_pose"
+/// @param share folder of config/
 inline Eigen::Isometry3d rigPose(const std::string& share, const std::string& key) {
   return values::poseOf(scene::loadYaml(share + "/config/rig.yaml").pose(key));
 }

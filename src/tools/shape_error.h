@@ -11,8 +11,8 @@ constexpr float skin_around_contacts = 0.06f;  // m from a contact, of the skin 
 /// pressure and the one that is had, over places of skin.
 class ShapeError {
  public:
-  /// \param weight of the place, such as its area \param wanted, had pressure there, each in a unit of its
-  /// own
+  /// @param weight of the place, such as its area
+  /// @param wanted, had pressure there, each in a unit of its own
   void add(double weight, double wanted, double had) {
     both_ += weight * wanted * had;
     wanted_ += weight * wanted * wanted;

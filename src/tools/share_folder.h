@@ -7,8 +7,9 @@
 namespace tactile_clay::tools {
 
 /// The package's folder that holds config/scenes: above the program, or share/tactile_clay beside what is
-/// above it. \param given that of the user, which stands instead unless it is empty
-/// \throws std::runtime_error if there is none
+/// above it.
+/// @param given that of the user, which stands instead unless it is empty
+/// @throws std::runtime_error if there is none
 inline std::string shareFolder(const std::string& given) {
   namespace fs = std::filesystem;
   if (!given.empty()) return given;

@@ -14,7 +14,7 @@ enum class Wish { none, stop, reset, stop_and_leave, ended };  // ended: nothing
 /// stops. From a pipe or a file come lines: `r` or `reset` resets, any other one stops.
 class Keys {
  public:
-  /// \param descriptor such as 0; a terminal is given back as it was in the end
+  /// @param descriptor such as 0; a terminal is given back as it was in the end
   explicit Keys(int descriptor);
   ~Keys();
   Keys(const Keys&) = delete;
@@ -37,7 +37,7 @@ class Keys {
 /// resets. A switch that is gone stops, and is opened again once it is back.
 class FootSwitch {
  public:
-  /// \throws std::runtime_error with one line where it cannot be opened
+  /// @throws std::runtime_error with one line where it cannot be opened
   explicit FootSwitch(std::string path);
   ~FootSwitch();
   FootSwitch(const FootSwitch&) = delete;
@@ -46,7 +46,8 @@ class FootSwitch {
   /// To be called once there is something to read.
   Wish read();
 
-  /// Tries to open it again. \return whether it is there
+  /// Tries to open it again.
+  /// @return whether it is there
   bool reopen() noexcept;
 
   int descriptor() const { return descriptor_; }  // -1: it is gone

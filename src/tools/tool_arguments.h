@@ -11,8 +11,9 @@
 
 namespace tactile_clay::tools {
 
-/// A number out of text. \param name of what it is for \throws std::runtime_error if it is none from low to
-/// high
+/// A number out of text.
+/// @param name of what it is for
+/// @throws std::runtime_error if it is none from low to high
 inline double numberOf(const std::string& name, const std::string& text, double low, double high) {
   std::istringstream stream(text);
   double number = 0.0;
@@ -24,7 +25,8 @@ inline double numberOf(const std::string& name, const std::string& text, double 
   return number;
 }
 
-/// Prints the usage where one of the arguments is `--help` or `-h`. \return whether it did
+/// Prints the usage where one of the arguments is `--help` or `-h`.
+/// @return whether it did
 inline bool askedForHelp(int argc, char** argv, const char* usage) {
   for (int k = 1; k < argc; ++k)
     if (argv[k] == std::string("--help") || argv[k] == std::string("-h"))
@@ -33,7 +35,8 @@ inline bool askedForHelp(int argc, char** argv, const char* usage) {
 }
 
 /// The main function of a tool: `--help` or `-h` prints the usage; what `run` throws is told in one line,
-/// with the tool's name, and ends it with 1. \param run returns the exit code, or nothing
+/// with the tool's name, and ends it with 1.
+/// @param run returns the exit code, or nothing
 template <typename Run>
 int runTool(const char* name, const char* usage, int argc, char** argv, const Run& run) {
   try {
@@ -52,7 +55,8 @@ int runTool(const char* name, const char* usage, int argc, char** argv, const Ru
 /// Arguments "key:=value" of a program, as roslaunch has them. Every key must be known.
 class Arguments {
  public:
-  /// \param known keys and their default values \throws std::runtime_error naming an argument that is none
+  /// @param known keys and their default values
+  /// @throws std::runtime_error naming an argument that is none
   Arguments(int argc, char** argv, std::map<std::string, std::string> known) : values_(std::move(known)) {
     for (int i = 1; i < argc; ++i) {
       const std::string argument = argv[i];

@@ -41,7 +41,7 @@ void store(const Lanes& a, float* to) {
 }
 
 /// Sums all sources, in their order, at each point of a block.
-/// \tparam simple the sources lie in one plane of equal z and look along z, and the air takes little
+/// @tparam simple the sources lie in one plane of equal z and look along z, and the air takes little
 template <bool simple>
 TACTILE_CLAY_INLINE void sumBlock(const std::vector<PistonSource>& sources, const PistonConstants& air,
                                   Block& block) {

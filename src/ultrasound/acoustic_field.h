@@ -31,19 +31,19 @@ std::complex<double> transducerPressure(const ArrayLayout& layout, const Acousti
                                         const Eigen::Vector3d& point);
 
 /// Field of the whole array at one point, in double precision.
-/// \throws std::invalid_argument if the drive's length is not the layout's
+/// @throws std::invalid_argument if the drive's length is not the layout's
 std::complex<double> pressureAt(const ArrayLayout& layout, const Acoustics& acoustics, const Drive& drive,
                                 const Eigen::Vector3d& point);
 
 /// Field of the whole array at many points, in single precision (within 1e-4 of the largest possible sum of
 /// amplitudes) and on all cores: for slices and the skin. Bit-identical for any number of threads.
-/// \throws std::invalid_argument if the drive's length is not the layout's
+/// @throws std::invalid_argument if the drive's length is not the layout's
 std::vector<std::complex<float>> pressuresAt(const ArrayLayout& layout, const Acoustics& acoustics,
                                              const Drive& drive, const std::vector<Eigen::Vector3f>& points);
 
 /// Amplitude of the field at many points, Pa: root of the mean square over drives that take equal turns, as
 /// the patterns of a field do. No drive: silence. Bit-identical for any number of threads.
-/// \throws std::invalid_argument if the length of a drive is not the layout's
+/// @throws std::invalid_argument if the length of a drive is not the layout's
 std::vector<float> meanAmplitudesAt(const ArrayLayout& layout, const Acoustics& acoustics,
                                     const std::vector<Drive>& drives,
                                     const std::vector<Eigen::Vector3f>& points);

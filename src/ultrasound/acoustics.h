@@ -15,7 +15,7 @@ struct Acoustics {
   double wavelength() const;  // m
   double wavenumber() const;  // rad/m
 
-  /// \throws std::invalid_argument naming the parameter, its value and its range. The directivity is
+  /// @throws std::invalid_argument naming the parameter, its value and its range. The directivity is
   ///   evaluated to rounding for k R up to 4 (5.4 mm at 40 kHz), the range of wavenumber times radius that is
   ///   accepted
   void validate() const;
@@ -37,11 +37,11 @@ constexpr T pistonDirectivity(T x_squared) {
 }
 
 /// Mean radiation pressure of a wave on a rigid surface, Pa: 2 p_rms^2 / (rho c^2).
-/// \param amplitude peak acoustic pressure, Pa
+/// @param amplitude peak acoustic pressure, Pa
 double radiationPressure(const Acoustics& acoustics, double amplitude);
 
 /// Sound pressure level, dB re 20 uPa rms; 0 for silence and anything below 20 uPa.
-/// \param amplitude peak acoustic pressure, Pa
+/// @param amplitude peak acoustic pressure, Pa
 double soundPressureLevel(double amplitude);
 
 }  // namespace tactile_clay::ultrasound

@@ -27,9 +27,9 @@ std::vector<std::string> arrayLayoutNames();
 /// - `autd3` 18 x 14 less the three at (1,1), (2,1) and (16,1), 10.16 mm: 249 transducers
 ///
 /// Channels run along x, then along y, unless `channel_csv` gives their order.
-/// \param channel_csv contents of a table with the header `channel,column,row` and one line for each
+/// @param channel_csv contents of a table with the header `channel,column,row` and one line for each
 ///   transducer; column counts along x, row along y, both from 0. Empty: grid order
-/// \throws std::invalid_argument with one line if the name is unknown (listing the known ones), or if the
+/// @throws std::invalid_argument with one line if the name is unknown (listing the known ones), or if the
 ///   table is not of that form or does not place each channel and each transducer exactly once
 ArrayLayout arrayLayout(const std::string& name, const std::string& channel_csv = "");
 
@@ -40,8 +40,8 @@ ArrayLayout placed(ArrayLayout layout, const Eigen::Isometry3d& pose);
 ArrayLayout joined(const std::vector<ArrayLayout>& layouts);
 
 /// One or more arrays as text: `name`, or `name x y z roll pitch yaw; name ...` with the pose of each in the
-/// frame of the array (m, rad; R = Rz(yaw) Ry(pitch) Rx(roll)). \throws std::invalid_argument with one line
-/// that quotes the part that is wrong
+/// frame of the array (m, rad; R = Rz(yaw) Ry(pitch) Rx(roll)).
+/// @throws std::invalid_argument with one line that quotes the part that is wrong
 ArrayLayout arrayLayouts(const std::string& text);
 
 }  // namespace tactile_clay::ultrasound

@@ -17,7 +17,8 @@ class ArrayReach {
  public:
   ArrayReach(const ArrayLayout& layout, const Acoustics& acoustics);
 
-  /// Peak acoustic pressure, Pa: sum of |G_n|, within 1e-5 of it. \param point m, frame of the array
+  /// Peak acoustic pressure, Pa: sum of |G_n|, within 1e-5 of it.
+  /// @param point m, frame of the array
   double amplitude(const Eigen::Vector3d& point) const;
   FocusBeam beam(const Eigen::Vector3d& point) const;
 

@@ -44,7 +44,7 @@ double clearance(const Eigen::Vector3d& way, const FocusBeam& a, const FocusBeam
 }
 
 /// Merges the closest two centres until all are far enough apart, and clusters anew, until they stay so.
-/// \param unresolved counts the pairs that only the array is too coarse for
+/// @param unresolved counts the pairs that only the array is too coarse for
 Clustering separate(const ContactField& field, Clustering clustering, const Spacing& minimum,
                     std::size_t& unresolved) {
   while (clustering.centre.size() > 1) {

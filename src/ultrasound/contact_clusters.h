@@ -25,13 +25,14 @@ struct ContactField {
 bool usable(const contact::PressureSample& sample);
 
 /// The samples that press at least `minimum_pressure`, in one order for every permutation of them.
-/// \param ignored how many were not usable
+/// @param ignored how many were not usable
 ContactField contactField(const std::vector<contact::PressureSample>& samples, const FocalPointConfig& config,
                           std::size_t& ignored);
 
-/// Where the focal points of a contact go (Eq. 8): see FocalPointRenderer. \param array null: any resolution
-/// \param previous points of the frame before \param unresolved how many points there would be more if the
-/// array could tell them apart
+/// Where the focal points of a contact go (Eq. 8): see FocalPointRenderer.
+/// @param array null: any resolution
+/// @param previous points of the frame before
+/// @param unresolved how many points there would be more if the array could tell them apart
 Clustering contactClusters(const ContactField& field, const FocalPointConfig& config, const ArrayReach* array,
                            const std::vector<FocalPoint>& previous, std::size_t& unresolved);
 

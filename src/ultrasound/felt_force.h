@@ -22,8 +22,9 @@ struct FeltForce {
 /// focus that moves to and fro at 5 to 15 Hz in steps of less than 1 mm was felt like 0.21 N where it pressed
 /// with 0.027 N (Morisaki et al. 2022, doi 10.1109/TOH.2021.3125843); for lateral modulation. Foci that went
 /// round a circle of 3 mm radius at 5 Hz were felt like 0.24 N, 10.9 times what they pressed with (Morisaki
-/// et al. 2024, doi 10.1109/TOH.2023.3338230); for circles from 4 to 6 Hz. \param frequency of the
-/// modulation, Hz \param force N, while the sound is on
+/// et al. 2024, doi 10.1109/TOH.2023.3338230); for circles from 4 to 6 Hz.
+/// @param frequency of the modulation, Hz
+/// @param force N, while the sound is on
 FeltForce feltForce(Modulation modulation, double frequency, double force);
 
 }  // namespace tactile_clay::ultrasound

@@ -48,7 +48,7 @@ struct Spreads {
   }
 };
 
-/// \param slack m, by which transducers are taken to be nearer to the point's direction than they are
+/// @param slack m, by which transducers are taken to be nearer to the point's direction than they are
 Spreads spreadsAt(const Division& box, const Eigen::Vector3f& centre, float slack) {
   const auto radius = static_cast<float>(box.acoustics.transducer_radius);
   const auto piston =

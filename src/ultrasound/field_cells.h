@@ -24,7 +24,9 @@ struct FieldCell {
 };
 
 /// Divides a box into cells, and these into parts for groups of each depth. Where the whole array at full
-/// drive stays below the floor are none. \param low, high corners of the box, m \param floor Pa
+/// drive stays below the floor are none.
+/// @param low, high corners of the box, m
+/// @param floor Pa
 std::vector<FieldCell> fieldCells(const ArrayLayout& layout, const Acoustics& acoustics,
                                   const TransducerGroups& groups, const Eigen::Vector3f& low,
                                   const Eigen::Vector3f& high, double floor);

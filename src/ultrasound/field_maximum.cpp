@@ -130,8 +130,8 @@ std::vector<FieldMaximum::Lobe> FieldMaximum::follow(const DrivenGroups& sources
   return found;
 }
 
-/// Parts of cells that may hold the top of a lobe, the highest first. \param strongest amplitude of a
-/// transducer
+/// Parts of cells that may hold the top of a lobe, the highest first.
+/// @param strongest amplitude of a transducer
 std::vector<FieldMaximum::Lobe> FieldMaximum::lobes(const DrivenGroups& sources, float strongest,
                                                     Search& search) const {
   std::vector<Part> open;

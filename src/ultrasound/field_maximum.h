@@ -31,14 +31,16 @@ class FieldMaximum {
     std::size_t climbs = 0;
   };
 
-  /// \param low, high corners of the box, m, frame of the array \param floor Pa; lobes that are lower are of
-  /// no interest \throws std::invalid_argument if the layout has no transducers, or the box is none
+  /// @param low, high corners of the box, m, frame of the array
+  /// @param floor Pa; lobes that are lower are of no interest
+  /// @throws std::invalid_argument if the layout has no transducers, or the box is none
   FieldMaximum(const ArrayLayout& layout, const Acoustics& acoustics, const Eigen::Vector3d& low,
                const Eigen::Vector3d& high, double floor);
 
   /// The highest pressure in the box, within 1 %, if it is above `floor`; else the one at the strongest of
-  /// `places`, or more. \param drive amplitudes 0 to 1 \throws std::invalid_argument if its length is not the
-  /// layout's
+  /// `places`, or more.
+  /// @param drive amplitudes 0 to 1
+  /// @throws std::invalid_argument if its length is not the layout's
   Peak find(const Drive& drive, const std::vector<Eigen::Vector3d>& places, Effort* effort = nullptr) const;
 
   /// Cells for the smallest groups.

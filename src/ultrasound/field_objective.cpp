@@ -10,7 +10,8 @@ namespace {
 constexpr double enough_width = 0.5;  // d of the objective
 constexpr auto two_pi = static_cast<float>(2.0 * M_PI);
 
-/// The waves of all transducers at a point. \return sum of their amplitudes
+/// The waves of all transducers at a point.
+/// @return sum of their amplitudes
 TACTILE_CLAY_MULTIVERSION float fillRow(const TransducerLanes& t, const PistonConstants& air, float strength,
                                         const float* point, ComplexLanes* row) {
   Lanes total{};
@@ -79,7 +80,8 @@ FieldObjective::FieldObjective(const ArrayLayout& layout, const Acoustics& acous
   if (!(wanted_square_ > 0.0)) unit_ = 0.0;  // none of it counts
 }
 
-/// As the skin tells it apart. \param blurred room for that
+/// As the skin tells it apart.
+/// @param blurred room for that
 const std::vector<float>& FieldObjective::felt(const std::vector<float>& values,
                                                std::vector<float>& blurred) const {
   if (blur_.none()) return values;

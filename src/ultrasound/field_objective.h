@@ -31,7 +31,7 @@ class FieldObjective {
   /// otherwise in the next ones.
   Turns start();
 
-  /// \param gradient if given, receives the derivatives by the phases, a turn each
+  /// @param gradient if given, receives the derivatives by the phases, a turn each
   double operator()(const Turns& turns, Turns* gradient);
 
   /// Of the last evaluation: error and scale in the norm of the objective; amplitude (Pa) at target m.

@@ -96,7 +96,8 @@ Turns newtonStep(const Turns& gradient, const std::vector<Pair>& pairs) {
   return step;
 }
 
-/// Lowers the objective by so many evaluations. \return its value there
+/// Lowers the objective by so many evaluations.
+/// @return its value there
 double descend(FieldObjective& objective, int evaluations, Turns& turns) {
   Turns gradient(turns.size()), next(turns.size()), next_gradient(turns.size());
   std::vector<Pair> pairs;

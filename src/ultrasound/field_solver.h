@@ -21,7 +21,7 @@ struct FieldSolverOptions {
   double max_phase_change = 0.0;  // of a transducer since the drive before, rad; 0: no limit
   double blur = 0.0;  // m, of the Gaussian with which skin blurs pressure before its error counts; 0: none
 
-  /// \throws std::invalid_argument naming the option, its value and its range
+  /// @throws std::invalid_argument naming the option, its value and its range
   void validate() const;
 };
 
@@ -55,11 +55,11 @@ struct FieldSolution {
 /// phases before, and those that send sqrt(t) to all targets at once. So a field goes on while it follows the
 /// skin, and starts anew where it does not. Rounded phases are the closest levels. Deterministic, to the bit
 /// on every processor; single precision.
-/// \param targets samples of skin, frame of the array, each standing for as much of it as the others; their
+/// @param targets samples of skin, frame of the array, each standing for as much of it as the others; their
 ///   intensity is the share of `reach` that is wanted. At least one that is not 0, or all is silent. Targets
 ///   behind the array count as not there
-/// \param before drives of the frame before, or none
-/// \throws std::invalid_argument if an option, a position or an intensity is out of range, or a drive before
+/// @param before drives of the frame before, or none
+/// @throws std::invalid_argument if an option, a position or an intensity is out of range, or a drive before
 ///   is not finite and of the layout's length
 FieldSolution solveField(const ArrayLayout& layout, const Acoustics& acoustics,
                          const std::vector<FocalPoint>& targets, const FieldSolverOptions& options = {},
@@ -70,8 +70,8 @@ struct FieldFit {
   double error = 0.0;  // relative RMS error of the radiation pressure at the best common scale
   double scale = 0.0;  // that scale
 };
-/// \param wanted, reached amplitudes of the same length, Pa \return error 0 where nothing is wanted, 1 where
-/// nothing of it is had
+/// @param wanted, reached amplitudes of the same length, Pa
+/// @return error 0 where nothing is wanted, 1 where nothing of it is had
 FieldFit fieldFit(const std::vector<double>& wanted, const std::vector<double>& reached);
 
 /// Sets `reached`, `error` and `scale` of a solution to what the field of its drives is (acoustic_field.h),

@@ -55,7 +55,8 @@ TACTILE_CLAY_MULTIVERSION void addScaled(const LaneBits* re, const LaneBits* im,
   }
 }
 
-/// Pairs (re, -im) and (im, re) of each u, in whole numbers. \param unit of each, times `scale`
+/// Pairs (re, -im) and (im, re) of each u, in whole numbers.
+/// @param unit of each, times `scale`
 TACTILE_CLAY_MULTIVERSION void roundPairs(const float* re, const float* im, const float* unit, float scale,
                                           std::size_t count, std::int32_t* pairs) {
   for (std::size_t m = 0; m < count; ++m) {

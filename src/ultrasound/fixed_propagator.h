@@ -13,22 +13,28 @@ namespace tactile_clay::ultrasound {
 /// mean square, 256 transducers).
 class FixedPropagator {
  public:
-  /// \param rows a multiple of `block`; all zero at first \param width lanes of a row
+  /// @param rows a multiple of `block`; all zero at first
+  /// @param width lanes of a row
   FixedPropagator(std::size_t rows, std::size_t width);
 
   static constexpr std::size_t block =
       4;  // rows or lanes that are worked on together: their sums fit the registers
 
-  /// \param row of `width` lanes \param reach sum of the amplitudes in it, above 0
+  /// @param row of `width` lanes
+  /// @param reach sum of the amplitudes in it, above 0
   void setRow(std::size_t m, const ComplexLanes* row, float reach);
 
   /// Multiplies all rows.
   void scale(float factor);
 
-  /// p = G q. \param q of amplitude 1 at most, `width` lanes \param re, im set, one a row
+  /// p = G q.
+  /// @param q of amplitude 1 at most, `width` lanes
+  /// @param re, im set, one a row
   void pressures(const ComplexLanes* q, float* re, float* im);
 
-  /// z = G^T u, not conjugated. \param re, im of u, one a row \param z set, `width` lanes
+  /// z = G^T u, not conjugated.
+  /// @param re, im of u, one a row
+  /// @param z set, `width` lanes
   void transposed(const float* re, const float* im, ComplexLanes* z);
 
  private:

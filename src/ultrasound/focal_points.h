@@ -42,7 +42,7 @@ struct FocalPointConfig {
   double path_spacing = 0.006;       // m, minimum distance of two of them
   double follow_distance = 0.02;     // m; how far a point may move in a frame and keep its id
 
-  /// \throws std::invalid_argument naming the parameter, its value and its range
+  /// @throws std::invalid_argument naming the parameter, its value and its range
   void validate() const;
 };
 
@@ -88,11 +88,11 @@ double compress(double share, double knee);
 /// back.
 class FocalPointRenderer {
  public:
-  /// \throws std::invalid_argument as FocalPointConfig::validate
+  /// @throws std::invalid_argument as FocalPointConfig::validate
   explicit FocalPointRenderer(const FocalPointConfig& config = {});
 
   /// Replaces the settings; points keep their ids.
-  /// \throws std::invalid_argument as FocalPointConfig::validate, and keeps the settings as they were
+  /// @throws std::invalid_argument as FocalPointConfig::validate, and keeps the settings as they were
   void configure(const FocalPointConfig& config);
   const FocalPointConfig& config() const { return config_; }
 
@@ -113,7 +113,8 @@ class FocalPointRenderer {
   /// less than felt_threshold is raised to that. felt_gain is a factor of the gain. Nothing is cut without a
   /// word: see report(). In a field each sample asks for its own pressure, and M is 1: what the array can
   /// give them together is the solver's matter (solveField). Without setArray, R(x)^2 / M counts as the same
-  /// everywhere. \param samples of all hands, in the frame of the array
+  /// everywhere.
+  /// @param samples of all hands, in the frame of the array
   std::vector<FocalPoint> render(const std::vector<contact::PressureSample>& samples);
 
   const RenderReport& report() const { return report_; }
@@ -141,8 +142,8 @@ class FocalPointRenderer {
 /// Relative RMS difference between the pressure field and its reconstruction from focal points (Fig. 4):
 /// sqrt(sum A (p_k g - p*)^2 / sum A p*^2), where each sample sees the closest point, g = exp(-d^2 / 2
 /// sigma^2).
-/// \param weighted counts each sample by its perceptual weight as well
-/// \return 0 without samples, 1 without points
+/// @param weighted counts each sample by its perceptual weight as well
+/// @return 0 without samples, 1 without points
 double reconstructionError(const std::vector<contact::PressureSample>& samples,
                            const std::vector<FocalPoint>& points, double sigma, bool weighted = false);
 

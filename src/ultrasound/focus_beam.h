@@ -15,7 +15,9 @@ struct FocusBeam {
 
 /// How far apart two foci are for the array: k sqrt(d^T spread d) with the mean of their spreads. 2.2 is the
 /// width of a focus at half its amplitude. A focus is some six times as long as it is wide, so a way along z
-/// counts little. \param way from one to the other, m \param wavenumber rad/m
+/// counts little.
+/// @param way from one to the other, m
+/// @param wavenumber rad/m
 inline double separation(const Eigen::Vector3d& way, const FocusBeam& a, const FocusBeam& b,
                          double wavenumber) {
   const Eigen::Matrix3d spread = 0.5 * (a.spread + b.spread).cast<double>();

@@ -75,9 +75,11 @@ LaneArray<ComplexLanes> scattered(std::size_t foci) {
   return unit;
 }
 
-/// Turns the phases of sources c, |c| = weight, one after the other to where they add most to the power
-/// c^H R c, sixteen starts at once. \param r R, foci x foci \param source in: unit; out: c \param power of
-/// each
+/// Turns the phases of sources c, |c| = weight, one after the other to where they add most to the power c^H R
+/// c, sixteen starts at once.
+/// @param r R, foci x foci
+/// @param source in: unit; out: c
+/// @param power of each
 TACTILE_CLAY_MULTIVERSION void ascend(const Eigen::MatrixXcf& r, const Eigen::ArrayXf& weight, int passes,
                                       ComplexLanes* source, Lanes& power) {
   const auto foci = static_cast<std::size_t>(weight.size());
@@ -193,7 +195,8 @@ void FocusSolver::gerchbergSaxton(const Eigen::ArrayXf& first, int passes) {
   }
 }
 
-/// Phases of the foci by iteration in G F. \return weights for `emit`
+/// Phases of the foci by iteration in G F.
+/// @return weights for `emit`
 Eigen::ArrayXf FocusSolver::amongFoci(int passes) {
   const Eigen::MatrixXcf r = gram(g_);
   const Eigen::ArrayXf over_energy = r.diagonal().real().array().max(tiny).inverse();
@@ -210,7 +213,8 @@ Eigen::ArrayXf FocusSolver::amongFoci(int passes) {
   return over_energy / p_.abs().max(tiny);
 }
 
-/// Phases of the foci that give the most power, the best of sixteen starts. \return weights for `emit`
+/// Phases of the foci that give the most power, the best of sixteen starts.
+/// @return weights for `emit`
 Eigen::ArrayXf FocusSolver::strongest() {
   const Eigen::MatrixXcf r = gram(g_);
   const Eigen::ArrayXf over_energy = r.diagonal().real().array().max(tiny).inverse();

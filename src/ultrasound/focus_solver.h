@@ -11,15 +11,16 @@ namespace tactile_clay::ultrasound {
 /// Solves p = G q for |p| = 1 at every focus, up to a common scale, by one of the methods of solvePhases.
 class FocusSolver {
  public:
-  /// \param transducers of `g`, the lanes past the last one left out
-  /// \param wavenumber rad/m \param shapes of the foci; empty: amplitudes are all that counts
+  /// @param transducers of `g`, the lanes past the last one left out
+  /// @param wavenumber rad/m
+  /// @param shapes of the foci; empty: amplitudes are all that counts
   FocusSolver(Propagator g, std::size_t transducers, double wavenumber, std::vector<FocusShape> shapes,
               const PhaseSolverOptions& options);
 
   /// From the phases that this drive has at the foci.
   void start(const DriveLanes& q);
 
-  /// \param power weights that give equal foci in G^H w: target squared
+  /// @param power weights that give equal foci in G^H w: target squared
   void solve(const Eigen::ArrayXf& power);
 
   /// Turns all drives together to be as close as they can to the drive before, then each to its limit.

@@ -29,7 +29,8 @@ constexpr bool isField(Modulation modulation) {
 
 /// Names of all, in the order of their numbers.
 std::vector<std::string> modulationNames();
-/// The modulation of a name. \throws std::invalid_argument listing them
+/// The modulation of a name.
+/// @throws std::invalid_argument listing them
 Modulation modulation(const std::string& name);
 const char* nameOf(Modulation modulation);
 
@@ -43,9 +44,12 @@ struct PathPoint {
 };
 
 /// Places that cover a contact, at least `spacing` apart, the heaviest sample first and then always the one
-/// with the largest w d^2 (addSeeds). Their pressure is the Gaussian mean of the samples around them. \param
-/// position of samples, m \param weight of each, such as alpha p A \param pressure Pa \param spacing m \param
-/// at_most number of places
+/// with the largest w d^2 (addSeeds). Their pressure is the Gaussian mean of the samples around them.
+/// @param position of samples, m
+/// @param weight of each, such as alpha p A
+/// @param pressure Pa
+/// @param spacing m
+/// @param at_most number of places
 std::vector<PathPoint> samplePath(const std::vector<Eigen::Vector3d>& position,
                                   const std::vector<double>& weight, const std::vector<double>& pressure,
                                   double spacing, std::size_t at_most);
@@ -83,7 +87,8 @@ constexpr double circle_radius = 0.003;
 constexpr std::size_t circle_steps = 20;       // of points: 0.94 mm a step, under 1 mm
 constexpr std::size_t field_circle_steps = 8;  // of fields, each of which is solved: 2.3 mm a step
 
-/// One period in instants of the same length. \param stroke of lateral modulation, m
+/// One period in instants of the same length.
+/// @param stroke of lateral modulation, m
 std::vector<Instant> period(const std::vector<FocalPoint>& points, Modulation modulation,
                             double stroke = lateral_stroke);
 
@@ -101,12 +106,12 @@ struct Part {
 std::vector<Part> parts(const std::vector<Instant>& instants);
 
 /// Period of a tour at the speed at which surface waves run along the skin, where STM is felt most: 5-8 m/s.
-/// \return Hz, 10 to 200
+/// @return Hz, 10 to 200
 double spatiotemporalFrequency(const std::vector<FocalPoint>& points, double speed = 6.5);
 
 /// Time-averaged radiation pressure (Pa) of the true field over a period, at each of `at`: what is left for
 /// the skin to feel when the 40 kHz are demodulated. Each instant is solved as the array would (solvePhases).
-/// \param at m, frame of the array
+/// @param at m, frame of the array
 std::vector<float> tactilePressure(const ArrayLayout& layout, const Acoustics& acoustics,
                                    const std::vector<Instant>& instants, const PhaseSolverOptions& options,
                                    const std::vector<Eigen::Vector3f>& at);

@@ -17,7 +17,8 @@ constexpr float min_width = 0.35f;       // of a peak's parabola, over that of a
 constexpr double first_damping = 1e-5;   // foci that no drive can tell apart must not turn it wildly
 constexpr double max_damping = 1e3;      // beyond it no step helps
 
-/// Rows of J of the free phases only. \param free 1 where a phase may change, 0 where not
+/// Rows of J of the free phases only.
+/// @param free 1 where a phase may change, 0 where not
 TACTILE_CLAY_MULTIVERSION void mask(const LaneArray<Lanes>& free, std::size_t rows, LaneArray<Lanes>& j) {
   for (std::size_t k = 0; k < rows; ++k) {
     for (std::size_t i = 0; i < free.size(); ++i) j[k * free.size() + i] *= free[i];
@@ -60,7 +61,7 @@ struct Faults {
   bool none = false;
 };
 
-/// \param max_aside wavenumber times the way from a focus to its peak
+/// @param max_aside wavenumber times the way from a focus to its peak
 void assess(const Propagator& g, float max_aside, const std::vector<FocusShape>& shapes, const DriveLanes& q,
             const FocusField& p, Faults& faults) {
   constexpr float slope_weight = 3.0f;  // of slopes, whose s is some 0.3
@@ -89,8 +90,8 @@ void assess(const Propagator& g, float max_aside, const std::vector<FocusShape>&
   }
 }
 
-/// Asks no more for peaks that could not be had, so that the amplitudes can be. \return whether there were
-/// any
+/// Asks no more for peaks that could not be had, so that the amplitudes can be.
+/// @return whether there were any
 bool giveUpPeaks(const Faults& faults, std::vector<FocusShape>& shapes) {
   bool any = false;
   for (std::size_t m = 0; m < shapes.size(); ++m) {
@@ -138,7 +139,8 @@ class Equations {
     products_ = rowProducts(rows_, g.width);
   }
 
-  /// Turns q by the smallest change that meets them, damped. \return false where there is none
+  /// Turns q by the smallest change that meets them, damped.
+  /// @return false where there is none
   bool step(double damping, DriveLanes& q) const {
     Eigen::MatrixXd damped = products_;
     damped.diagonal() *= 1.0 + damping;

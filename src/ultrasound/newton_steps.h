@@ -19,10 +19,11 @@ float worstError(const Eigen::ArrayXf& amplitude);
 /// gives all foci the same amplitude and, where they are to be peaks, no slope that moves a peak too far and
 /// no parabola that is too flat; damped further (Levenberg-Marquardt) until the error falls, repeated until
 /// there is none.
-/// \param wavenumber rad/m
-/// \param free 1 where a phase may change, 0 where not; `g.width` lanes
-/// \param shapes of the foci, or empty: amplitudes are all that counts. Peaks that cannot be had are given up
-/// \param q drives, of any amplitudes, which they keep nearly \param p out: G q
+/// @param wavenumber rad/m
+/// @param free 1 where a phase may change, 0 where not; `g.width` lanes
+/// @param shapes of the foci, or empty: amplitudes are all that counts. Peaks that cannot be had are given up
+/// @param q drives, of any amplitudes, which they keep nearly
+/// @param p out: G q
 void newtonSteps(const Propagator& g, double wavenumber, const LaneArray<Lanes>& free,
                  std::vector<FocusShape>& shapes, DriveLanes& q, FocusField& p);
 

@@ -10,8 +10,8 @@ namespace tactile_clay::ultrasound {
 ///
 /// It is 1 on the pad (radius r), falls with a continuous slope, and tends to the palm's share; l is such
 /// that its mean over the main part of the finger, 15 to 65 mm from the pad, is 1.6/4.2.
-/// \param pad_distance along the skin to the centre of the closest finger pad, m, not negative
-/// \return weight in (0, 1]; the palm's share where the distance is not finite
+/// @param pad_distance along the skin to the centre of the closest finger pad, m, not negative
+/// @return weight in (0, 1]; the palm's share where the distance is not finite
 double perceptualWeight(double pad_distance);
 
 }  // namespace tactile_clay::ultrasound

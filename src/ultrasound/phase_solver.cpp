@@ -132,7 +132,7 @@ TACTILE_CLAY_MULTIVERSION void setPhases(const LaneArray<Lanes>& level, int leve
   }
 }
 
-/// \param level where phases were rounded, else null
+/// @param level where phases were rounded, else null
 Drive driveOf(const DriveLanes& q, std::size_t transducers, const LaneArray<Lanes>* level, int levels) {
   Drive drive{std::vector<float>(transducers), std::vector<float>(transducers)};
   for (std::size_t i = 0, n = 0; n < transducers; ++i) {
@@ -196,7 +196,8 @@ std::vector<FocusShape> shapesOf(const Foci& foci, const std::vector<FocalPoint>
   return shapes;
 }
 
-/// Lowers and rounds the drive that a solver has found. \param limit of the phases; null: none
+/// Lowers and rounds the drive that a solver has found.
+/// @param limit of the phases; null: none
 Drive deviceDrive(const PhaseSolverOptions& options, std::size_t transducers, const PhaseLimit* limit,
                   FocusSolver& solver) {
   DriveLanes& q = solver.q();

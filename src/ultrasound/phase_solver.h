@@ -16,7 +16,7 @@ enum class PhaseMethod {
 };
 
 /// Names of the methods, as parameters give them: `naive`, `weighted_gerchberg_saxton`, `gs_pat`, `newton`.
-/// \throws std::invalid_argument listing the names
+/// @throws std::invalid_argument listing the names
 PhaseMethod phaseMethod(const std::string& name);
 
 struct PhaseSolverOptions {
@@ -71,10 +71,10 @@ double focusPressure(const ArrayLayout& layout, const Acoustics& acoustics, cons
 ///
 /// Points below intensity 0.001 or behind the array take no part (and do not count in M); none at all: every
 /// amplitude is 0. Deterministic, to the bit on every processor.
-/// \param points in the frame of the array
-/// \param before drive of the frame before, to take the first phases of the foci from and to limit the change
+/// @param points in the frame of the array
+/// @param before drive of the frame before, to take the first phases of the foci from and to limit the change
 ///   from where its amplitude is above 0; or null
-/// \throws std::invalid_argument if an option, a position or an intensity is out of range, or the drive
+/// @throws std::invalid_argument if an option, a position or an intensity is out of range, or the drive
 ///   before is not finite and of the layout's length
 PhaseSolution solvePhases(const ArrayLayout& layout, const Acoustics& acoustics,
                           const std::vector<FocalPoint>& points, const PhaseSolverOptions& options = {},

@@ -35,8 +35,8 @@ struct LanePoints {
 };
 
 /// Adds the pressure of a source at sixteen points to `re` and `im`, Pa.
-/// \tparam simple sources lie in one plane of equal z and look along z, and the air takes little
-/// \param height of the points over that plane, m, and its square; read only where it is simple
+/// @tparam simple sources lie in one plane of equal z and look along z, and the air takes little
+/// @param height of the points over that plane, m, and its square; read only where it is simple
 template <bool simple>
 TACTILE_CLAY_INLINE void addWave(const PistonSource& source, const PistonConstants& air, const LanePoints& at,
                                  const Lanes& height, const Lanes& height_squared, Lanes& re, Lanes& im) {

@@ -21,8 +21,8 @@ struct PistonConstants {
 
 /// The wave of one piston over a way of square length `squared`, m^2, for sixteen ways at once: its amplitude
 /// D e^{-alpha r} / r and its phase k r in turns. The field of acoustic_field.h, in single precision.
-/// \tparam near alpha r is at most 1/2 \param along the part of the way along the piston's normal, m;
-/// amplitude 0 where it is not positive
+/// @tparam near alpha r is at most 1/2
+/// @param along the part of the way along the piston's normal, m; amplitude 0 where it is not positive
 template <bool near>
 TACTILE_CLAY_INLINE void pistonWave(const PistonConstants& air, Lanes squared, Lanes along, Lanes& amplitude,
                                     Lanes& turns) {

@@ -5,7 +5,7 @@
 namespace tactile_clay::ultrasound {
 namespace {
 
-/// \param moments sums over the row of a, a sx, a sy, a sz, a sx^2, a sx sy, a sx sz, a sy^2, a sy sz, a sz^2
+/// @param moments sums over the row of a, a sx, a sy, a sz, a sx^2, a sx sy, a sx sz, a sy^2, a sy sz, a sz^2
 TACTILE_CLAY_MULTIVERSION void fillRow(const TransducerLanes& t, const PistonConstants& air, float strength,
                                        const float* point, ComplexLanes* row, ComplexLanes* direction,
                                        float* moments) {
@@ -84,7 +84,7 @@ TACTILE_CLAY_MULTIVERSION float partsRow(const ComplexLanes* row, const ComplexL
   return sum(total);
 }
 
-/// \param moments sums of a sx, a sy, a sx^2, a sx sy, a sy^2, b sx, b sy
+/// @param moments sums of a sx, a sy, a sx^2, a sx sy, a sy^2, b sx, b sy
 TACTILE_CLAY_MULTIVERSION void shapeMoments(const ComplexLanes* s, const Lanes* along, const Lanes* across,
                                             std::size_t width, float* moments) {
   Lanes total[7] = {};

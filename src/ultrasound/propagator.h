@@ -25,7 +25,9 @@ struct LaneWaves {
   Lanes amplitude;         // Pa
   ComplexLanes pressure;   // Pa
 };
-/// \param i which sixteen \param strength P_ref, Pa m \param point m
+/// @param i which sixteen
+/// @param strength P_ref, Pa m
+/// @param point m
 TACTILE_CLAY_INLINE LaneWaves wavesAt(const TransducerLanes& t, std::size_t i, const PistonConstants& air,
                                       float strength, const float* point) {
   LaneWaves w;
@@ -111,7 +113,8 @@ void slopeRow(const Propagator& g, const FocusParts& parts, std::size_t m, const
 void widthRow(const Propagator& g, const FocusParts& parts, std::size_t m, const PeakShape& shape,
               const Eigen::Vector2f& u, Lanes* row);
 
-/// J J^T. \param rows of J, `width` lanes each
+/// J J^T.
+/// @param rows of J, `width` lanes each
 Eigen::MatrixXd rowProducts(const std::vector<const Lanes*>& rows, std::size_t width);
 
 }  // namespace tactile_clay::ultrasound

@@ -14,9 +14,12 @@ struct SideLobe {
 };
 
 /// Strongest amplitude of a field away from all foci, over that of the strongest focus.
-/// \param at m \param pressure Pa, complex, at each of `at` \param foci m
-/// \param achieved amplitude at each focus, Pa \param away minimum distance to every focus, m
-/// \throws std::invalid_argument if arrays that belong together differ in length
+/// @param at m
+/// @param pressure Pa, complex, at each of `at`
+/// @param foci m
+/// @param achieved amplitude at each focus, Pa
+/// @param away minimum distance to every focus, m
+/// @throws std::invalid_argument if arrays that belong together differ in length
 SideLobe strongestSideLobe(const std::vector<Eigen::Vector3f>& at,
                            const std::vector<std::complex<float>>& pressure,
                            const std::vector<FocalPoint>& foci, const std::vector<double>& achieved,

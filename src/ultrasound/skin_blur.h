@@ -11,13 +11,14 @@ namespace tactile_clay::ultrasound {
 /// matrix whose numbers add up to one.
 class SkinBlur {
  public:
-  /// \param s m; 0: what comes stays as it is
+  /// @param s m; 0: what comes stays as it is
   SkinBlur(const std::vector<FocalPoint>& places, double s);
   SkinBlur() = default;
 
   bool none() const { return begin_.empty(); }
 
-  /// \param values one a place \param blurred the same number; set
+  /// @param values one a place
+  /// @param blurred the same number; set
   void apply(const std::vector<float>& values, std::vector<float>& blurred) const;
   /// The transposed matrix, for gradients.
   void applyTransposed(const std::vector<float>& values, std::vector<float>& sums) const;

@@ -31,7 +31,7 @@ inline constexpr double farthest_from_sample = 2.9e-3;
 
 /// `point` where it is on the skin. Farther off it is led to the closest disc's centre, without a leap: at
 /// twice the tolerance it is there. No place is farther than `farthest_from_sample` from that centre.
-/// \param skin at least one disc; the first of equally close ones counts
+/// @param skin at least one disc; the first of equally close ones counts
 Eigen::Vector3d ontoSkin(const Eigen::Vector3d& point, const std::vector<SkinDisc>& skin);
 
 }  // namespace tactile_clay::ultrasound

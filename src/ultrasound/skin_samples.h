@@ -23,8 +23,9 @@ struct SkinSample {
 /// Skin of more samples is cut into pieces of that area along a curve through cells of 4 mm that passes
 /// neighbours one after the other (Morton 1966), and each piece is told by the sample in its middle, at the
 /// mean pressure of the piece. Pressed and bare skin are cut apart, and each has one piece at least.
-/// Deterministic; does not depend on the order of the samples. \param skin of positive finite area \param
-/// maximum samples, at least 1; one more where each part is smaller than a piece
+/// Deterministic; does not depend on the order of the samples.
+/// @param skin of positive finite area
+/// @param maximum samples, at least 1; one more where each part is smaller than a piece
 std::vector<SkinSample> skinSamples(const std::vector<contact::PressureSample>& skin, std::size_t maximum);
 
 }  // namespace tactile_clay::ultrasound

@@ -13,7 +13,7 @@ struct TransducerGroups {
   std::vector<std::uint32_t> order;              // transducers
   std::vector<std::vector<std::uint32_t>> ends;  // of the groups in `order`, by depth: the whole array first
 
-  /// \param layout of one transducer at least
+  /// @param layout of one transducer at least
   explicit TransducerGroups(const ArrayLayout& layout);
 };
 

@@ -13,7 +13,7 @@ inline Eigen::Matrix3d turnOf(double roll, double pitch, double yaw) {
 }
 
 /// Pose of six numbers x y z roll pitch yaw: m, and rad as of turnOf.
-/// \param n at least six of them, as a vector or an array of doubles
+/// @param n at least six of them, as a vector or an array of doubles
 template <typename Numbers>
 Eigen::Isometry3d poseOf(const Numbers& n) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();

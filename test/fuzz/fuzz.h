@@ -14,7 +14,8 @@ namespace tactile_clay::fuzz {
 /// Right inputs, from which wrong ones are made. Each target has its own.
 std::vector<std::string> seeds();
 
-/// A file with these bytes, which stays until the next call. \return its path
+/// A file with these bytes, which stays until the next call.
+/// @return its path
 std::string asFile(const std::uint8_t* data, std::size_t size);
 
 /// All of a file. Ends the process where there is none.

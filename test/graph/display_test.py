@@ -217,7 +217,9 @@ class Display(unittest.TestCase):
     def setUpClass(cls):
         cls.run_of_bag, cls.last = kneading()
         cls.camera = Camera(CONFIG)
-        cls.clay, cls.hands, cls.sound = cls.show(['/clay/particles'], HANDS, ['/array/focal_points'])
+        cls.last['/array/state'].emitting = False
+        cls.clay, cls.hands, cls.sound, cls.silence = cls.show(['/clay/particles'], HANDS, ['/array/focal_points'],
+                                                               ['/array/state'])
 
     @classmethod
     def show(cls, *steps):
@@ -440,6 +442,9 @@ class Display(unittest.TestCase):
             x, y, _ = self.camera.project(to_world(point.position))
             changed = [a for a, b in zip(self.sound.around((x, y), 2), self.hands.around((x, y), 2)) if differs(a, b)]
             self.assertGreater(len(changed), 12, 'a focal point at %d, %d' % (x, y))
+            coloured = lambda picture: [c for c in picture.around((x, y), 2) if max(c) - min(c) > 40]
+            self.assertGreater(len(coloured(self.sound)), 12, 'that sounds, at %d, %d' % (x, y))
+            self.assertLess(len(coloured(self.silence)), 6, 'of a silent array, at %d, %d' % (x, y))
 
 
 if __name__ == '__main__':

@@ -120,7 +120,7 @@ double fromSkin(const std::vector<hand::TrackedHand>& hands, const Eigen::Vector
   return closest;
 }
 
-/// \return how many focal points there were
+/// @return how many focal points there were
 template <class Hands>
 std::size_t expectOnSkin(const std::string& name, const std::vector<hand::TrackedFrame>& frames,
                          const std::string& scene) {

@@ -46,7 +46,8 @@ class Array {
     return output;
   }
 
-  /// Waits until something that fits has been told since `from`. \return its number; none: it never came
+  /// Waits until something that fits has been told since `from`.
+  /// @return its number; none: it never came
   template <typename F>
   std::optional<std::size_t> wait(std::size_t from, const F& fits) {
     std::unique_lock<std::mutex> lock(mutex_);

@@ -93,6 +93,17 @@ class Panel(unittest.TestCase):
                 act('key', 'ctrl+z')
                 return 'undo' in [name for name, _ in asked]
             rig_run.wait_until(undone, 30.0, 'undo')
+            # Nor is there an export until the surface serves it.
+            rospy.Service('clay_surface/export', SculptureFile,
+                          answer('export', SculptureFileResponse(True, 'triangles written')))
+            for key, ending in (('F7', 'stl'), ('shift+F7', 'ply')):
+                exported = lambda: [file for name, file in asked if name == 'export' and file.endswith(ending)]
+
+                def pressed():
+                    act('key', key)
+                    return exported()
+                rig_run.wait_until(pressed, 30.0, 'an export')
+                self.assertRegex(exported()[0], r'^/.*/clay_[-_0-9]+\.' + ending + '$')
             # A recording, on and off.
             written = lambda end: glob.glob(os.path.join(graph.folder, 'run_*.bag' + end))
             act('key', 'F6')

@@ -57,7 +57,8 @@ Skin atOnePoint(std::size_t count, bool one_way) {
   return skin;
 }
 
-/// Samples all about, in no order, that face and go anywhere. \param speed m/s
+/// Samples all about, in no order, that face and go anywhere.
+/// @param speed m/s
 Skin scattered(std::size_t count, float speed) {
   Skin skin;
   for (std::size_t k = 0; k < count; ++k) add(skin, middle + within(0.06f), direction(), speed * direction());

@@ -59,7 +59,8 @@ void forPairsWithin(double h, const Vectors& x, const F& f) {
 
 /// How stiff the bonds of each particle are, over E d: what makes sum k l^2 over their rest lengths, of a
 /// neighbourhood that has them all, 30 E d^3; half as much of what a surface takes away, a flat one at most.
-/// \param before the step, in which rest lengths of old bonds are looked up \param bonds those of the step
+/// @param before the step, in which rest lengths of old bonds are looked up
+/// @param bonds those of the step
 inline std::vector<double> bondStiffness(const Sculpture& before, const Sculpture& bonds) {
   std::vector<double> stiffness;
   for (std::size_t i = 0; i < before.position.size(); ++i) {
@@ -78,8 +79,8 @@ inline std::vector<double> bondStiffness(const Sculpture& before, const Sculptur
 
 /// Displacements of the step that begins as in `before`, without contacts: conjugate gradients,
 /// preconditioned by mass; which particles are compressed is looked at anew every `a_round` iterations.
-/// \param bonds those of the step \param iterations at most; it ends where all forces are in balance, to
-/// 1e-10
+/// @param bonds those of the step
+/// @param iterations at most; it ends where all forces are in balance, to 1e-10
 inline Vectors referenceStep(const Sculpture& before, const Sculpture& bonds, const Material& material,
                              const Eigen::Vector3d& gravity, double dt, int iterations, int a_round) {
   const double spacing = before.spacing, h = 2.0 * spacing;

@@ -113,7 +113,8 @@ struct SimpleShear {
       p.velocity.x() = static_cast<float>(rate * (static_cast<double>(p.position.z()) - 0.5 * thickness));
     return particles;
   }
-  /// Shears on to a strain. \return Pa, mean shear stress on the way
+  /// Shears on to a strain.
+  /// @return Pa, mean shear stress on the way
   double shearTo(double to) {
     const int frames = static_cast<int>(std::lround((to - strain) / rate / clay.config().frame));
     double sum = 0.0;

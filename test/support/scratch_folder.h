@@ -19,7 +19,8 @@ class ScratchFolder : public testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder); }
 
-  /// Writes a file there. \return its path
+  /// Writes a file there.
+  /// @return its path
   std::string write(const std::string& name, const std::string& text) const {
     std::ofstream(folder / name, std::ios::binary) << text;
     return (folder / name).string();

@@ -6,7 +6,8 @@
 
 namespace tactile_clay::device {
 
-/// What a gate that lowers nothing would return. \param device asked for its drives, or null
+/// What a gate that lowers nothing would return.
+/// @param device asked for its drives, or null
 inline Sound soundOf(const Emission& emission, const ArrayDevice* device = nullptr) {
   Sound sound{emission, {}};
   for (ultrasound::Part& part : ultrasound::parts(period(emission))) {

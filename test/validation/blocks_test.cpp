@@ -40,7 +40,8 @@ class Cubes {
     run(30);
   }
 
-  /// \param speed m/s, of the ceiling \param floor whether there is one
+  /// @param speed m/s, of the ceiling
+  /// @param floor whether there is one
   void run(int frames, double speed = 0.0, bool floor = true) {
     ceiling_.linear_velocity.z() = speed;
     for (int k = 0; k < frames; ++k) {

@@ -16,7 +16,8 @@ struct Dent {
   double pressure = 0.0;  // Pa, mean, half a second after the disc came to rest
 };
 
-/// \param depth m, below the surface of the block \param lifted false: ends with the disc in the clay
+/// @param depth m, below the surface of the block
+/// @param lifted false: ends with the disc in the clay
 Dent dent(const Resolution& resolution, const Material& material, double depth, bool lifted = true,
           double block_width = 0.06, double block_height = 0.04) {
   constexpr double clearance = 0.001;  // m, of the disc at first

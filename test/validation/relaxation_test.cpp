@@ -106,7 +106,8 @@ Material siliconePutty() {
 
 constexpr double drop = 0.2;  // m
 
-/// How high a ball 40 mm wide rises when it is dropped on a table. \return of the drop
+/// How high a ball 40 mm wide rises when it is dropped on a table.
+/// @return of the drop
 double rebound(const Budget& budget, const Material& material) {
   constexpr double radius = 0.02;
   ClayConfig config;

@@ -183,7 +183,8 @@ struct Bar {
     m.yield_strain = yield_strain;
     return m;
   }
-  /// To a strain, and holds it for a tenth of a second. \return Pa, force over the area at first
+  /// To a strain, and holds it for a tenth of a second.
+  /// @return Pa, force over the area at first
   double pressTo(double to) {
     const int frames = static_cast<int>(std::lround(std::abs(to - strain) / speed / clay.config().frame));
     plates.upper.linear_velocity.z() = -gap * (to - strain) / (frames * clay.config().frame);

@@ -29,8 +29,8 @@ Vector nearestOnDisc(const Vector& centre, const Vector& normal, float radius, c
 /// Some samples in cells, so that a look at a place costs what is there, not what is anywhere near.
 class SampleCells {
  public:
-  /// \param of in ascending order; those farther than `reach` from the centre are left out \param edge m, of
-  /// a cell at least
+  /// @param of in ascending order; those farther than `reach` from the centre are left out
+  /// @param edge m, of a cell at least
   void build(const Skin& skin, const std::vector<std::uint32_t>& of, const Vector& centre, float reach,
              float edge) {
     constexpr float max_cells = 16.0f;  // along an axis
@@ -52,7 +52,8 @@ class SampleCells {
       if (cells_[k] != none) samples_[next_[cells_[k]]++] = of[k];
   }
 
-  /// Calls f(sample) for all that are within a radius of a place, and others near it. \return how many
+  /// Calls f(sample) for all that are within a radius of a place, and others near it.
+  /// @return how many
   template <typename F>
   std::int64_t forNear(const Vector& place, float radius, const F& f) const {
     const Eigen::Array3i from = cellAt(place - Vector::Constant(radius)).max(0);
@@ -159,7 +160,7 @@ void Colliders::sortSamples() {
 }
 
 /// Calls f(distance, normal) for the sides of the skin that samples make at a place.
-/// \param rest those within reach of it, in order; is used up
+/// @param rest those within reach of it, in order; is used up
 template <typename F>
 void Colliders::forSides(std::vector<NearSample>& rest, const Vector& place, const F& f) const {
   thread_local std::vector<NearSample> side;
@@ -172,7 +173,8 @@ void Colliders::forSides(std::vector<NearSample>& rest, const Vector& place, con
   }
 }
 
-/// The samples whose flesh may come as near as that. \return good until the thread's next call
+/// The samples whose flesh may come as near as that.
+/// @return good until the thread's next call
 const std::vector<std::uint32_t>& Colliders::samplesBeside(const Vector& x, float maximum) const {
   thread_local std::vector<std::uint32_t> beside;
   beside.clear();

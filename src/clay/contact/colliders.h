@@ -32,7 +32,8 @@ class Colliders {
  public:
   struct MovingSolid {
     MovingSolid(const Solid& solid_in, const Eigen::Isometry3d& start, const Eigen::Isometry3d& end_in);
-    /// Whether a point may come nearer to it than that. \param way m, what the point moves in the step
+    /// Whether a point may come nearer to it than that.
+    /// @param way m, what the point moves in the step
     bool mayMeet(const Eigen::Vector3d& point, double way, double near) const;
 
     Solid solid;
@@ -44,7 +45,7 @@ class Colliders {
 
   static constexpr float reach = 1.5f;  // spacings, R: samples this near make the skin at a place
 
-  /// \param spacing m
+  /// @param spacing m
   explicit Colliders(float spacing) : spacing_(spacing) {}
 
   /// Starts a step, which the samples must outlive.
@@ -87,10 +88,12 @@ class Colliders {
   bool isInSolid(const Eigen::Vector3f& x) const;
 
   /// The nearest of the places that neither the skin nor a solid covers, m: x itself, or places along the
-  /// solids and the outside of the skin. \param clearance m, between them and a particle's centre \param
-  /// maximum m, that it may be away \param looks how many samples and solids may be looked at; it becomes
-  /// less by those that were, and the search ends where none are left \return none: there is none, or none
-  /// was found by then
+  /// solids and the outside of the skin.
+  /// @param clearance m, between them and a particle's centre
+  /// @param maximum m, that it may be away
+  /// @param looks how many samples and solids may be looked at; it becomes less by those that were, and the
+  /// search ends where none are left
+  /// @return none: there is none, or none was found by then
   std::optional<Eigen::Vector3f> nearestFree(const Eigen::Vector3f& x, float clearance, float maximum,
                                              std::int64_t& looks) const;
 

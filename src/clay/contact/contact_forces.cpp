@@ -139,9 +139,10 @@ Contacts::Changes Contacts::update(const Particles& particles, const VectorField
   return changes;
 }
 
-/// Reads off what a closed contact does at the displacement u, and changes its state. \param pressing N,
-/// along the normal \param load N, what of it counts for friction \return whether it acts otherwise from now
-/// on
+/// Reads off what a closed contact does at the displacement u, and changes its state.
+/// @param pressing N, along the normal
+/// @param load N, what of it counts for friction
+/// @return whether it acts otherwise from now on
 bool Contacts::update(Contact& c, const Particles& particles, const Vector& u, float pressing, float load) {
   // the force that acted in this round, a pull too; the new state acts in the next
   const Vector trial = springPull(c, u), rubbing = frictionOn(c, u), slip = c.along(u - c.drift);

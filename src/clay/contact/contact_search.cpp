@@ -21,8 +21,9 @@ constexpr std::size_t particles_a_chunk = 64;
 using Vector = Eigen::Vector3f;
 
 /// The tangent plane of a solid where a point first comes near on its way, so that nothing is passed by
-/// however thin it is. All is in the solid's frame. \param stride m, the minimum to go before looking anew
-/// \return the plane's normal, and the distance from it of the point at the start
+/// however thin it is. All is in the solid's frame.
+/// @param stride m, the minimum to go before looking anew
+/// @return the plane's normal, and the distance from it of the point at the start
 std::optional<SurfacePoint> firstMet(const Solid& solid, const Eigen::Vector3d& point,
                                      const Eigen::Vector3d& motion, double near, double stride) {
   if (solid.mesh != nullptr && solid.mesh->atLeast(point) - motion.norm() > near) return std::nullopt;
@@ -40,7 +41,8 @@ std::optional<SurfacePoint> firstMet(const Solid& solid, const Eigen::Vector3d& 
   return SurfacePoint{touch.distance + touch.normal.dot(point - at), touch.normal};
 }
 
-/// Whether the skin held a particle. \param contacts by particle
+/// Whether the skin held a particle.
+/// @param contacts by particle
 bool isHeld(const std::vector<Contact>& contacts, std::size_t particle) {
   const auto from = std::lower_bound(contacts.begin(), contacts.end(), particle,
                                      [](const Contact& c, std::size_t p) { return c.particle < p; });
@@ -176,7 +178,8 @@ void ContactSearch::findCrossed(const Step& step, std::size_t i, std::vector<Nea
 }
 
 /// Contacts of a particle with each side of the skin that its candidates make near x.
-/// \param rest is used up \param touches sets the gap to a side and tells whether it is a contact
+/// @param rest is used up
+/// @param touches sets the gap to a side and tells whether it is a contact
 template <typename F>
 void ContactSearch::touchSides(const Step& step, std::size_t i, const Vector& x,
                                std::vector<NearSample>& rest, Found& found, const F& touches) const {
@@ -198,8 +201,8 @@ void ContactSearch::touchSides(const Step& step, std::size_t i, const Vector& x,
   }
 }
 
-/// How deep a particle may still be in a solid at the end of the step, m. \param before its distance at the
-/// start, m
+/// How deep a particle may still be in a solid at the end of the step, m.
+/// @param before its distance at the start, m
 double ContactSearch::allowedDepth(double before, float dt) const {
   return std::max(0.5 * spacing_ - before - solid_recovery_speed * dt, 0.0);
 }

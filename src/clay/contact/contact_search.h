@@ -32,18 +32,21 @@ class ContactSearch {
   /// of two solids has nowhere to go, and stores what they squeeze it by.
   static constexpr double solid_recovery_speed = 0.1;
 
-  /// \param spacing m
+  /// @param spacing m
   explicit ContactSearch(float spacing) : spacing_(spacing), candidates_(Colliders::reach * spacing) {}
 
   /// What may touch in a step, in the order of the particles, and of each the skin first. The guess must
-  /// outlive the step. \param before contacts of the step before, by particle \param guess as in
-  /// Contacts::detect \return the caller's, until the next search
+  /// outlive the step.
+  /// @param before contacts of the step before, by particle
+  /// @param guess as in Contacts::detect
+  /// @return the caller's, until the next search
   Found& findAtStart(const std::vector<Contact>& before, const Neighbourhood& near,
                      const Particles& particles, const VectorField& guess, const Colliders& colliders,
                      float dt);
 
   /// In the same step, what touches particles where they go through the skin or end, if u leads them
-  /// elsewhere than the guess or far, in the order of the particles. \return good until the next search
+  /// elsewhere than the guess or far, in the order of the particles.
+  /// @return good until the next search
   const Found& findStrays(const Particles& particles, const Colliders& colliders, const VectorField& u,
                           float dt);
 

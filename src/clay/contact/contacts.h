@@ -31,7 +31,8 @@ class Contacts {
   /// some 0.2 s. Hands that knead at the shipped scenes' pace need none of it.
   static constexpr std::int64_t max_looks = 20'000'000;
 
-  /// \param materials friction is theirs; \param spacing m
+  /// @param materials friction is theirs;
+  /// @param spacing m
   Contacts(float spacing, const std::vector<Material>& materials);
 
   /// In the order of their particles.
@@ -43,13 +44,14 @@ class Contacts {
   // What touches, and what is kept of it from step to step: contacts.cpp.
 
   /// Starts a step: finds what may touch in it and recalls the state of what touched before.
-  /// \param guess displacements, m, that the particles would make freely \param around must stay for the step
+  /// @param guess displacements, m, that the particles would make freely
+  /// @param around must stay for the step
   void detect(const Neighbourhood& near, const Particles& particles, const VectorField& guess,
               const Surroundings& around);
 
   /// Contacts of particles that u leads elsewhere than the guess, or far: with solids that they end in, and
-  /// with the skin there or where they went through it; over such a way it is no plane any more. \return
-  /// whether there are any
+  /// with the skin there or where they went through it; over such a way it is no plane any more.
+  /// @return whether there are any
   bool detectStrays(const Particles& particles, const VectorField& u, float dt);
 
   /// What solids add to the density of particles in this step, for their contacts to keep in the next.

@@ -24,7 +24,8 @@ void Contacts::expel(const Particles& particles, VectorField& u, float dt) {
   });
 }
 
-/// \param inertia N/m, of the particle \param u m, its displacement
+/// @param inertia N/m, of the particle
+/// @param u m, its displacement
 void Contacts::expel(const Filter& filter, float inertia, Vector& u) {
   for (Contact& c : of(filter))
     if (c.depth(u) > 0.0f) push(c, c.depth(u) * c.normal, inertia, u);
@@ -92,7 +93,7 @@ std::vector<std::uint32_t> Contacts::held(const Particles& particles, const Vect
   return list;
 }
 
-/// \param x m, where the particle starts
+/// @param x m, where the particle starts
 bool Contacts::isHeld(const Filter& filter, const Vector& x, const Vector& step) const {
   bool held = false, by_skin = false, leads_far = false;
   for (const Contact& c : of(filter)) {
@@ -108,7 +109,7 @@ bool Contacts::isHeld(const Filter& filter, const Vector& x, const Vector& step)
 
 /// Whether a place is beneath what is nearest to it of a side of the skin that touches the particle, or all
 /// but is. A side is the mean of the skin nearby, and where fingers overlap, some of that is before the mean.
-/// \param clearance m
+/// @param clearance m
 bool Contacts::isCovered(const Filter& filter, const Vector& x, float clearance) const {
   const std::vector<Vector>& skin = colliders_.skin().position;
   const auto nearer = [&](const SampleShare& a, const SampleShare& b) {
@@ -124,7 +125,8 @@ bool Contacts::isCovered(const Filter& filter, const Vector& x, float clearance)
 }
 
 /// A free place near x: one that is not far if there is any, though it leave a particle less than half a
-/// spacing off where there is no room for that. \param looks as of Colliders::nearestFree
+/// spacing off where there is no room for that.
+/// @param looks as of Colliders::nearestFree
 std::optional<Vector> Contacts::wayOut(const Vector& x, std::int64_t& looks) const {
   struct Attempt {
     float clearance, maximum;  // spacings

@@ -16,8 +16,8 @@ struct Passed {               // sample, in front of which particles pass
 };
 
 /// Which of the eight particles from place k on come within the radius of a sample at some time of the step,
-/// having started in front of it or not far behind. Products are summed as Eigen sums them. \param nearest
-/// gets the minimum squared distances in the step, m^2
+/// having started in front of it or not far behind. Products are summed as Eigen sums them.
+/// @param nearest gets the minimum squared distances in the step, m^2
 TACTILE_CLAY_MULTIVERSION
 unsigned passing(const Passed& sample, const Neighbourhood::Places& places, std::uint32_t k,
                  const float* displacements, float* nearest) {

@@ -14,10 +14,11 @@ namespace tactile_clay::clay {
 /// it started in front of, or not deeper beneath than that.
 class SkinCandidates {
  public:
-  /// \param radius m
+  /// @param radius m
   explicit SkinCandidates(float radius) : radius_(radius) {}
 
-  /// \param u m, displacements of all particles \param skin at the end of the step
+  /// @param u m, displacements of all particles
+  /// @param skin at the end of the step
   void find(const Neighbourhood& near, const VectorField& u, const Skin& skin, float dt);
 
   struct Range {

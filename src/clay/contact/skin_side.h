@@ -26,8 +26,9 @@ struct SkinPlane {
 void takeSide(const Skin& skin, std::vector<NearSample>& rest, std::vector<NearSample>& side);
 
 /// The tangent plane of a side of the skin near x, the mean of its samples by weights that fall with the
-/// distance to the particle's way; these are added to `shares`. \param radius m, R, where weights vanish
-/// \param dt s, of the step
+/// distance to the particle's way; these are added to `shares`.
+/// @param radius m, R, where weights vanish
+/// @param dt s, of the step
 SkinPlane planeOf(const Skin& skin, const std::vector<NearSample>& side, const Eigen::Vector3f& x,
                   float radius, float dt, std::vector<SampleShare>& shares);
 

@@ -43,9 +43,11 @@ struct Update {
   float reach;                   // m, within which bonds form
 };
 
-/// Which pairs of particle i are bonded. \param rules with each material \param old of all particles, the
-/// rest lengths of what bonds i has, else 0 \param rest_lengths of its pairs; 0: not bonded
-/// \return m^2, the sum of their squares
+/// Which pairs of particle i are bonded.
+/// @param rules with each material
+/// @param old of all particles, the rest lengths of what bonds i has, else 0
+/// @param rest_lengths of its pairs; 0: not bonded
+/// @return m^2, the sum of their squares
 template <bool alike>
 TACTILE_CLAY_INLINE float activateBonds(const Update& u, std::size_t i, const BondRule* rules,
                                         const float* old, float* rest_lengths) {
@@ -88,8 +90,9 @@ float activateMixed(const Update& u, std::size_t i, const BondRule* rules, const
   return activateBonds<false>(u, i, rules, old, rest_lengths);
 }
 
-/// Lets the rest lengths of the pairs of particle i flow. \param bonds gets those of the
-/// particle \return their number
+/// Lets the rest lengths of the pairs of particle i flow.
+/// @param bonds gets those of the particle
+/// @return their number
 TACTILE_CLAY_MULTIVERSION
 std::uint32_t flowAndList(const NeighbourPairs near, std::size_t i, const Flow& flow, float* rest_lengths,
                           Bond* bonds) {

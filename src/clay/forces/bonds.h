@@ -33,14 +33,15 @@ struct BondRule {
 /// both of its ends, with the same bits.
 class Bonds {
  public:
-  /// \param spacing m; pairs closer than 1.5 spacings can bond
+  /// @param spacing m; pairs closer than 1.5 spacings can bond
   Bonds(float spacing, const std::vector<Material>& materials);
 
   /// (De)activates bonds, and lets rest lengths flow so that no particle is stressed beyond its yield stress.
   /// Called before a step moves anything.
-  /// \param velocity m/s, means over a time that does not depend on the time step \param form whether bonds
-  /// may form \param duration s, since the last update, in which stress relaxes
-  /// \param contacts in the order of their particles
+  /// @param velocity m/s, means over a time that does not depend on the time step
+  /// @param form whether bonds may form
+  /// @param duration s, since the last update, in which stress relaxes
+  /// @param contacts in the order of their particles
   void update(const Neighbourhood& near, const Particles& particles, const VectorField& velocity, bool form,
               float duration = 0.0f, const std::vector<Contact>& contacts = {});
 

@@ -29,8 +29,9 @@ class BoundaryDensity {
     std::uint32_t particle;
     float ratio;  // of rho_0
   };
-  /// Finds the shares of a step; contacts must remember them. \param ratio rho / rho_0 of the particles at
-  /// the start of the step \param contacts in the order of their particles
+  /// Finds the shares of a step; contacts must remember them.
+  /// @param ratio rho / rho_0 of the particles at the start of the step
+  /// @param contacts in the order of their particles
   const std::vector<Share>& update(const Particles& particles, const std::vector<float>& ratio,
                                    const std::vector<Contact>& contacts);
   const std::vector<Share>& shares() const { return shares_; }

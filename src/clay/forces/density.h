@@ -37,7 +37,8 @@ struct Compression {
 
   void resize(std::size_t n);
   /// Tells which constraints of particles [first, last) are active, and their pressures. Before, `at` is what
-  /// u alone adds up to; after, C_i. \return whether any is active
+  /// u alone adds up to; after, C_i.
+  /// @return whether any is active
   bool activate(const DensityConstraints& of, std::size_t first, std::size_t last);
   /// Sets the change of their pressures with p.
   void changePressure(std::size_t first, std::size_t last) {
@@ -52,7 +53,8 @@ struct Compression {
 };
 
 /// Sets the stiffness of particles [first, last), bounds their excess by `Particles::compression` and what is
-/// lent, and sets aside what is beyond. \return whether any is
+/// lent, and sets aside what is beyond.
+/// @return whether any is
 bool boundExcess(const Particles& particles, std::size_t first, std::size_t last, DensityConstraints& of);
 
 /// What stores the energy of C_i, without what it was lent, at the stiffness of clay less than twice as dense
@@ -68,7 +70,8 @@ double slopeBeyondSet(const DensityConstraints& of, const Compression& compressi
                       float step);
 
 /// Displacements w, m, that undo some of what is beyond, at 0.5 m/s and by half a spacing at most.
-/// \param farthest m, half a spacing \param used its pressures are overwritten
+/// @param farthest m, half a spacing
+/// @param used its pressures are overwritten
 void recoverBeyond(const PairArrays& pairs, const DensityConstraints& of, float farthest, float dt,
                    Compression& used, VectorField& w);
 

@@ -88,8 +88,9 @@ TACTILE_CLAY_INLINE Strained strainedBonds(const Measure& m, std::size_t i) {
 }
 
 /// Adds to the stress of the particles from `first` on what holds them against the pull of their bonds where
-/// a collider is: at most the friction there. \param contact the first one that may be theirs
-/// \return the first one that is not
+/// a collider is: at most the friction there.
+/// @param contact the first one that may be theirs
+/// @return the first one that is not
 std::size_t addContacts(const std::vector<Contact>& contacts, std::size_t contact, std::size_t first,
                         float spacing, const LaneVector& pull, Symmetric& stress) {
   for (; contact < contacts.size() && contacts[contact].particle < first + lane_width; ++contact) {

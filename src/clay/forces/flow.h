@@ -45,12 +45,13 @@ struct Flow {
   void resize(std::size_t particles);
 };
 
-/// Stiffness of the bonds of a particle over that of their rule. \param squares of their rest lengths, the
-/// sum, in spacings
+/// Stiffness of the bonds of a particle over that of their rule.
+/// @param squares of their rest lengths, the sum, in spacings
 float bondStiffness(float squares);
 
 /// Measures share, secant and dilation of particles [first, last), for the rest lengths of the bonds and the
-/// other numbers of the flow, of all particles. \param contacts in the order of their particles
+/// other numbers of the flow, of all particles.
+/// @param contacts in the order of their particles
 void measureFlow(const Neighbourhood& near, const Particles& particles, const Bonds& bonds,
                  const std::vector<Contact>& contacts, std::size_t first, std::size_t last, Flow& flow);
 

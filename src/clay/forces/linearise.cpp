@@ -13,7 +13,7 @@ constexpr float fewest_dashpots = 0.25f;  // of the lattice's; a crumb that has 
 
 /// Stiffness of a dashpot over x x^T falls with the distance like this: (1 - q^2)^3, q = r / h. With it the
 /// initial lattice is isotropic within 5 %, which it is far from with the usual -W'/r^3.
-/// \param per_square 1 / h^2
+/// @param per_square 1 / h^2
 TACTILE_CLAY_INLINE Lane dashpotWeight(float per_square, const Lane& square) {
   const Lane a = positive(1.0f - square * per_square);
   return a * a * a;

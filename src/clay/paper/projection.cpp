@@ -19,7 +19,7 @@ std::size_t wholeLanes(std::size_t count) {
   return (count + lane_width - 1) / lane_width * lane_width;
 }
 
-/// \param u gets its first three numbers changed
+/// @param u gets its first three numbers changed
 TACTILE_CLAY_INLINE void projectTouch(Projection::Touch& touch, Eigen::Vector4f& u) {
   Eigen::Vector3f moved = u.head<3>();
   const float depth = touch.gap - touch.normal.dot(moved);

@@ -44,8 +44,10 @@ class Projection {
 
   Projection(const Kernel& kernel, float spacing, const std::vector<Material>& materials);
 
-  /// One step. \param contacts as detected \param u gets the displacements of the step, m
-  /// \return the contacts with their states, anchors and forces (Eq. 6 summed over the iterations)
+  /// One step.
+  /// @param contacts as detected
+  /// @param u gets the displacements of the step, m
+  /// @return the contacts with their states, anchors and forces (Eq. 6 summed over the iterations)
   std::vector<Contact> solve(const StepInput& input, int iterations, const std::vector<Contact>& contacts,
                              VectorField& u);
 

@@ -147,7 +147,7 @@ TACTILE_CLAY_INLINE Symmetric strainOf(const Columns& gradient) {
 }
 
 /// The steps of the multipliers of the strains of eight particles, corrected.
-/// \param plain sums of Eq. 4, not corrected
+/// @param plain sums of Eq. 4, not corrected
 TACTILE_CLAY_INLINE Columns resistStrains(const Columns& plain, Viscosity& v) {
   const Columns inverse = columnsOf(v.inverse);
   const Symmetric strain = strainOf(times(plain, inverse));

@@ -24,8 +24,8 @@ struct Densities {
 /// rho / rho_0 of particles [first, last) at the start.
 void measureRatios(Pairs pairs, const Kernel& kernel, float lattice_sum, std::size_t first, std::size_t last,
                    float* ratio);
-/// C_i at the displacements u, its gradients, and the multipliers' steps. \param u its fourth numbers are
-/// inverse masses
+/// C_i at the displacements u, its gradients, and the multipliers' steps.
+/// @param u its fourth numbers are inverse masses
 void measureDensities(Pairs pairs, Densities densities, const float* u, std::size_t first, std::size_t last);
 /// u_i += w_i sum_j (step_i + step_j) gradient_ij
 void moveByDensities(Pairs pairs, Densities densities, std::size_t first, std::size_t last, float* u);
@@ -58,7 +58,8 @@ struct BondEnds {
   float *x, *y, *z;            // x_i - x_j at the start, m
   float *rest_length, *share;  // m; of the error, what this end moves
 };
-/// \param rest_length of pairs, zero: not bonded \param relaxation of the bonds of each particle
+/// @param rest_length of pairs, zero: not bonded
+/// @param relaxation of the bonds of each particle
 void listBonds(Pairs pairs, const float* rest_length, const float* relaxation, const float* inverse_mass,
                std::size_t first, std::size_t last, BondEnds ends);
 /// moved_i = u_i - sum_j share (l_ij - d_ij) n_ij

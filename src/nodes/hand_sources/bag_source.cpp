@@ -74,7 +74,8 @@ void requireTrackedHands(const std::string& file, const rosbag::ConnectionInfo& 
         "): play it with the release that recorded it, or convert it by rules for `rosbag fix`");
 }
 
-/// What `work` reads of a bag. \throws std::runtime_error with one line, which is its own or tells of damage
+/// What `work` reads of a bag.
+/// @throws std::runtime_error with one line, which is its own or tells of damage
 template <typename Work>
 auto reading(const std::string& file, const Work& work) {
   const auto damaged = [&](const std::exception& error) {

@@ -15,7 +15,7 @@ constexpr double exact = 0.0;  // tolerance, m/s^2: all iterations are done
 
 /// One step of a cube of clay.
 struct Step {
-  /// \param apart spacings, between the particles
+  /// @param apart spacings, between the particles
   explicit Step(const Eigen::Vector3f& centre = {0.0f, 0.0f, 0.5f}, float apart = 1.0f) {
     std::vector<Eigen::Vector3f> points;
     for (const Eigen::Vector3f& p : lattice(edge, apart * spacing, 0.05f)) points.push_back(p + centre);

@@ -66,7 +66,8 @@ class Autd3Test : public ::testing::Test {
 
   static Eigen::Vector3d focus() { return {0.02, -0.01, 0.17}; }
 
-  /// What the boards play has the pressure of emission() at its focus. \return Pa
+  /// What the boards play has the pressure of emission() at its focus.
+  /// @return Pa
   double expectFocus() const {
     const auto layout = device.capabilities().layout;
     const double expected = 0.8 * ultrasound::focusPressure(layout, {}, focus());

@@ -42,7 +42,8 @@ class SilenceGuardTest : public testing::Test {
     return bytes == silence;
   }
 
-  /// Beats until the guard is so. \return how long that took
+  /// Beats until the guard is so.
+  /// @return how long that took
   Clock::duration beatUntil(State state) {
     const auto start = Clock::now();
     while (guard_->beat() != state && Clock::now() - start < 10s) std::this_thread::sleep_for(10ms);

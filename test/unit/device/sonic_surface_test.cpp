@@ -113,7 +113,8 @@ TEST(SonicSurfaceProtocol, SwitchesOffChannelsEvenlyForLessAmplitude) {
 }
 
 /// From every state of the boards: both buffers silent, clocks on, the first board selected, and the silence
-/// is heard with the first byte where there are clocks to switch off. \param prefix sent before
+/// is heard with the first byte where there are clocks to switch off.
+/// @param prefix sent before
 void expectSilence(const Boards& boards, SonicSurfaceBoards there, std::size_t count) {
   const std::size_t faults = there.faults();
   const auto bytes = sonic_surface::silence(boards);
@@ -249,7 +250,8 @@ TEST(SonicSurfaceProtocol, ChannelsAreThoseOfTheTable) {
 
 class SonicSurfaceCorrections : public ScratchFolder {
  protected:
-  /// A table of 256 lines. \param other the line of channel 9
+  /// A table of 256 lines.
+  /// @param other the line of channel 9
   static std::string table(const std::string& other) {
     std::string text = "# a board\nchannel,turns\n";
     for (int n = 0; n < 256; ++n)

@@ -126,7 +126,8 @@ class LeapWebsocketTest : public ScratchFolder {
     return write("frames.ndjson", lines);
   }
 
-  /// Reads until the frame of this number came. \return stamps in the order of their arrival, in frames
+  /// Reads until the frame of this number came.
+  /// @return stamps in the order of their arrival, in frames
   static std::vector<long> readUntil(LeapWebsocket& source, long last) {
     std::vector<long> numbers;
     const auto deadline = Clock::now() + patience;

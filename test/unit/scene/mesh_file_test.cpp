@@ -49,7 +49,9 @@ std::string obj() {
 }
 
 /// The same box half as large, in cm, on a node that is turned by 90 degrees about z, moved by 1 cm and twice
-/// as large. \param library what stands before the scene \param inner what else is in the node
+/// as large.
+/// @param library what stands before the scene
+/// @param inner what else is in the node
 std::string dae(const Triangles& mesh, const std::string& library = "", const std::string& inner = "") {
   std::ostringstream out;
   out << "<?xml version=\"1.0\"?><COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" "
@@ -153,7 +155,8 @@ std::string instanceOf(const std::string& node) {
   return "<instance_node url=\"#" + node + "\"/>";
 }
 
-/// A library of nodes n0, n1, ..., each of which names the next one. \param times each does so
+/// A library of nodes n0, n1, ..., each of which names the next one.
+/// @param times each does so
 std::string chainOfNodes(int nodes, int times) {
   std::string library = "<library_nodes>";
   for (int k = 0; k < nodes; ++k) {

@@ -177,7 +177,7 @@ TEST(AcousticField, HasTheSymmetryOfTheArray) {
   EXPECT_NEAR(std::abs(forth - back), 0.0, 1e-12);
 }
 
-/// \param far with a point so far away that the air takes more than the shorter of two formulas holds for
+/// @param far with a point so far away that the air takes more than the shorter of two formulas holds for
 void expectBatchEqualsTheDoublePrecisionSum(const ArrayLayout& layout, bool far) {
   std::mt19937 random(14);
   std::uniform_real_distribution<float> place(-0.2f, 0.2f);

@@ -21,7 +21,8 @@ class FieldSolver : public ::testing::Test {
   ArrayLayout layout = arrayLayout("usx");
   Acoustics air;
 
-  /// \param maximum Pa, in the middle of the contact \param d distance from there, radii of the contact
+  /// @param maximum Pa, in the middle of the contact
+  /// @param d distance from there, radii of the contact
   static contact::PressureSample pressed(const Eigen::Vector3d& at, double maximum, double d, double step) {
     const auto area = static_cast<float>(step * step);
     const auto pressure = static_cast<float>(d < 1.0 ? maximum * std::sqrt(1.0 - d * d) : 0.0);
@@ -29,7 +30,8 @@ class FieldSolver : public ::testing::Test {
   }
 
   /// Fingers of 8 mm in radius that look down, 33 mm of each, at places that follow from the seed.
-  /// \param step m, of the samples \return samples of equal area, pressed with up to 30 kPa
+  /// @param step m, of the samples
+  /// @return samples of equal area, pressed with up to 30 kPa
   static std::vector<contact::PressureSample> fingers(unsigned seed, int count, double step) {
     std::mt19937 random(seed);
     const auto uniform = [&random] { return 2.0 * static_cast<double>(random()) / 4294967296.0 - 1.0; };
@@ -72,7 +74,8 @@ class FieldSolver : public ::testing::Test {
     return skin;
   }
 
-  /// Of the same skin, sampled anew where nothing was asked for. \param share of the error of focal points
+  /// Of the same skin, sampled anew where nothing was asked for.
+  /// @param share of the error of focal points
   template <typename SkinOf>
   void expectBetterThanFocalPoints(double share, const SkinOf& skinOf) const {
     Fit field{0.0, 0.0}, foci{0.0, 0.0};

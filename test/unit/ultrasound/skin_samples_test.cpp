@@ -10,7 +10,8 @@ namespace {
 
 using contact::PressureSample;
 
-/// A plane of samples 5 mm apart. \param pressed how many rows
+/// A plane of samples 5 mm apart.
+/// @param pressed how many rows
 std::vector<PressureSample> plane(int side, int pressed, float weight) {
   std::vector<PressureSample> skin;
   for (int row = 0; row < side; ++row)
