@@ -13,7 +13,8 @@ constexpr std::size_t few = 1u << 15u;
 
 }  // namespace
 
-/// Adds what is at u = 0 to what u alone does to particles [first, last). \return whether density is active
+/// Adds what is at u = 0 to what u alone does to particles [first, last).
+/// @return whether density is active
 bool StepPotential::addStart(VectorField& f, Compression& at, std::size_t first, std::size_t last) const {
   for (std::size_t i = first; i < last; ++i) f[i] += start_force[i];
   return pairs.dense && at.activate(density, first, last);

@@ -45,16 +45,17 @@ struct StepPotential {
   std::vector<float> gradient_x, gradient_y, gradient_z, spring;  // see PairArrays
 
   /// Forces f at the displacements u, N. Density constraints are active, from here on, where u compresses.
-  /// \param at gets what they are at u
+  /// @param at gets what they are at u
   [[nodiscard]] Pressing startForce(const VectorField& u, VectorField& f, Compression& at) const;
   /// Change of the forces with the displacements p: the linear part of the force, negative semidefinite.
-  /// \param at of a force that is complete; gets the growth with p
+  /// @param at of a force that is complete; gets the growth with p
   [[nodiscard]] Pressing startChange(const VectorField& p, VectorField& change, Compression& at) const;
   /// Both in one pass over the pairs.
   [[nodiscard]] Pressing startForceAndChange(const VectorField& u, VectorField& f, const VectorField& p,
                                              VectorField& change, Compression& at) const;
 
-  /// Displacements w, m, that undo some of what is beyond (`recoverBeyond`). \param used is overwritten
+  /// Displacements w, m, that undo some of what is beyond (`recoverBeyond`).
+  /// @param used is overwritten
   void recover(Compression& used, VectorField& w) const {
     recoverBeyond(pairs, density, half_spacing, dt, used, w);
   }
@@ -68,8 +69,9 @@ class Potential {
  public:
   Potential(const Kernel& kernel, float spacing, const std::vector<Material>& materials);
 
-  /// Linearises it near the free displacements. \param contacts by particle; solids add to the density
-  /// \param step is overwritten, but for its memory
+  /// Linearises it near the free displacements.
+  /// @param contacts by particle; solids add to the density
+  /// @param step is overwritten, but for its memory
   void linearise(const StepInput& input, const std::vector<Contact>& contacts, StepPotential& step);
 
   /// What solids added to the density of the step, for their contacts to remember.

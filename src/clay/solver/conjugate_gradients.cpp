@@ -53,8 +53,8 @@ void ConjugateGradients::setOwnDirection(const Step& step, const Lumps& lumps,
   });
 }
 
-/// The residual, and the change of the internal forces with d, in a_d. \return of each lump, as
-/// `precondition`
+/// The residual, and the change of the internal forces with d, in a_d.
+/// @return of each lump, as `precondition`
 OfLumps<Sums> ConjugateGradients::residualBesideOwnProduct(const Step& step, const VectorField& u) {
   const Pressing pressing = step.potential.startForceAndChange(u, r_, d_, a_d_, compression_);
   return sumOver(step, [&](std::uint32_t, std::size_t first, std::size_t last) {
@@ -64,7 +64,8 @@ OfLumps<Sums> ConjugateGradients::residualBesideOwnProduct(const Step& step, con
 }
 
 /// Gives the displacements the rigid motions of lumps that they lack, so that no residual is left along them.
-/// a_d = A d, from what `residualBesideOwnProduct` left there. \return of each, d . A d, and d . r
+/// a_d = A d, from what `residualBesideOwnProduct` left there.
+/// @return of each, d . A d, and d . r
 OfLumps<Sums> ConjugateGradients::moveAsLumps(const Step& step, Lumps& lumps,
                                               std::vector<Lumps::Unblocked>& motions, VectorField& u) {
   const bool far = lumps.findLacking(step.in, z_, step.contacts, motions);
@@ -87,7 +88,8 @@ OfLumps<Sums> ConjugateGradients::moveAsLumps(const Step& step, Lumps& lumps,
   });
 }
 
-/// Along d first, as far as lowers the potential most. \param own d . A d, d . r
+/// Along d first, as far as lowers the potential most.
+/// @param own d . A d, d . r
 void ConjugateGradients::startDescents(const OfLumps<Sums>& own) {
   descents_.assign(own.size(), Descent());
   for (std::size_t l = 0; l < own.size(); ++l) {
@@ -119,7 +121,8 @@ void ConjugateGradients::setDirection(const Step& step, bool first_one, const Of
   });
 }
 
-/// \param along p . A p, p . r \return whether any lump goes on
+/// @param along p . A p, p . r
+/// @return whether any lump goes on
 bool ConjugateGradients::findSteps(const OfLumps<Sums>& along, float dt) {
   bool any = false;
   for (std::size_t l = 0; l < descents_.size(); ++l) {
@@ -132,7 +135,8 @@ bool ConjugateGradients::findSteps(const OfLumps<Sums>& along, float dt) {
   return any;
 }
 
-/// Goes along a direction by the steps of the lumps. \return as `precondition`
+/// Goes along a direction by the steps of the lumps.
+/// @return as `precondition`
 OfLumps<Sums> ConjugateGradients::follow(const Step& step, const VectorField& p, const VectorField& a_p,
                                          VectorField& u) {
   return sumOver(step, [&](std::uint32_t lump, std::size_t first, std::size_t last) {
@@ -161,7 +165,8 @@ Sums ConjugateGradients::finishResidual(const Step& step, const VectorField& u, 
   return precondition(step, first, last);
 }
 
-/// z = r / M in free directions. \return r . z, A d . z, and the largest |z|^2
+/// z = r / M in free directions.
+/// @return r . z, A d . z, and the largest |z|^2
 Sums ConjugateGradients::precondition(const Step& step, std::size_t first, std::size_t last) {
   for (std::size_t i = first; i < last; ++i) z_[i] = step.in.particles.inverse_mass[i] * r_[i];
   step.contacts.filter(first, last, z_);

@@ -28,16 +28,19 @@ class ConjugateGradients {
   };
   void begin(const StepInput& in);
 
-  /// Does `count` iterations at most. \param tolerance m/s^2, see Minimiser::Goal \param lumps as measured
-  /// \param u displacements, m \return whether no particle lacks more acceleration than that
+  /// Does `count` iterations at most.
+  /// @param tolerance m/s^2, see Minimiser::Goal
+  /// @param lumps as measured
+  /// @param u displacements, m
+  /// @return whether no particle lacks more acceleration than that
   bool descend(const Step& step, int count, double tolerance, Lumps& lumps, VectorField& u);
   int iterations() const { return iterations_; }  // in the step
 
   /// Residual at the displacements u, forces - M (u - free) / dt^2, N.
   void findResidual(const Step& step, const VectorField& u);
   const VectorField& residual() const { return r_; }
-  /// a_x = A x = M x / dt^2 - (linear part of the forces), N, from the residual that was last found. \return
-  /// of each lump, x . A x, and x . r
+  /// a_x = A x = M x / dt^2 - (linear part of the forces), N, from the residual that was last found.
+  /// @return of each lump, x . A x, and x . r
   OfLumps<Sums> multiply(const Step& step, const VectorField& x, VectorField& a_x);
 
   /// N/m, of each particle, its mass over the square of the time step.

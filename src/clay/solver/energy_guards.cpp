@@ -21,7 +21,8 @@ constexpr int halvings = 20;
 }  // namespace
 
 /// Whether the clay moves faster than gravity and what pushes on it can tell, and contacts that pulled it
-/// onto them may be why. \param pulled J, their work
+/// onto them may be why.
+/// @param pulled J, their work
 bool Minimiser::gainsByPull(const Step& step, double pulled, const VectorField& u) {
   if (!(pulled > 0.0)) return false;
   const StepInput& in = step.in;

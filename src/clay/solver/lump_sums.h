@@ -31,8 +31,8 @@ using OfLumps = boost::container::small_vector<Value, 4>;
 template <typename Sum>
 class RunSums {
  public:
-  /// \param f f(lump, from, to) gives the sum over particles [from, to) of [0, n), all of that lump \return
-  /// one sum a lump
+  /// @param f f(lump, from, to) gives the sum over particles [from, to) of [0, n), all of that lump
+  /// @return one sum a lump
   template <typename F>
   OfLumps<Sum> of(const Neighbourhood& near, std::size_t n, const Sum& none, const F& f) {
     ranges_.resize((n + range_size - 1) / range_size);
@@ -60,7 +60,8 @@ class LumpSums {
  public:
   using Sum = Eigen::Matrix<double, size, 1>;
 
-  /// \param f f(i) is what particle i of [0, n) adds \return as RunSums
+  /// @param f f(i) is what particle i of [0, n) adds
+  /// @return as RunSums
   template <typename F>
   OfLumps<Sum> of(const Neighbourhood& near, std::size_t n, const F& f) {
     const Sum none = Sum::Zero();

@@ -15,7 +15,7 @@ namespace tactile_clay::clay {
 /// gradients find last, since no internal force resists them; a step so gets them from here.
 class Lumps {
  public:
-  /// \param spacing m
+  /// @param spacing m
   explicit Lumps(double spacing) : spacing_(spacing) {}
 
   /// Mass, centre and inertia of each at the start of the step.
@@ -38,8 +38,9 @@ class Lumps {
   std::vector<Eigen::Vector3f> falls(const StepInput& in, const VectorField& u, const Contacts& contacts);
 
   /// Shortens translations of lumps from the displacements u to where each first meets a collider. Falls of
-  /// less than a quarter of a spacing are left to the iterations: they dent nothing. \param moves m, of each
-  /// lump \return contacts that they meet there, within a hundredth of a spacing, by their indices
+  /// less than a quarter of a spacing are left to the iterations: they dent nothing.
+  /// @param moves m, of each lump
+  /// @return contacts that they meet there, within a hundredth of a spacing, by their indices
   std::vector<std::uint32_t> meet(const StepInput& in, const VectorField& u, const Contacts& contacts,
                                   std::vector<Eigen::Vector3f>& moves) const;
 
@@ -64,12 +65,14 @@ class Lumps {
     Motion done;     // within the displacements
     Motion lacking;  // what minimises the potential over them, from there: nothing but inertia resists it
   };
-  /// What is lacking is not known yet. \param u m, displacements
+  /// What is lacking is not known yet.
+  /// @param u m, displacements
   std::vector<Unblocked> unblockedMotions(const StepInput& in, const VectorField& u,
                                           const Contacts& contacts);
 
-  /// Finds what is lacking. Where that goes far, both are zero: the iterations find it. \param lack m/s^2,
-  /// accelerations that are lacking at the displacements \return whether it does anywhere
+  /// Finds what is lacking. Where that goes far, both are zero: the iterations find it.
+  /// @param lack m/s^2, accelerations that are lacking at the displacements
+  /// @return whether it does anywhere
   bool findLacking(const StepInput& in, const VectorField& lack, const Contacts& contacts,
                    std::vector<Unblocked>& motions);
 

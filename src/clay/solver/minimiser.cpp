@@ -56,7 +56,8 @@ void Minimiser::start(const Step& step, VectorField& u) {
   });
 }
 
-/// Rounds of iterations; between them contacts and compression are looked at anew. \return how many
+/// Rounds of iterations; between them contacts and compression are looked at anew.
+/// @return how many
 int Minimiser::iterate(const Step& step, VectorField& u) {
   const auto& [in, contacts, goal] = step;
   int rounds = 0, rounds_more = max_rounds_more, left = goal.iterations;

@@ -23,7 +23,7 @@ namespace tactile_clay::clay {
 /// gradients; see doc/method/clay.md.
 class Minimiser {
  public:
-  /// \param spacing m
+  /// @param spacing m
   Minimiser(const Kernel& kernel, double spacing, const std::vector<Material>& materials);
 
   struct Goal {
@@ -36,8 +36,9 @@ class Minimiser {
     int rounds = 0;         // of iterations; between them contacts and compression were looked at anew
     double setup_ms = 0.0;  // wall time before the first
   };
-  /// Solves a step, as well as the budget allows. \param contacts as detected; get their states, anchors and
-  /// forces \param u displacements of the step, m
+  /// Solves a step, as well as the budget allows.
+  /// @param contacts as detected; get their states, anchors and forces
+  /// @param u displacements of the step, m
   Solved solve(const StepInput& in, Contacts& contacts, const Goal& goal, VectorField& u);
 
   // Of the last solution.
