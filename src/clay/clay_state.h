@@ -16,8 +16,8 @@
 
 namespace tactile_clay::clay {
 
-/// All that the clay is, and how a time step goes: neighbours, contacts, bonds, the solver, and the new
-/// positions. What sleeps is in `everyone` alone, with its bonds and contacts set aside.
+/// The whole state of the clay, and its time step: neighbours, contacts, bonds, the solver, and the new
+/// positions. Particles that sleep are in `everyone` alone. Their bonds and contacts are set aside.
 struct Clay::State {
   enum StageIndex { neighbours, contact_search, bonds, setup, iterations, finish };
 
@@ -27,7 +27,7 @@ struct Clay::State {
   double& ms(StageIndex stage) { return statistics.stages[stage].ms; }
   bool sleeps() const { return config.sleeping && config.budget.method != Method::paper; }
 
-  // What comes in, and what is told of a frame: clay_state.cpp.
+  // Input, and the results of a frame: clay_state.cpp.
   void takeParticles(const std::vector<InitialParticle>& initial);
   void setWalls();
   void takeSamples(const Skin& skin);
@@ -44,7 +44,7 @@ struct Clay::State {
   void updateBonds();
   void endStep(float dt);
   void collectForces(int steps, float dt);
-  // What is kept, and what sleeps: clay_sculpture.cpp.
+  // Sculptures, and clay that sleeps: clay_sculpture.cpp.
   void publishAwake();
   Sculpture sculpture() const;
   void restore(const Sculpture& sculpture);
@@ -53,9 +53,9 @@ struct Clay::State {
   ClayConfig config;
   std::vector<Material> materials;
   ThreadTeam team;
-  Particles everyone;                // as the world sees them, also those that sleep
-  std::vector<std::uint32_t> awake;  // which of them are awake, ascending
-  Particles particles;               // those awake; everything below is of them
+  Particles everyone;                // all particles, awake or asleep, as callers see them
+  std::vector<std::uint32_t> awake;  // indices in `everyone` of those that are awake, ascending
+  Particles particles;               // those that are awake; a step works on these alone
   VectorField free;                  // m, displacements of the step without internal and contact forces
   VectorField u;                     // m, displacements of the step
   RangeSums range_sums;
@@ -66,26 +66,26 @@ struct Clay::State {
   Bonds bond_constraint;
   Contacts contact_constraint;
   Sleep sleep;
-  // Of those that sleep, with indices into `everyone`: bonds, from begin[i] to begin[i + 1], and contacts,
-  // which press the solids with what they last did.
+  // Of the particles that sleep, with indices into `everyone`: bonds of particle i, from begin[i] to
+  // begin[i + 1], and contacts, which go on pressing the solids with their last forces.
   std::vector<std::uint32_t> sleeping_bond_begin;
   std::vector<Bond> sleeping_bonds;
   std::vector<Contact> sleeping_contacts;
   bool bonded = false;
-  VectorField window_start;                  // m, positions when bonds were last decided on
-  int window_steps = 0;                      // steps since
+  VectorField window_start;                  // m, positions at the last update that may form bonds
+  int window_steps = 0;                      // steps since then
   int iterations_done = 0, rounds_done = 0;  // in this frame
-  std::atomic<std::uint64_t> rejected{0};    // displacements, since the start
+  std::atomic<std::uint64_t> rejected{0};    // number of displacements, since the start
   double time = 0.0, carry = 0.0;            // s
-  Skin target;                               // samples at the end of the frame
-  Skin moved;                                // and at the end of the current step
-  std::vector<Solid> walls;                  // of the world
-  std::vector<Solid> walled;                 // solids of the step and walls, and their poses then
+  Skin target;                               // the samples at the end of the frame
+  Skin moved;                                // the samples at the end of the current step
+  std::vector<Solid> walls;                  // walls of the world
+  std::vector<Solid> walled;                 // solids and walls; below, their poses in the step
   std::vector<Eigen::Isometry3d> walled_start, walled_end;
-  std::vector<Eigen::Isometry3d> start_poses, end_poses;  // of the solids, in the step
-  struct SampleSum {                                      // over the steps of the frame
+  std::vector<Eigen::Isometry3d> start_poses, end_poses;  // of the solids, at both ends of the step
+  struct SampleSum {                                      // sums of a sample over the steps of the frame
     Eigen::Vector3d force = Eigen::Vector3d::Zero();      // N
-    double pressed = 0.0, slip = 0.0;                     // N, of magnitudes; N m/s, the same times slip
+    double pressed = 0.0, slip = 0.0;  // N, sum of magnitudes; N m/s, sum of magnitude times slip
     bool touched = false;
   };
   std::vector<SampleSum> sample_sums;

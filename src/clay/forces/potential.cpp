@@ -8,13 +8,14 @@
 namespace tactile_clay::clay {
 namespace {
 
-// Particles whose pairs the last cache of usual processors still holds; asking ahead for these costs a tenth.
+// Number of particles whose pairs fit into the last-level cache of usual processors. For so few, prefetching
+// costs a tenth more time.
 constexpr std::size_t few = 1u << 15u;
 
 }  // namespace
 
-/// Adds what is at u = 0 to what u alone does to particles [first, last).
-/// @return whether density is active
+/// Adds the forces and densities at u = 0 to those that u alone adds to particles [first, last).
+/// @return whether any density constraint is active
 bool StepPotential::addStart(VectorField& f, Compression& at, std::size_t first, std::size_t last) const {
   for (std::size_t i = first; i < last; ++i) f[i] += start_force[i];
   return pairs.dense && at.activate(density, first, last);
@@ -66,7 +67,7 @@ Potential::Potential(const Kernel& kernel, float spacing, const std::vector<Mate
     thins_ = thins_ || (a.flow_index < 1.0 && a.viscosity > 0.0);
     dense_ = dense_ || a.bulk_modulus > 0.0;
     for (const Material& b : materials) {
-      // Between two materials: two layers in shear, whose compliances add up.
+      // Two materials act like two layers in shear, whose compliances add up.
       const double both = a.viscosity + b.viscosity;
       const double eta = both > 0.0 ? 2.0 * a.viscosity * b.viscosity / both : 0.0;
       // Springs along pairs have the shear modulus sum_j k r^2 / (30 V), averaged over directions.
@@ -76,7 +77,7 @@ Potential::Potential(const Kernel& kernel, float spacing, const std::vector<Mate
   }
 }
 
-/// Gives what a step uses its room. What it does not use stays empty.
+/// Resizes the arrays that a step uses. Arrays that it does not use stay empty.
 void Potential::resize(const StepInput& input, StepPotential& s) {
   const Neighbourhood& near = input.near;
   const std::size_t n = input.particles.size();

@@ -5,8 +5,8 @@
 namespace tactile_clay::clay {
 namespace {
 
-// A is M / dt^2 at least, and so no step longer than dt^2 but by rounding, with nothing left to solve. Over
-// dt^2, with one hundredth for the rounding of a step that is right.
+// Maximum step length over dt^2. A is at least M / dt^2, so a step length exceeds dt^2 only by rounding, when
+// nothing is left to solve. One hundredth is added for the rounding of a correct step length.
 constexpr double longest_step = 1.01;
 
 }  // namespace
@@ -42,8 +42,8 @@ bool ConjugateGradients::descend(const Step& step, int count, double tolerance, 
   return is_solved(products);
 }
 
-/// Displacements as a direction: d = u in the directions that contacts leave free, without the rigid motions
-/// of lumps that no contact blocks.
+/// Sets the first direction: d = u in the directions that contacts leave free, without the rigid motions of
+/// lumps that no contact blocks.
 void ConjugateGradients::setOwnDirection(const Step& step, const Lumps& lumps,
                                          const std::vector<Lumps::Unblocked>& motions, const VectorField& u) {
   ranges([&](std::size_t first, std::size_t last) {
@@ -53,8 +53,8 @@ void ConjugateGradients::setOwnDirection(const Step& step, const Lumps& lumps,
   });
 }
 
-/// The residual, and the change of the internal forces with d, in a_d.
-/// @return of each lump, as `precondition`
+/// Finds the residual. Sets a_d to the change of the internal forces with d.
+/// @return for each lump the sums of `precondition`
 OfLumps<Sums> ConjugateGradients::residualBesideOwnProduct(const Step& step, const VectorField& u) {
   const Pressing pressing = step.potential.startForceAndChange(u, r_, d_, a_d_, compression_);
   return sumOver(step, [&](std::uint32_t, std::size_t first, std::size_t last) {
@@ -63,9 +63,9 @@ OfLumps<Sums> ConjugateGradients::residualBesideOwnProduct(const Step& step, con
   });
 }
 
-/// Gives the displacements the rigid motions of lumps that they lack, so that no residual is left along them.
-/// a_d = A d, from what `residualBesideOwnProduct` left there.
-/// @return of each, d . A d, and d . r
+/// Adds to u the rigid motions of lumps that it lacks, so that no residual is left along them. Completes
+/// a_d = A d from what `residualBesideOwnProduct` left there.
+/// @return for each lump d . A d and d . r
 OfLumps<Sums> ConjugateGradients::moveAsLumps(const Step& step, Lumps& lumps,
                                               std::vector<Lumps::Unblocked>& motions, VectorField& u) {
   const bool far = lumps.findLacking(step.in, z_, step.contacts, motions);
@@ -88,8 +88,8 @@ OfLumps<Sums> ConjugateGradients::moveAsLumps(const Step& step, Lumps& lumps,
   });
 }
 
-/// Along d first, as far as lowers the potential most.
-/// @param own d . A d, d . r
+/// Starts along d, with the step length that minimises the potential.
+/// @param own d . A d and d . r of each lump
 void ConjugateGradients::startDescents(const OfLumps<Sums>& own) {
   descents_.assign(own.size(), Descent());
   for (std::size_t l = 0; l < own.size(); ++l) {
@@ -98,7 +98,7 @@ void ConjugateGradients::startDescents(const OfLumps<Sums>& own) {
   }
 }
 
-/// p = z, and of the last p and of d what makes it conjugate to them.
+/// Sets the next direction: p = z, plus multiples of the last p and of d that make it conjugate to both.
 void ConjugateGradients::setDirection(const Step& step, bool first_one, const OfLumps<Sums>& products,
                                       float enough) {
   for (std::size_t l = 0; l < descents_.size(); ++l) {
@@ -121,8 +121,9 @@ void ConjugateGradients::setDirection(const Step& step, bool first_one, const Of
   });
 }
 
-/// @param along p . A p, p . r
-/// @return whether any lump goes on
+/// Sets the step length of each lump along p.
+/// @param along p . A p and p . r of each lump
+/// @return whether the iterations go on for any lump
 bool ConjugateGradients::findSteps(const OfLumps<Sums>& along, float dt) {
   bool any = false;
   for (std::size_t l = 0; l < descents_.size(); ++l) {
@@ -135,8 +136,8 @@ bool ConjugateGradients::findSteps(const OfLumps<Sums>& along, float dt) {
   return any;
 }
 
-/// Goes along a direction by the steps of the lumps.
-/// @return as `precondition`
+/// Moves u along the direction p, each lump by its own step length.
+/// @return for each lump the sums of `precondition`
 OfLumps<Sums> ConjugateGradients::follow(const Step& step, const VectorField& p, const VectorField& a_p,
                                          VectorField& u) {
   return sumOver(step, [&](std::uint32_t lump, std::size_t first, std::size_t last) {
@@ -165,7 +166,7 @@ Sums ConjugateGradients::finishResidual(const Step& step, const VectorField& u, 
   return precondition(step, first, last);
 }
 
-/// z = r / M in free directions.
+/// Sets z = r / M in the free directions.
 /// @return r . z, A d . z, and the largest |z|^2
 Sums ConjugateGradients::precondition(const Step& step, std::size_t first, std::size_t last) {
   for (std::size_t i = first; i < last; ++i) z_[i] = step.in.particles.inverse_mass[i] * r_[i];

@@ -11,7 +11,7 @@
 
 namespace tactile_clay::clay {
 
-/// Calls f(lump, from, to) for the runs of particles of one lump in [first, last).
+/// Calls f(lump, from, to) for each run of consecutive particles of one lump in [first, last).
 template <typename F>
 void forRuns(const Neighbourhood& near, std::size_t first, std::size_t last, const F& f) {
   for (std::size_t from = first, to = first; from < last; from = to) {
@@ -22,17 +22,17 @@ void forRuns(const Neighbourhood& near, std::size_t first, std::size_t last, con
   }
 }
 
-/// One value per lump. A few lumps need no memory of the heap.
+/// One value per lump. Up to four lumps need no heap memory.
 template <typename Value>
 using OfLumps = boost::container::small_vector<Value, 4>;
 
-/// Sums over the runs of each lump. They are formed in fixed ranges of particles and added in order: the same
-/// bits for any number of threads.
+/// Sums over the runs of each lump. They are formed in fixed ranges of particles and added in order, so the
+/// bits do not depend on the number of threads.
 template <typename Sum>
 class RunSums {
  public:
-  /// @param f f(lump, from, to) gives the sum over particles [from, to) of [0, n), all of that lump
-  /// @return one sum a lump
+  /// @param f f(lump, from, to) returns the sum over particles [from, to) of [0, n), all of this lump
+  /// @return one sum per lump
   template <typename F>
   OfLumps<Sum> of(const Neighbourhood& near, std::size_t n, const Sum& none, const F& f) {
     ranges_.resize((n + range_size - 1) / range_size);
@@ -50,8 +50,8 @@ class RunSums {
   }
 
  private:
-  using Parts = std::vector<std::pair<std::uint32_t, Sum>>;  // of a range
-  std::vector<Parts> ranges_;                                // kept for their memory
+  using Parts = std::vector<std::pair<std::uint32_t, Sum>>;  // one sum per run of a range
+  std::vector<Parts> ranges_;                                // one per range; kept so that memory is reused
 };
 
 /// Sums over the particles of each lump.
@@ -60,8 +60,8 @@ class LumpSums {
  public:
   using Sum = Eigen::Matrix<double, size, 1>;
 
-  /// @param f f(i) is what particle i of [0, n) adds
-  /// @return as RunSums
+  /// @param f f(i) returns the summand of particle i of [0, n)
+  /// @return one sum per lump
   template <typename F>
   OfLumps<Sum> of(const Neighbourhood& near, std::size_t n, const F& f) {
     const Sum none = Sum::Zero();

@@ -7,11 +7,11 @@
 namespace tactile_clay::clay {
 namespace {
 
-// Fewer would leave nothing to be conjugate to, more would solve with contacts that are wrong by then.
+// Fewer iterations would leave no directions to be conjugate to. With more, contacts would be out of date.
 constexpr int iterations_a_round = 4;
-// Rounds beyond the budget, at most, where contacts pulled: they bound the cost of a step.
+// Maximum number of rounds beyond the budget if contacts pulled. It bounds the cost of a step.
 constexpr int max_rounds_more = 8;
-// Times that what was pushed out of one side of the skin may be pushed out of another; then it is released.
+// How often clay that was pushed out of one side of the skin may be pushed out of another before `release`.
 constexpr int max_sides = 8;
 // Directions in which a lump can be stopped.
 constexpr int directions = 3;
@@ -33,19 +33,19 @@ Minimiser::Solved Minimiser::solve(const StepInput& in, Contacts& contacts, cons
     lumps_.measure(in);
   }
   start(step, u);                        // from the last velocity
-  solved.rounds = iterate(step, u);      // lumps as a whole, then conjugate gradients, then contacts anew
-  makeRoom(step, u);                     // what is still inside of colliders goes out
-  shorten(step, u);                      // where it went farther than any energy took it
-  balanceForces(step, u);                // contacts bear all of the momentum
-  keepCompression(step);                 // no more than what was paid for
+  solved.rounds = iterate(step, u);      // whole lumps, conjugate gradients, new states of contacts
+  makeRoom(step, u);                     // pushes out particles that are still inside of colliders
+  shorten(step, u);                      // if lumps may have gained energy
+  balanceForces(step, u);                // contact forces add up to the change of momentum
+  keepCompression(step);                 // only the part that was paid for
   contacts.finish(in.particles, in.dt);  // anchors slide
-  undoExcess(step, u);                   // of compression, by displacements that are no motion
+  undoExcess(step, u);                   // undoes compression without adding velocity
   solved.iterations = descent_.iterations();
   return solved;
 }
 
-/// Starts from the last velocity: what rests starts at rest, however few iterations follow. What falls or
-/// slides is set going by `translate`.
+/// Starts from the last velocity, without gravity. So clay at rest starts at rest, however few iterations
+/// follow. `translate` sets lumps in motion that fall or slide.
 void Minimiser::start(const Step& step, VectorField& u) {
   const StepInput& in = step.in;
   const Eigen::Vector3f fall = in.dt * in.dt * step.goal.gravity;
@@ -56,15 +56,16 @@ void Minimiser::start(const Step& step, VectorField& u) {
   });
 }
 
-/// Rounds of iterations; between them contacts and compression are looked at anew.
-/// @return how many
+/// Runs rounds of iterations. Contacts and compression are updated between them.
+/// @return number of rounds
 int Minimiser::iterate(const Step& step, VectorField& u) {
   const auto& [in, contacts, goal] = step;
   int rounds = 0, rounds_more = max_rounds_more, left = goal.iterations;
   while (left > 0) {
     ++rounds;
     translate(step, u);
-    // Friction as it was in the last step foretells the slip, in the first of several rounds.
+    // The first of several rounds predicts the slip with the friction of the last step. In all other rounds,
+    // slides are damped.
     if (left < goal.iterations || left <= iterations_a_round) contacts.dampSlides(in.particles, u, in.dt);
     const bool solved =
         descent_.descend(descentOf(step), std::min(left, iterations_a_round), goal.tolerance, lumps_, u);
@@ -80,8 +81,8 @@ int Minimiser::iterate(const Step& step, VectorField& u) {
   return rounds;
 }
 
-/// Moves each lump as a whole, but through nothing: what it meets stops it there, and it goes on in the
-/// directions that are left, of which there are three.
+/// Moves each lump as a whole, but not through colliders. A collider that it meets stops it there. The lump
+/// then goes on in the directions that are left; there are three directions in all.
 void Minimiser::translate(const Step& step, VectorField& u) {
   const StepInput& in = step.in;
   bool met = true;
@@ -96,8 +97,8 @@ void Minimiser::translate(const Step& step, VectorField& u) {
   step.contacts.prescribe(u);
 }
 
-/// What the iterations left inside of colliders goes out, whatever it takes. Out of one side of the skin may
-/// be into another.
+/// Pushes out the particles that the iterations left inside of colliders, whatever force that takes. A
+/// particle that leaves one side of the skin may get into another side.
 void Minimiser::makeRoom(const Step& step, VectorField& u) {
   const Particles& particles = step.in.particles;
   const float dt = step.in.dt;
@@ -107,9 +108,9 @@ void Minimiser::makeRoom(const Step& step, VectorField& u) {
   step.contacts.release(particles, u, dt);
 }
 
-/// Contacts together give a lump the momentum that it gained. What few iterations leave unsolved, forces that
-/// nobody exerts, is made up by the contacts of the lump, each by its share, so that the sum of Eq. 6 is the
-/// rate of momentum for any budget.
+/// Makes the contact forces on each lump add up to its change of momentum without gravity. Few iterations
+/// leave a residual, a force that nothing exerts. The contacts of the lump take it over, each by its share.
+/// So the sum of Eq. 6 is the rate of momentum for any budget.
 void Minimiser::balanceForces(const Step& step, const VectorField& u) {
   const StepInput& in = step.in;
   const std::vector<float>& inertia = descent_.inertia();
@@ -120,7 +121,7 @@ void Minimiser::balanceForces(const Step& step, const VectorField& u) {
   step.contacts.balance(in.near, {inertial.begin(), inertial.end()});
 }
 
-/// Undoes some of the compression that nothing did work for, by displacements beside u.
+/// Undoes a part of the compression for which no work was done, by displacements in addition to u.
 void Minimiser::undoExcess(const Step& step, const VectorField& u) {
   if (!step_.excessive) return;
   recovery_.resize(step.in.particles.size());
