@@ -14,7 +14,7 @@ Clay::State::State(const ClayConfig& config_in, std::vector<Material> materials_
       team(config.threads),
       kernel(static_cast<float>(2.0 * config.spacing)),
       near(kernel.h),
-      minimiser(near, particles, kernel, config.spacing, materials),
+      minimiser(kernel, config.spacing, materials),
       projection(kernel, static_cast<float>(config.spacing), materials),
       bond_constraint(static_cast<float>(config.spacing), materials),
       contact_constraint(static_cast<float>(config.spacing), materials),
@@ -42,7 +42,7 @@ void Clay::State::takeParticles(const std::vector<InitialParticle>& initial) {
   everyone.position.resize(n);
   everyone.velocity.resize(n);
   everyone.density_ratio.assign(n, 1.0f);
-  // What the clay starts with may be given back.
+  // Density may give back all compression that the clay starts with.
   everyone.compression.assign(n, std::numeric_limits<float>::infinity());
   const double volume = std::pow(config.spacing, 3.0);
   for (std::size_t i = 0; i < n; ++i) {
@@ -75,9 +75,9 @@ void Clay::State::setWalls() {
   }
 }
 
-/// A sample that is not finite, is far out of the world or has no unit normal does not exist; one faster than
-/// any hand has jumped, and has no velocity. Norms are compared because a NaN fails every comparison, while
-/// maxCoeff may drop it.
+/// A sample that is not finite, is far outside of the world or has no unit normal does not exist. A sample
+/// that is faster than any hand has jumped; its velocity is set to zero. Norms are compared because a NaN
+/// fails every comparison, while maxCoeff may drop it.
 void Clay::State::takeSamples(const Skin& skin) {
   constexpr float fastest = 50.0f;  // m/s
   const float far = static_cast<float>(100.0 * config.world);
@@ -96,14 +96,15 @@ void Clay::State::takeSamples(const Skin& skin) {
   moved = target;
 }
 
-/// @param remaining s, of the frame after the step
+/// Moves the samples to the end of the step.
+/// @param remaining s, time of the frame after the step
 void Clay::State::moveSamples(float remaining) {
   for (std::size_t k = 0; k < target.size(); ++k)
     moved.position[k] = target.position[k] - remaining * target.velocity[k];
 }
 
-/// The walls of the world are solids like others, where any particle may come near.
-/// @param farthest coordinate that a particle has or heads for, m
+/// Adds the walls of the world to the solids if any particle may come near them.
+/// @param farthest m, largest coordinate of a particle, now or after its free motion
 Surroundings Clay::State::withWalls(const Surroundings& around, double farthest) {
   if (!(farthest > config.world - 2.0 * config.spacing)) return around;
   walled = around.solids;
@@ -117,8 +118,8 @@ Surroundings Clay::State::withWalls(const Surroundings& around, double farthest)
   return {around.skin, walled, walled_start, walled_end, around.dt};
 }
 
-/// Sets `end_poses`.
-/// @param solids how many there are
+/// Sets `end_poses` to the poses at time t, s.
+/// @param solids number of solids
 void Clay::State::posesAt(const SolidMotion& motion, double t, std::size_t solids) {
   motion(t, end_poses);
   if (end_poses.size() != solids)
@@ -130,7 +131,7 @@ Surroundings Clay::State::surroundings(const std::vector<Solid>& solids) const {
   return {moved, solids, start_poses, end_poses, static_cast<float>(config.timeStep())};
 }
 
-/// Resets what is summed over a frame. Where no step is done, forces stay but those of samples that are gone.
+/// Resets the sums over a frame. If the frame has no step, forces stay, except on samples that are gone.
 void Clay::State::beginFrame(const Skin& skin, std::size_t solids, int steps) {
   for (Stage& stage : statistics.stages) stage.ms = 0.0;
   iterations_done = rounds_done = 0;
@@ -146,7 +147,7 @@ void Clay::State::beginFrame(const Skin& skin, std::size_t solids, int steps) {
   takeSamples(skin);
 }
 
-/// Tells what the steps of a frame added up to.
+/// Sets the statistics and the skin forces of a frame from its steps.
 void Clay::State::endFrame(int steps) {
   double error = 0.0, largest = 0.0;
   for (const float ratio : everyone.density_ratio) {
@@ -172,7 +173,7 @@ void Clay::State::endFrame(int steps) {
   }
 }
 
-/// Of the last step.
+/// Counts the lumps of the last step, and those that sleep.
 void Clay::State::countLumps() {
   std::vector<std::size_t> sizes(near.lumps(), 0);
   for (std::size_t i = 0; i < particles.size(); ++i) ++sizes[near.lump(i)];

@@ -32,18 +32,18 @@ void Clay::State::step(const Surroundings& around) {
     const Stopwatch watch(ms(bonds));
     updateBonds();
   }
-  const Bonds* const of_particles = bonded ? &bond_constraint : nullptr;
+  const StepInput input{near, particles, bonded ? &bond_constraint : nullptr, free, dt};
   if (config.budget.method == Method::paper) {
     const Stopwatch watch(ms(iterations));
-    contact_constraint.restore(projection.solve({near, particles, of_particles, free, dt},
-                                                config.budget.iterations, contact_constraint.contacts(), u));
+    contact_constraint.restore(
+        projection.solve(input, config.budget.iterations, contact_constraint.contacts(), u));
   } else {
     const Minimiser::Goal goal{gravity, config.budget.iterations, config.tolerance};
     double whole_ms = 0.0;
     Minimiser::Solved solved;
     {
       const Stopwatch watch(whole_ms);
-      solved = minimiser.solve(of_particles, free, contact_constraint, dt, goal, u);
+      solved = minimiser.solve(input, contact_constraint, goal, u);
     }
     ms(setup) += solved.setup_ms;
     ms(iterations) += whole_ms - solved.setup_ms;
@@ -54,13 +54,13 @@ void Clay::State::step(const Surroundings& around) {
   endStep(dt);
 }
 
-/// Whether bonds form or break is decided by how far a pair has parted in a frame, not by the velocities of a
-/// step: these carry the noise of the solver, and a threshold that is looked at more often is crossed more
-/// often. A bond breaks as soon as its frame is sure to be too fast; what forms does so at the end of one.
+/// Bonds form and break by how far a pair has moved apart in a frame, not by the velocities of a step. These
+/// carry the noise of the solver, and a threshold that is checked more often is crossed more often. A bond
+/// breaks as soon as its frame is certain to be too fast. Bonds form only at the end of a frame.
 void Clay::State::updateBonds() {
   const float per_frame = static_cast<float>(1.0 / config.frame);
   const bool ends = window_steps >= config.budget.substeps;
-  VectorField& mean_velocity = u;  // which is free until the step is solved
+  VectorField& mean_velocity = u;  // u is not in use before the step is solved
   parallelRanges(particles.size(), range_size, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       mean_velocity[i] = per_frame * (particles.position[i] - window_start[i]);
@@ -79,8 +79,8 @@ void Clay::State::endStep(float dt) {
   const VectorField* const recovery = minimised ? minimiser.recovery() : nullptr;
   parallelRanges(particles.size(), range_size, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
-      // A displacement that is not finite, or larger than the world, is a lost particle: it stops where it
-      // is.
+      // A particle is lost if its displacement is not finite, or longer than the world is wide. It stops
+      // where it is.
       Eigen::Vector3f step = u.at(i);
       if (!(step.norm() < 2.0f * world)) {
         step.setZero();
@@ -91,12 +91,13 @@ void Clay::State::endStep(float dt) {
       const Eigen::Vector3f inside = next.cwiseMax(-world).cwiseMin(world);
       particles.position.set(i, inside);
       particles.velocity.set(i, (inside.array() == next.array()).select(step / dt, 0.0f));
-      if (minimised) particles.compression[i] = minimiser.compression(i);
+      if (minimised) particles.compression[i] = minimiser.compression(near, i);
     }
   });
 }
 
-/// Of the last step: an anchor that holds does not slide, one that is dragged along moves with its particle.
+/// Adds the contact forces of the last step, and their slip, to the means of the frame. A contact that sticks
+/// to its anchor has no slip. An anchor that is dragged along moves with its particle.
 void Clay::State::collectForces(int steps, float dt) {
   for (const Contact& c : sleeping_contacts)
     if (c.solid < solid_forces.size()) solid_forces[c.solid] -= c.force.cast<double>() / steps;
@@ -109,9 +110,9 @@ void Clay::State::collectForces(int steps, float dt) {
     if (c.force.isZero(0.0f)) continue;
     const Eigen::Vector3f way = u.at(c.particle) - c.drift;
     const double size = force.norm();
-    const bool slides = c.state == Contact::State::slide || !(c.stiffness > 0.0f);  // or nothing holds it
+    const bool slides = c.state == Contact::State::slide || !(c.stiffness > 0.0f);  // or has no friction
     double slip = slides ? c.along(way).norm() / dt : 0.0;
-    if (!std::isfinite(slip)) slip = 0.0;  // of a particle that is lost in this step
+    if (!std::isfinite(slip)) slip = 0.0;  // the particle is lost in this step
     for (std::uint32_t s = c.first_sample; s < c.first_sample + c.sample_count; ++s) {
       const SampleShare& share = contact_constraint.shares()[s];
       SampleSum& sum = sample_sums[share.sample];

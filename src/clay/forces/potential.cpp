@@ -8,12 +8,14 @@
 namespace tactile_clay::clay {
 namespace {
 
-// Particles whose pairs the last cache of usual processors still holds; asking ahead for these costs a tenth.
+// Number of particles whose pairs fit into the last-level cache of usual processors. For so few, prefetching
+// costs a tenth more time.
 constexpr std::size_t few = 1u << 15u;
 
 }  // namespace
 
-/// Adds what is at u = 0 to what u alone does to particles [first, last). \return whether density is active
+/// Adds the forces and densities at u = 0 to those that u alone adds to particles [first, last).
+/// @return whether any density constraint is active
 bool StepPotential::addStart(VectorField& f, Compression& at, std::size_t first, std::size_t last) const {
   for (std::size_t i = first; i < last; ++i) f[i] += start_force[i];
   return pairs.dense && at.activate(density, first, last);
@@ -65,7 +67,7 @@ Potential::Potential(const Kernel& kernel, float spacing, const std::vector<Mate
     thins_ = thins_ || (a.flow_index < 1.0 && a.viscosity > 0.0);
     dense_ = dense_ || a.bulk_modulus > 0.0;
     for (const Material& b : materials) {
-      // Between two materials: two layers in shear, whose compliances add up.
+      // Two materials act like two layers in shear, whose compliances add up.
       const double both = a.viscosity + b.viscosity;
       const double eta = both > 0.0 ? 2.0 * a.viscosity * b.viscosity / both : 0.0;
       // Springs along pairs have the shear modulus sum_j k r^2 / (30 V), averaged over directions.
@@ -75,12 +77,11 @@ Potential::Potential(const Kernel& kernel, float spacing, const std::vector<Mate
   }
 }
 
-/// Gives what a step uses its room. What it does not use stays empty.
-void Potential::resize(const StepInput& input) {
+/// Resizes the arrays that a step uses. Arrays that it does not use stay empty.
+void Potential::resize(const StepInput& input, StepPotential& s) {
   const Neighbourhood& near = input.near;
   const std::size_t n = input.particles.size();
   const bool sprung = viscous_ || input.bonds != nullptr;
-  StepPotential& s = step_;
   DensityConstraints& d = s.density;
   for (auto* numbers : {&d.ratio, &d.excess, &d.steepness, &amend_}) numbers->resize(n);
   if (dense_) {
@@ -101,12 +102,11 @@ void Potential::resize(const StepInput& input) {
   for (const float dashpot : dashpots_) dashpots_of_step_.push_back(dashpot / input.dt);
 }
 
-Setup Potential::setupOf(const StepInput& input) {
+Setup Potential::setupOf(const StepInput& input, StepPotential& s) {
   const Bonds* const bonds = input.bonds;
   const float* const rest_lengths = bonds != nullptr ? bonds->restLengths().data() : nullptr;
   const float* const secants = bonds != nullptr ? bonds->flow().secant.data() : nullptr;
   const float* const thinning = thins_ ? flow_indices_.data() : nullptr;
-  StepPotential& s = step_;
   return {input.near.arrays(),
           input.free.data(),
           input.particles.material.data(),
@@ -125,17 +125,17 @@ Setup Potential::setupOf(const StepInput& input) {
           s.start_force.data()};
 }
 
-const StepPotential& Potential::linearise(const StepInput& input, const std::vector<Contact>& contacts) {
-  resize(input);
+void Potential::linearise(const StepInput& input, const std::vector<Contact>& contacts, StepPotential& step) {
+  resize(input, step);
   const std::size_t n = input.particles.size();
-  const Setup setup = setupOf(input);
+  const Setup setup = setupOf(input, step);
   parallelRanges(n, range_size,
                  [&](std::size_t first, std::size_t last) { measureSurroundings(setup, first, last); });
   parallelRanges(n, range_size,
                  [&](std::size_t first, std::size_t last) { linearisePairs(setup, first, last); });
   std::atomic<bool> excessive{false};
   if (dense_) {
-    DensityConstraints& d = step_.density;
+    DensityConstraints& d = step.density;
     for (const BoundaryDensity::Share& share : boundary_.update(input.particles, d.ratio, contacts)) {
       d.ratio[share.particle] += share.ratio;
       d.excess[share.particle] += share.ratio;
@@ -145,8 +145,7 @@ const StepPotential& Potential::linearise(const StepInput& input, const std::vec
       if (boundExcess(input.particles, first, last, d)) excessive = true;
     });
   }
-  step_.excessive = excessive;
-  return step_;
+  step.excessive = excessive;
 }
 
 }  // namespace tactile_clay::clay

@@ -5,92 +5,92 @@
 namespace tactile_clay::clay {
 namespace {
 
-// A is M / dt^2 at least, and so no step longer than dt^2 but by rounding, with nothing left to solve. Over
-// dt^2, with one hundredth for the rounding of a step that is right.
+// Maximum step length over dt^2. A is at least M / dt^2, so a step length exceeds dt^2 only by rounding, when
+// nothing is left to solve. One hundredth is added for the rounding of a correct step length.
 constexpr double longest_step = 1.01;
 
 }  // namespace
 
-void ConjugateGradients::begin(const StepPotential& step, const VectorField& free, const Contacts& contacts,
-                               float dt) {
-  step_ = &step;
-  free_ = &free;
-  contacts_ = &contacts;
-  dt_ = dt;
-  const std::size_t n = particles_.size();
+void ConjugateGradients::begin(const StepInput& in) {
+  const std::size_t n = in.particles.size();
   for (VectorField* field : {&r_, &z_, &p_, &q_, &d_, &a_d_}) field->resize(n);
   compression_.resize(n);
   inertia_.resize(n);
   parallelFor(n, range_size,
-              [&](std::size_t i) { inertia_[i] = 1.0f / (particles_.inverse_mass[i] * dt * dt); });
+              [&](std::size_t i) { inertia_[i] = 1.0f / (in.particles.inverse_mass[i] * in.dt * in.dt); });
   iterations_ = 0;
 }
 
-bool ConjugateGradients::descend(int count, double tolerance, VectorField& u) {
+bool ConjugateGradients::descend(const Step& step, int count, double tolerance, Lumps& lumps,
+                                 VectorField& u) {
   const float enough = static_cast<float>(tolerance * tolerance);
-  const auto is_solved = [enough](const std::vector<Sums>& products) {
+  const auto is_solved = [enough](const OfLumps<Sums>& products) {
     return std::none_of(products.begin(), products.end(), [&](const Sums& s) { return s.largest > enough; });
   };
-  std::vector<Lumps::Unblocked> motions = lumps_.unblockedMotions(u, *contacts_);
-  setOwnDirection(motions, u);
-  if (is_solved(residualBesideOwnProduct(u))) return true;
+  std::vector<Lumps::Unblocked> motions = lumps.unblockedMotions(step.in, u, step.contacts);
+  setOwnDirection(step, lumps, motions, u);
+  if (is_solved(residualBesideOwnProduct(step, u))) return true;
   ++iterations_;
-  startDescents(moveAsLumps(motions, u));
-  const std::vector<Sums>* products = &follow(d_, a_d_, u);  // r . z, A d . z
-  for (int k = 1; k < count && !is_solved(*products); ++k) {
+  startDescents(moveAsLumps(step, lumps, motions, u));
+  OfLumps<Sums> products = follow(step, d_, a_d_, u);  // r . z, A d . z
+  for (int k = 1; k < count && !is_solved(products); ++k) {
     ++iterations_;
-    setDirection(k == 1, *products, enough);
-    if (!findSteps(multiply(p_, q_))) break;
-    products = &follow(p_, q_, u);
+    setDirection(step, k == 1, products, enough);
+    if (!findSteps(multiply(step, p_, q_), step.in.dt)) break;
+    products = follow(step, p_, q_, u);
   }
-  return is_solved(*products);
+  return is_solved(products);
 }
 
-/// Displacements as a direction: d = u in the directions that contacts leave free, without the rigid motions
-/// of lumps that no contact blocks.
-void ConjugateGradients::setOwnDirection(const std::vector<Lumps::Unblocked>& motions, const VectorField& u) {
+/// Sets the first direction: d = u in the directions that contacts leave free, without the rigid motions of
+/// lumps that no contact blocks.
+void ConjugateGradients::setOwnDirection(const Step& step, const Lumps& lumps,
+                                         const std::vector<Lumps::Unblocked>& motions, const VectorField& u) {
   ranges([&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i)
-      d_.set(i, u.at(i) - motions[near_.lump(i)].done.at(lumps_.armOf(i)).cast<float>());
-    contacts_->filter(first, last, d_);
+      d_.set(i, u.at(i) - motions[step.in.near.lump(i)].done.at(lumps.armOf(step.in, i)).cast<float>());
+    step.contacts.filter(first, last, d_);
   });
 }
 
-/// The residual, and the change of the internal forces with d, in a_d. \return of each lump, as
-/// `precondition`
-const std::vector<Sums>& ConjugateGradients::residualBesideOwnProduct(const VectorField& u) {
-  const Pressing pressing = step_->startForceAndChange(u, r_, d_, a_d_, compression_);
-  return sumOver([&](std::uint32_t, std::size_t first, std::size_t last) {
+/// Finds the residual. Sets a_d to the change of the internal forces with d.
+/// @return for each lump the sums of `precondition`
+OfLumps<Sums> ConjugateGradients::residualBesideOwnProduct(const Step& step, const VectorField& u) {
+  const Pressing pressing = step.potential.startForceAndChange(u, r_, d_, a_d_, compression_);
+  return sumOver(step, [&](std::uint32_t, std::size_t first, std::size_t last) {
     pressing.add(first, last);
-    return finishResidual(u, first, last);
+    return finishResidual(step, u, first, last);
   });
 }
 
-/// Gives the displacements the rigid motions of lumps that they lack, so that no residual is left along them.
-/// a_d = A d, from what `residualBesideOwnProduct` left there. \return of each, d . A d, and d . r
-const std::vector<Sums>& ConjugateGradients::moveAsLumps(std::vector<Lumps::Unblocked>& motions,
-                                                         VectorField& u) {
-  const bool far = lumps_.findLacking(z_, *contacts_, dt_, motions);
-  if (far) setOwnDirection(motions, u);
+/// Adds to u the rigid motions of lumps that it lacks, so that no residual is left along them. Completes
+/// a_d = A d from what `residualBesideOwnProduct` left there.
+/// @return for each lump d . A d and d . r
+OfLumps<Sums> ConjugateGradients::moveAsLumps(const Step& step, Lumps& lumps,
+                                              std::vector<Lumps::Unblocked>& motions, VectorField& u) {
+  const bool far = lumps.findLacking(step.in, z_, step.contacts, motions);
+  if (far) setOwnDirection(step, lumps, motions, u);
   const auto move = [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
-      const Eigen::Vector3f lacking = motions[near_.lump(i)].lacking.at(lumps_.armOf(i)).cast<float>();
+      const Eigen::Vector3f lacking =
+          motions[step.in.near.lump(i)].lacking.at(lumps.armOf(step.in, i)).cast<float>();
       u.add(i, lacking);
       r_.add(i, -inertia_[i] * lacking);
     }
   };
   if (far) {
     ranges(move);
-    return multiply(d_, a_d_);
+    return multiply(step, d_, a_d_);
   }
-  return sumOver([&](std::uint32_t, std::size_t first, std::size_t last) {
+  return sumOver(step, [&](std::uint32_t, std::size_t first, std::size_t last) {
     move(first, last);
-    return finishProduct(d_, a_d_, first, last);
+    return finishProduct(step, d_, a_d_, first, last);
   });
 }
 
-/// Along d first, as far as lowers the potential most. \param own d . A d, d . r
-void ConjugateGradients::startDescents(const std::vector<Sums>& own) {
+/// Starts along d, with the step length that minimises the potential.
+/// @param own d . A d and d . r of each lump
+void ConjugateGradients::startDescents(const OfLumps<Sums>& own) {
   descents_.assign(own.size(), Descent());
   for (std::size_t l = 0; l < own.size(); ++l) {
     descents_[l].own = std::max(own[l].first, 0.0);
@@ -98,8 +98,9 @@ void ConjugateGradients::startDescents(const std::vector<Sums>& own) {
   }
 }
 
-/// p = z, and of the last p and of d what makes it conjugate to them.
-void ConjugateGradients::setDirection(bool first_one, const std::vector<Sums>& products, float enough) {
+/// Sets the next direction: p = z, plus multiples of the last p and of d that make it conjugate to both.
+void ConjugateGradients::setDirection(const Step& step, bool first_one, const OfLumps<Sums>& products,
+                                      float enough) {
   for (std::size_t l = 0; l < descents_.size(); ++l) {
     Descent& descent = descents_[l];
     const Sums& product = products[l];
@@ -110,7 +111,7 @@ void ConjugateGradients::setDirection(bool first_one, const std::vector<Sums>& p
     descent.last = product.first;
   }
   ranges([&](std::size_t from, std::size_t to) {
-    forRuns(near_, from, to, [&](std::uint32_t lump, std::size_t first, std::size_t last) {
+    forRuns(step.in.near, from, to, [&](std::uint32_t lump, std::size_t first, std::size_t last) {
       const Descent& descent = descents_[lump];
       for (std::size_t i = first; i < last; ++i) {
         p_[i] = first_one ? z_[i] : Eigen::Vector4f(z_[i] + descent.again * p_[i]);
@@ -120,67 +121,72 @@ void ConjugateGradients::setDirection(bool first_one, const std::vector<Sums>& p
   });
 }
 
-/// \param along p . A p, p . r \return whether any lump goes on
-bool ConjugateGradients::findSteps(const std::vector<Sums>& along) {
+/// Sets the step length of each lump along p.
+/// @param along p . A p and p . r of each lump
+/// @return whether the iterations go on for any lump
+bool ConjugateGradients::findSteps(const OfLumps<Sums>& along, float dt) {
   bool any = false;
   for (std::size_t l = 0; l < descents_.size(); ++l) {
     Descent& descent = descents_[l];
-    descent.active = descent.active && along[l].first > 0.0 &&
-                     along[l].second <= longest_step * dt_ * dt_ * along[l].first;
+    descent.active =
+        descent.active && along[l].first > 0.0 && along[l].second <= longest_step * dt * dt * along[l].first;
     descent.step = descent.active ? static_cast<float>(along[l].second / along[l].first) : 0.0f;
     any = any || descent.active;
   }
   return any;
 }
 
-/// Goes along a direction by the steps of the lumps. \return as `precondition`
-const std::vector<Sums>& ConjugateGradients::follow(const VectorField& p, const VectorField& a_p,
-                                                    VectorField& u) {
-  return sumOver([&](std::uint32_t lump, std::size_t first, std::size_t last) {
-    const float step = descents_[lump].step;
+/// Moves u along the direction p, each lump by its own step length.
+/// @return for each lump the sums of `precondition`
+OfLumps<Sums> ConjugateGradients::follow(const Step& step, const VectorField& p, const VectorField& a_p,
+                                         VectorField& u) {
+  return sumOver(step, [&](std::uint32_t lump, std::size_t first, std::size_t last) {
+    const float length = descents_[lump].step;
     for (std::size_t i = first; i < last; ++i) {
-      u[i] += step * p[i];
-      r_[i] -= step * a_p[i];
+      u[i] += length * p[i];
+      r_[i] -= length * a_p[i];
     }
-    compression_.follow(step, first, last);
-    return precondition(first, last);
+    compression_.follow(length, first, last);
+    return precondition(step, first, last);
   });
 }
 
-void ConjugateGradients::findResidual(const VectorField& u) {
-  const Pressing pressing = step_->startForce(u, r_, compression_);
+void ConjugateGradients::findResidual(const Step& step, const VectorField& u) {
+  const Pressing pressing = step.potential.startForce(u, r_, compression_);
   ranges([&](std::size_t first, std::size_t last) {
     pressing.add(first, last);
-    finishResidual(u, first, last);
+    finishResidual(step, u, first, last);
   });
 }
 
-Sums ConjugateGradients::finishResidual(const VectorField& u, std::size_t first, std::size_t last) {
-  contacts_->addFriction(u, first, last, r_);
-  for (std::size_t i = first; i < last; ++i) r_[i] -= inertia_[i] * (u[i] - (*free_)[i]);
-  return precondition(first, last);
+Sums ConjugateGradients::finishResidual(const Step& step, const VectorField& u, std::size_t first,
+                                        std::size_t last) {
+  step.contacts.addFriction(u, first, last, r_);
+  for (std::size_t i = first; i < last; ++i) r_[i] -= inertia_[i] * (u[i] - step.in.free[i]);
+  return precondition(step, first, last);
 }
 
-/// z = r / M in free directions. \return r . z, A d . z, and the largest |z|^2
-Sums ConjugateGradients::precondition(std::size_t first, std::size_t last) {
-  for (std::size_t i = first; i < last; ++i) z_[i] = particles_.inverse_mass[i] * r_[i];
-  contacts_->filter(first, last, z_);
+/// Sets z = r / M in the free directions.
+/// @return r . z, A d . z, and the largest |z|^2
+Sums ConjugateGradients::precondition(const Step& step, std::size_t first, std::size_t last) {
+  for (std::size_t i = first; i < last; ++i) z_[i] = step.in.particles.inverse_mass[i] * r_[i];
+  step.contacts.filter(first, last, z_);
   float largest = 0.0f;
   for (std::size_t i = first; i < last; ++i) largest = std::max(largest, z_[i].squaredNorm());
   return {dot(r_, z_, first, last), dot(a_d_, z_, first, last), largest};
 }
 
-const std::vector<Sums>& ConjugateGradients::multiply(const VectorField& x, VectorField& a_x) {
-  const Pressing pressing = step_->startChange(x, a_x, compression_);
-  return sumOver([&](std::uint32_t, std::size_t first, std::size_t last) {
+OfLumps<Sums> ConjugateGradients::multiply(const Step& step, const VectorField& x, VectorField& a_x) {
+  const Pressing pressing = step.potential.startChange(x, a_x, compression_);
+  return sumOver(step, [&](std::uint32_t, std::size_t first, std::size_t last) {
     pressing.add(first, last);
-    return finishProduct(x, a_x, first, last);
+    return finishProduct(step, x, a_x, first, last);
   });
 }
 
-Sums ConjugateGradients::finishProduct(const VectorField& x, VectorField& a_x, std::size_t first,
-                                       std::size_t last) {
-  contacts_->addFrictionChange(x, first, last, a_x);
+Sums ConjugateGradients::finishProduct(const Step& step, const VectorField& x, VectorField& a_x,
+                                       std::size_t first, std::size_t last) {
+  step.contacts.addFrictionChange(x, first, last, a_x);
   for (std::size_t i = first; i < last; ++i) a_x[i] = inertia_[i] * x[i] - a_x[i];
   return {dot(x, a_x, first, last), dot(x, r_, first, last)};
 }

@@ -14,81 +14,83 @@ namespace tactile_clay::clay {
 /// Conjugate gradients on the potential of a step, preconditioned by the masses, in the directions that
 /// contacts leave free.
 ///
-/// The first direction is that of the displacements themselves, and all others are conjugate to it
-/// (deflation, Saad et al. 2000): the residual stays orthogonal to the displacements, and so, the energies
-/// being convex, a step gains no energy however few directions are tried; see doc/method/clay.md.
-/// Lumps do not interact, so each has steps of its own: with common ones a crumb took the energy of a block.
+/// The first direction is the displacements u, without the rigid motions of lumps that no contact blocks.
+/// All other directions are conjugate to it (deflation, Saad et al. 2000), so the residual stays orthogonal
+/// to u. Because the energies are convex, a time step then gains no energy, however few iterations it has;
+/// see doc/method/clay.md. Lumps do not interact, so each lump has its own step lengths. With common step
+/// lengths, a crumb took the energy of a block.
 class ConjugateGradients {
  public:
-  /// All must outlive it.
-  ConjugateGradients(const Neighbourhood& near, const Particles& particles, Lumps& lumps)
-      : near_(near), particles_(particles), lumps_(lumps) {}
+  /// What the functions read of a time step.
+  struct Step {
+    const StepInput& in;
+    const StepPotential& potential;
+    const Contacts& contacts;
+  };
+  void begin(const StepInput& in);
 
-  /// Starts a step. All must stay until it is solved.
-  void begin(const StepPotential& step, const VectorField& free, const Contacts& contacts, float dt);
+  /// Does `count` iterations at most.
+  /// @param tolerance m/s^2, see Minimiser::Goal
+  /// @param lumps of this step, after Lumps::measure
+  /// @param u displacements, m
+  /// @return whether no particle lacks more acceleration than `tolerance`
+  bool descend(const Step& step, int count, double tolerance, Lumps& lumps, VectorField& u);
+  int iterations() const { return iterations_; }  // since `begin`
 
-  /// Does `count` iterations at most. \param tolerance m/s^2, see Minimiser::Goal \param u displacements, m
-  /// \return whether no particle lacks more acceleration than that
-  bool descend(int count, double tolerance, VectorField& u);
-  int iterations() const { return iterations_; }  // in the step
-
-  /// Residual at the displacements u, forces - M (u - free) / dt^2, N.
-  void findResidual(const VectorField& u);
+  /// Finds the residual at the displacements u, forces - M (u - free) / dt^2, N.
+  void findResidual(const Step& step, const VectorField& u);
   const VectorField& residual() const { return r_; }
-  /// a_x = A x = M x / dt^2 - (linear part of the forces), N, from the residual that was last found. \return
-  /// of each lump, x . A x, and x . r
-  const std::vector<Sums>& multiply(const VectorField& x, VectorField& a_x);
+  /// Sets a_x = A x = M x / dt^2 - (linear part of the forces at x), N. The active density constraints are
+  /// those of the residual that was found last.
+  /// @return for each lump x . A x and x . r
+  OfLumps<Sums> multiply(const Step& step, const VectorField& x, VectorField& a_x);
 
-  /// N/m, of each particle, its mass over the square of the time step.
+  /// Mass over the square of the time step, N/m, of each particle.
   const std::vector<float>& inertia() const { return inertia_; }
-  /// At the displacements that were last come to.
+  /// Compression at the displacements that `descend` or `findResidual` reached last.
   const Compression& compression() const { return compression_; }
   Compression& compression() { return compression_; }
 
  private:
-  /// Where a lump is.
+  /// State of the iterations for one lump.
   struct Descent {
-    bool active = true;                    // whether its residual is to be lowered
+    bool active = true;                    // whether the iterations go on for it
     double own = 0.0;                      // d . A d
-    double last = 0.0;                     // r . z at the last direction
-    float step = 0.0f;                     // along the direction
-    float again = 0.0f, deflation = 0.0f;  // of the last direction, and of d, in the next
+    double last = 0.0;                     // r . z when the last direction was set
+    float step = 0.0f;                     // step length along the direction
+    float again = 0.0f, deflation = 0.0f;  // factors of the last direction and of d in the next
   };
-  /// Runs f(first, last) over the particles.
+  /// Runs f(first, last) for ranges of all particles.
   template <typename F>
   void ranges(const F& f) const {
-    parallelRanges(particles_.size(), range_size, f);
+    parallelRanges(inertia_.size(), range_size, f);
   }
-  /// Of each lump, what f(lump, first, last) gives over its runs. \return valid until the next call
+  /// Returns for each lump the sum of f(lump, first, last) over its runs.
   template <typename F>
-  const std::vector<Sums>& sumOver(const F& f) {
-    return sums_.of(near_, particles_.size(), Sums(), f);
+  OfLumps<Sums> sumOver(const Step& step, const F& f) {
+    return sums_.of(step.in.near, inertia_.size(), Sums(), f);
   }
-  void setOwnDirection(const std::vector<Lumps::Unblocked>& motions, const VectorField& u);
-  const std::vector<Sums>& residualBesideOwnProduct(const VectorField& u);
-  const std::vector<Sums>& moveAsLumps(std::vector<Lumps::Unblocked>& motions, VectorField& u);
-  void startDescents(const std::vector<Sums>& own);
-  void setDirection(bool first_one, const std::vector<Sums>& products, float enough);
-  bool findSteps(const std::vector<Sums>& along);
-  const std::vector<Sums>& follow(const VectorField& p, const VectorField& a_p, VectorField& u);
-  Sums finishResidual(const VectorField& u, std::size_t first, std::size_t last);
-  Sums finishProduct(const VectorField& x, VectorField& a_x, std::size_t first, std::size_t last);
-  Sums precondition(std::size_t first, std::size_t last);
+  void setOwnDirection(const Step& step, const Lumps& lumps, const std::vector<Lumps::Unblocked>& motions,
+                       const VectorField& u);
+  OfLumps<Sums> residualBesideOwnProduct(const Step& step, const VectorField& u);
+  OfLumps<Sums> moveAsLumps(const Step& step, Lumps& lumps, std::vector<Lumps::Unblocked>& motions,
+                            VectorField& u);
+  void startDescents(const OfLumps<Sums>& own);
+  void setDirection(const Step& step, bool first_one, const OfLumps<Sums>& products, float enough);
+  bool findSteps(const OfLumps<Sums>& along, float dt);
+  OfLumps<Sums> follow(const Step& step, const VectorField& p, const VectorField& a_p, VectorField& u);
+  Sums finishResidual(const Step& step, const VectorField& u, std::size_t first, std::size_t last);
+  Sums finishProduct(const Step& step, const VectorField& x, VectorField& a_x, std::size_t first,
+                     std::size_t last);
+  Sums precondition(const Step& step, std::size_t first, std::size_t last);
 
-  const Neighbourhood& near_;
-  const Particles& particles_;
-  Lumps& lumps_;
   RunSums<Sums> sums_;
-  // Of the step.
-  const StepPotential* step_ = nullptr;
-  const VectorField* free_ = nullptr;
-  const Contacts* contacts_ = nullptr;
-  float dt_ = 0.0f;  // s
+  // Of the current time step.
   std::vector<float> inertia_;
   Compression compression_;
-  VectorField r_, z_, p_, q_;      // residual, preconditioned residual, direction, its product
-  VectorField d_, a_d_;            // direction of the displacements themselves, its product
-  std::vector<Descent> descents_;  // of the lumps
+  VectorField r_, z_, p_, q_;      // residual r, preconditioned residual z, direction p, A p
+  VectorField d_, a_d_;            // first direction d, A d
+  std::vector<Descent> descents_;  // one per lump
   int iterations_ = 0;
 };
 

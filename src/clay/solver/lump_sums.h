@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <boost/container/small_vector.hpp>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -10,7 +11,7 @@
 
 namespace tactile_clay::clay {
 
-/// Calls f(lump, from, to) for the runs of particles of one lump in [first, last).
+/// Calls f(lump, from, to) for each run of consecutive particles of one lump in [first, last).
 template <typename F>
 void forRuns(const Neighbourhood& near, std::size_t first, std::size_t last, const F& f) {
   for (std::size_t from = first, to = first; from < last; from = to) {
@@ -21,15 +22,19 @@ void forRuns(const Neighbourhood& near, std::size_t first, std::size_t last, con
   }
 }
 
-/// Sums over the runs of each lump. They are formed in fixed ranges of particles and added in order: the same
-/// bits for any number of threads.
+/// One value per lump. Up to four lumps need no heap memory.
+template <typename Value>
+using OfLumps = boost::container::small_vector<Value, 4>;
+
+/// Sums over the runs of each lump. They are formed in fixed ranges of particles and added in order, so the
+/// bits do not depend on the number of threads.
 template <typename Sum>
 class RunSums {
  public:
-  /// \param f f(lump, from, to) gives the sum over particles [from, to) of [0, n), all of that lump \return
-  /// one sum a lump, valid until the next call
+  /// @param f f(lump, from, to) returns the sum over particles [from, to) of [0, n), all of this lump
+  /// @return one sum per lump
   template <typename F>
-  const std::vector<Sum>& of(const Neighbourhood& near, std::size_t n, const Sum& none, const F& f) {
+  OfLumps<Sum> of(const Neighbourhood& near, std::size_t n, const Sum& none, const F& f) {
     ranges_.resize((n + range_size - 1) / range_size);
     parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
       Parts& parts = ranges_[first / range_size];
@@ -38,16 +43,15 @@ class RunSums {
         parts.emplace_back(lump, f(lump, from, to));
       });
     });
-    totals_.assign(near.lumps(), none);
+    OfLumps<Sum> totals(near.lumps(), none);
     for (const Parts& parts : ranges_)
-      for (const auto& [lump, sum] : parts) totals_[lump] += sum;
-    return totals_;
+      for (const auto& [lump, sum] : parts) totals[lump] += sum;
+    return totals;
   }
 
  private:
-  using Parts = std::vector<std::pair<std::uint32_t, Sum>>;  // of a range
-  std::vector<Parts> ranges_;
-  std::vector<Sum> totals_;
+  using Parts = std::vector<std::pair<std::uint32_t, Sum>>;  // one sum per run of a range
+  std::vector<Parts> ranges_;                                // one per range; kept so that memory is reused
 };
 
 /// Sums over the particles of each lump.
@@ -56,9 +60,10 @@ class LumpSums {
  public:
   using Sum = Eigen::Matrix<double, size, 1>;
 
-  /// \param f f(i) is what particle i of [0, n) adds \return as RunSums
+  /// @param f f(i) returns the summand of particle i of [0, n)
+  /// @return one sum per lump
   template <typename F>
-  const std::vector<Sum>& of(const Neighbourhood& near, std::size_t n, const F& f) {
+  OfLumps<Sum> of(const Neighbourhood& near, std::size_t n, const F& f) {
     const Sum none = Sum::Zero();
     return runs_.of(near, n, none, [&](std::uint32_t, std::size_t from, std::size_t to) {
       Sum sum = none;

@@ -23,52 +23,56 @@ namespace tactile_clay::clay {
 /// gradients; see doc/method/clay.md.
 class Minimiser {
  public:
-  /// The neighbourhood and the particles must outlive it. \param spacing m
-  Minimiser(const Neighbourhood& near, const Particles& particles, const Kernel& kernel, double spacing,
-            const std::vector<Material>& materials);
+  /// @param spacing m
+  Minimiser(const Kernel& kernel, double spacing, const std::vector<Material>& materials);
 
   struct Goal {
     Eigen::Vector3f gravity;  // m/s^2
-    int iterations;           // at most, but where contacts pulled the clay
-    double tolerance;         // m/s^2; done where no particle lacks more acceleration
+    int iterations;           // maximum; more only where contacts pulled the clay
+    double tolerance;         // m/s^2; the step is solved if no particle lacks more acceleration
   };
   struct Solved {
     int iterations = 0;
-    int rounds = 0;         // of iterations; between them contacts and compression were looked at anew
-    double setup_ms = 0.0;  // wall time before the first
+    int rounds = 0;         // of iterations; contacts and compression are updated between them
+    double setup_ms = 0.0;  // wall time of the setup
   };
-  /// Solves a step, as well as the budget allows. \param bonds null: there are none; \param free
-  /// displacements, m, that the particles would make without internal and contact forces \param contacts as
-  /// detected; get their states, anchors and forces \param u displacements of the step, m
-  Solved solve(const Bonds* bonds, const VectorField& free, Contacts& contacts, float dt, const Goal& goal,
-               VectorField& u);
+  /// Solves a step, as well as the budget allows.
+  /// @param contacts as detected; their states, anchors and forces are set
+  /// @param u is set to the displacements of the step, m
+  Solved solve(const StepInput& in, Contacts& contacts, const Goal& goal, VectorField& u);
 
-  // Of the last solution.
-  /// Displacements, m, that undo compression which nothing did work for: to be added to those of the step,
-  /// but not to be taken for motion. Null: there is none.
-  const VectorField* recovery() const { return step_->excessive ? &recovery_ : nullptr; }
+  // About the step that was solved last.
+  /// Displacements, m, that undo compression for which no work was done. They are to be added to those of the
+  /// step, but do not count as velocity. Null: there are none.
+  const VectorField* recovery() const { return step_.excessive ? &recovery_ : nullptr; }
   /// rho / rho_0 at the start of the step.
-  const std::vector<float>& densityRatio() const { return step_->density.ratio; }
-  /// What density may give back of the compression of a particle after the step.
-  float compression(std::size_t i) const {
-    return kept_[near_.lump(i)] * paidCompression(step_->density, descent_.compression(), i);
+  const std::vector<float>& densityRatio() const { return step_.density.ratio; }
+  /// The part of the compression C of a particle that density may give back after the step.
+  float compression(const Neighbourhood& near, std::size_t i) const {
+    return kept_[near.lump(i)] * paidCompression(step_.density, descent_.compression(), i);
   }
 
  private:
-  void start(const Eigen::Vector3f& gravity, VectorField& u);
-  int iterate(const Goal& goal, VectorField& u);
-  void translate(VectorField& u);
-  void makeRoom(VectorField& u);
-  void balanceForces(const VectorField& u);
-  void undoExcess(const VectorField& u);
-  // energy_guards.cpp
-  bool gainsByPull(double pulled, const Eigen::Vector3f& gravity, const VectorField& u);
-  void shorten(VectorField& u);
-  bool mayGain(const std::vector<bool>& rests, const std::vector<double>& work, const VectorField& u);
-  void keepCompression();
+  struct Step {
+    const StepInput& in;
+    Contacts& contacts;
+    const Goal& goal;
+  };
+  ConjugateGradients::Step descentOf(const Step& step) const { return {step.in, step_, step.contacts}; }
 
-  const Neighbourhood& near_;
-  const Particles& particles_;
+  void start(const Step& step, VectorField& u);
+  int iterate(const Step& step, VectorField& u);
+  void translate(const Step& step, VectorField& u);
+  static void makeRoom(const Step& step, VectorField& u);
+  void balanceForces(const Step& step, const VectorField& u);
+  void undoExcess(const Step& step, const VectorField& u);
+  // energy_guards.cpp
+  bool gainsByPull(const Step& step, double pulled, const VectorField& u);
+  void shorten(const Step& step, VectorField& u);
+  bool mayGain(const Step& step, const std::vector<bool>& rests, const std::vector<double>& work,
+               const VectorField& u);
+  void keepCompression(const Step& step);
+
   Lumps lumps_;
   Potential potential_;
   ConjugateGradients descent_;
@@ -77,14 +81,11 @@ class Minimiser {
   LumpSums<1> slopes_, stored_;
   LumpSums<2> slopes_and_motions_;
 
-  // Of the step.
-  const StepPotential* step_ = nullptr;
-  const VectorField* free_ = nullptr;
-  Contacts* contacts_ = nullptr;
-  float dt_ = 0.0f;          // s
-  VectorField product_;      // N, of u, where it is shortened
+  // Of the current step.
+  StepPotential step_;
+  VectorField product_;      // N, A u, if u is shortened
   VectorField recovery_;     // m
-  std::vector<float> kept_;  // of each lump, share of the compression that density may give back
+  std::vector<float> kept_;  // share of its compression that density may give back, of each lump
 };
 
 }  // namespace tactile_clay::clay

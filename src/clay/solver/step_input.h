@@ -7,9 +7,9 @@
 
 namespace tactile_clay::clay {
 
-/// What a solver gets of a step. All must stay until it is solved.
+/// Input of a solver for one step.
 struct StepInput {
-  const Neighbourhood& near;   // of the particles where they are
+  const Neighbourhood& near;   // of the particles at the start of the step
   const Particles& particles;  // at the start of the step
   const Bonds* bonds;          // null: there are none
   const VectorField& free;     // m, displacements without internal and contact forces

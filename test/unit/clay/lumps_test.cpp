@@ -19,8 +19,9 @@ struct TwoCubes {
       for (const Eigen::Vector3f& p : lattice(edge, spacing, 0.0f))
         points.push_back(p + Eigen::Vector3f(x, 0.0f, 0.5f * edge * spacing));
     particles = particlesAt(points, particle_mass);
+    free = zeros(particles.size());
     near.build(particles.position);
-    lumps.measure();
+    lumps.measure(in);
   }
   std::size_t cube(std::size_t i) const { return i / (edge * edge * edge); }
   Eigen::Vector3f centre(std::size_t c) const { return {c == 0 ? 0.0f : 0.2f, 0.0f, 0.5f * edge * spacing}; }
@@ -51,7 +52,9 @@ struct TwoCubes {
   Neighbourhood near{2.0f * spacing};
   Skin samples;
   Contacts contacts{spacing, {Material{}}};
-  Lumps lumps{near, particles, spacing};
+  VectorField free;  // m
+  StepInput in{near, particles, nullptr, free, dt};
+  Lumps lumps{spacing};
 };
 
 TEST(Lumps, HaveTheirCentres) {
@@ -59,8 +62,9 @@ TEST(Lumps, HaveTheirCentres) {
   ASSERT_EQ(two.near.lumps(), 2u);
   for (std::size_t i = 0; i < two.particles.size(); ++i) {
     const Eigen::Vector3d centre = two.centre(two.cube(i)).cast<double>();
-    EXPECT_LT((two.lumps.centreAt(i) - centre).norm(), 1e-8);
-    EXPECT_LT((two.lumps.armOf(i) - (two.particles.position.at(i).cast<double>() - centre)).norm(), 1e-8);
+    EXPECT_LT((two.lumps.centreAt(two.in, i) - centre).norm(), 1e-8);
+    EXPECT_LT((two.lumps.armOf(two.in, i) - (two.particles.position.at(i).cast<double>() - centre)).norm(),
+              1e-8);
   }
 }
 
@@ -78,7 +82,7 @@ TEST(Lumps, BendsKeepTheSizeOfALumpThatTurns) {
     for (std::size_t i = 0; i < two.particles.size(); ++i) {
       if (two.cube(i) == 0) two.particles.velocity.set(i, (arm(i) - turn.transpose() * arm(i)) / dt);
     }
-    const std::vector<Eigen::Matrix3f> bends = two.lumps.bends(dt);
+    const std::vector<Eigen::Matrix3f> bends = two.lumps.bends(two.in);
     ASSERT_EQ(bends.size(), 2u);
     EXPECT_EQ(bends[two.near.lump(two.particles.size() - 1)].norm(), 0.0f);  // rests
     for (std::size_t i = 0; i < edge * edge * edge; ++i) {
@@ -92,11 +96,10 @@ TEST(Lumps, BendsKeepTheSizeOfALumpThatTurns) {
 TEST(Lumps, FallByWhatInertiaAsksWhereNothingIsTouched) {
   TwoCubes two;
   const VectorField u = zeros(two.particles.size());
-  VectorField free = u;
-  for (std::size_t i = 0; i < free.size(); ++i)  // the mean is what counts
-    free.set(i, {1e-4f, 0.0f, (i % 2 == 0 ? -2e-4f : -4e-4f) * static_cast<float>(two.cube(i))});
-  two.detect(free, 0.1f);
-  const std::vector<Eigen::Vector3f> falls = two.lumps.falls(free, u, two.contacts, dt);
+  for (std::size_t i = 0; i < two.free.size(); ++i)  // the mean is what counts
+    two.free.set(i, {1e-4f, 0.0f, (i % 2 == 0 ? -2e-4f : -4e-4f) * static_cast<float>(two.cube(i))});
+  two.detect(two.free, 0.1f);
+  const std::vector<Eigen::Vector3f> falls = two.lumps.falls(two.in, u, two.contacts);
   ASSERT_EQ(falls.size(), 2u);
   const float even = 62.0f / 125.0f;  // share of the particles with an even number in the second cube
   EXPECT_NEAR((falls[two.near.lump(0)] - Eigen::Vector3f(1e-4f, 0.0f, 0.0f)).norm(), 0.0f, 1e-9f);
@@ -106,8 +109,8 @@ TEST(Lumps, FallByWhatInertiaAsksWhereNothingIsTouched) {
 
 TEST(Lumps, FallsHaveNothingAlongWhatAContactBlocks) {
   TwoCubes two;
-  VectorField free = two.rigid({1e-4f, 2e-4f, -3e-4f}, Eigen::Vector3f::Zero());
-  two.detect(free);
+  two.free = two.rigid({1e-4f, 2e-4f, -3e-4f}, Eigen::Vector3f::Zero());
+  two.detect(two.free);
   ASSERT_EQ(two.contacts.contacts().size(), 2u * edge * edge);
   two.changeContacts([&](Contact& c) {
     if (two.cube(c.particle) == 0) {
@@ -116,7 +119,7 @@ TEST(Lumps, FallsHaveNothingAlongWhatAContactBlocks) {
     }
   });
   const VectorField u = zeros(two.particles.size());
-  const std::vector<Eigen::Vector3f> falls = two.lumps.falls(free, u, two.contacts, dt);
+  const std::vector<Eigen::Vector3f> falls = two.lumps.falls(two.in, u, two.contacts);
   EXPECT_LT((falls[two.near.lump(0)] - Eigen::Vector3f(1e-4f, 2e-4f, 0.0f)).norm(), 1e-9f);
   EXPECT_LT((falls[two.near.lump(125)] - Eigen::Vector3f(1e-4f, 2e-4f, -3e-4f)).norm(), 1e-9f);
 }
@@ -128,7 +131,7 @@ TEST(Lumps, MeetTheFloorWhereTheyFirstTouchIt) {
   const VectorField guess = two.rigid({0.0f, 0.0f, -spacing}, Eigen::Vector3f::Zero());
   two.detect(guess, 0.5f * spacing);
   std::vector<Eigen::Vector3f> moves(2, Eigen::Vector3f(0.0f, 0.0f, -spacing));
-  two.contacts.close(two.lumps.meet(u, two.contacts, moves));
+  two.contacts.close(two.lumps.meet(two.in, u, two.contacts, moves));
   for (const Eigen::Vector3f& move : moves) EXPECT_NEAR(move.z(), -0.5f * spacing, 1e-3f * spacing);
   for (const Contact& c : two.contacts.contacts()) {  // those of the lowest layer close
     const bool lowest = two.particles.position.at(c.particle).z() < spacing;
@@ -139,7 +142,7 @@ TEST(Lumps, MeetTheFloorWhereTheyFirstTouchIt) {
   others.detect(guess, 0.05f * spacing);
   moves = {{0.0f, 0.0f, spacing}, {0.0f, 0.0f, -0.2f * spacing}};
   const std::vector<Eigen::Vector3f> asked = moves;
-  EXPECT_TRUE(others.lumps.meet(u, others.contacts, moves).empty());
+  EXPECT_TRUE(others.lumps.meet(others.in, u, others.contacts, moves).empty());
   EXPECT_EQ(moves, asked);
 }
 
@@ -149,7 +152,7 @@ TEST(Lumps, ContactsLeaveTheRigidMotionsThatTheyDoNotBlock) {
   two.detect(u);
   const auto motions = [&](const auto& state_of) {
     two.changeContacts([&](Contact& c) { c.state = state_of(c); });
-    return two.lumps.unblockedMotions(u, two.contacts)[two.near.lump(0)].basis.cols();
+    return two.lumps.unblockedMotions(two.in, u, two.contacts)[two.near.lump(0)].basis.cols();
   };
   using State = Contact::State;
   std::uint32_t first = two.contacts.contacts().front().particle;
@@ -166,7 +169,7 @@ TEST(Lumps, ARigidDisplacementIsFoundInTheUnblockedMotions) {
   const Eigen::Vector3f translation(1e-4f, -2e-4f, 3e-4f), rotation(0.01f, 0.02f, -0.015f);
   const VectorField u = two.rigid(translation, rotation);
   two.detect(u, 0.1f);
-  for (const Lumps::Unblocked& motion : two.lumps.unblockedMotions(u, two.contacts)) {
+  for (const Lumps::Unblocked& motion : two.lumps.unblockedMotions(two.in, u, two.contacts)) {
     EXPECT_LT((motion.done.translation - translation.cast<double>()).norm(), 1e-8);
     EXPECT_LT((motion.done.rotation - rotation.cast<double>()).norm(), 1e-6);
   }
@@ -181,14 +184,14 @@ TEST(Lumps, WorkOfContactsIsThatOfTheirForcesOverTheirGaps) {
     c.gap = two.cube(c.particle) == 0 ? 2e-4f : -2e-4f;
     c.force = Eigen::Vector3f(0.3f, 0.0f, push);
   });
-  const std::vector<double> work = two.lumps.workOfPushingOut(two.contacts);
+  const std::vector<double> work = two.lumps.workOfPushingOut(two.in, two.contacts);
   EXPECT_NEAR(work[two.near.lump(0)], edge * edge * 2e-4 * push, 1e-9);
   EXPECT_EQ(work[two.near.lump(125)], 0.0);
   // The least gap that a solid may recover in a step is its limit.
   const float limit = static_cast<float>(ContactSearch::solid_recovery_speed) * dt;
   const auto recovery = [&](float gap) {
     two.changeContacts([&](Contact& c) { c.gap = gap; });
-    return two.lumps.workOfRecovery(two.contacts, dt)[two.near.lump(0)];
+    return two.lumps.workOfRecovery(two.in, two.contacts)[two.near.lump(0)];
   };
   EXPECT_EQ(recovery(0.9f * limit), 0.0);
   EXPECT_NEAR(recovery(1.1f * limit), edge * edge * 1.1 * limit * push, 1e-6);
@@ -202,19 +205,19 @@ TEST(Lumps, SlideOnWhatRestsOnlyWithoutFriction) {
     c.stiffness = 0.0f;
   });
   const std::size_t on = two.near.lump(0), off = two.near.lump(125);
-  EXPECT_TRUE(two.lumps.slideOnWhatRests(two.contacts)[on]);
-  EXPECT_FALSE(two.lumps.slideOnWhatRests(two.contacts)[off]);  // touches nothing
+  EXPECT_TRUE(two.lumps.slideOnWhatRests(two.in, two.contacts)[on]);
+  EXPECT_FALSE(two.lumps.slideOnWhatRests(two.in, two.contacts)[off]);  // touches nothing
   const std::uint32_t one = two.contacts.contacts().front().particle;
   ASSERT_EQ(two.cube(one), 0u);
   two.changeContacts([&](Contact& c) {
     if (c.particle == one) c.drift = Eigen::Vector3f(spacing, 0.0f, 0.0f);  // of a solid that moves
   });
-  EXPECT_FALSE(two.lumps.slideOnWhatRests(two.contacts)[on]);
+  EXPECT_FALSE(two.lumps.slideOnWhatRests(two.in, two.contacts)[on]);
   two.changeContacts([&](Contact& c) {
     c.drift.setZero();
     if (c.particle == one) c.stiffness = 1.0f;  // with friction
   });
-  EXPECT_FALSE(two.lumps.slideOnWhatRests(two.contacts)[on]);
+  EXPECT_FALSE(two.lumps.slideOnWhatRests(two.in, two.contacts)[on]);
 }
 
 }  // namespace

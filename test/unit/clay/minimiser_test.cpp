@@ -32,7 +32,8 @@ struct Step {
     contacts.detect(near, particles, free, {samples, solids, poses, poses, dt});
     bonds.update(near, particles, particles.velocity, true);
     u = zeros(particles.size());
-    return minimiser.solve(&bonds, free, contacts, dt, {g, iterations, exact}, u).iterations;
+    return minimiser.solve({near, particles, &bonds, free, dt}, contacts, {g, iterations, exact}, u)
+        .iterations;
   }
   void shake(float speed, unsigned seed) {
     std::mt19937 random(seed);
@@ -57,7 +58,7 @@ struct Step {
   Bonds bonds{spacing, materials};
   Skin samples;
   Contacts contacts{spacing, materials};
-  Minimiser minimiser{near, particles, kernel, spacing, materials};
+  Minimiser minimiser{kernel, spacing, materials};
   VectorField free, u;
 };
 
