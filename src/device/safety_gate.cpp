@@ -67,7 +67,7 @@ Verdict SafetyGate::tick(double age_since_last) const {
   // Written so that NaN counts as stale.
   else if (applies(Rule::stale) &&
            !(age_since_last <= config_.stale_timeout && age_since_last >= -config_.stale_timeout))
-    verdict.reason = "stale: focal points are " + text(1e-3 * std::round(1e3 * age_since_last)) +
+    verdict.reason = "stale: focal points are " + text(1e-4 * std::round(1e4 * age_since_last)) +
                      " s old, expected at most " + text(config_.stale_timeout) + " s";
   return verdict;
 }

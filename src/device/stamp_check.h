@@ -20,7 +20,7 @@ class StampCheck {
     std::string clocks;  // what is wrong with the clocks, as the end of a line; empty: nothing
   };
 
-  /// @param timeout s; a stamp that is older is stale
+  /// @param timeout s; a stamp that is further than this from the clock, behind or ahead, is stale
   StampCheck(Mode mode, double timeout) : mode_(mode), timeout_(timeout) {}
 
   /// To be called for each stamp, in the order in which they come.

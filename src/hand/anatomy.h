@@ -34,8 +34,8 @@ inline constexpr std::array<FingerJoints, finger_count> fingers = {{{thumb_metac
                                                                     {little_metacarpal, 5}}};
 
 /// The metacarpals do not move in the palm, so the palm is one rigid piece. Positions of a finger's first two
-/// joints and its flexion axis (+X), in the palm's frame of a right hand, scale 1. The thumb's first two
-/// joints do move: its `knuckle` is the place at zero angles.
+/// joints and its flexion axis (+X), in the palm's frame of a right hand, scale 1. The thumb's first
+/// two joints bend: its `base` stays in place, its `knuckle` moves and is given at zero angles.
 struct PalmAnatomy {
   Eigen::Vector3d base;          // m, metacarpal joint
   Eigen::Vector3d knuckle;       // m, proximal joint

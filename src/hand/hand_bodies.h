@@ -64,9 +64,8 @@ struct Couplings {
 /// Rigid bodies on critically damped springs to a moving target pose, held together by ball joints.
 ///
 /// A spring acts as if at the body's radius of gyration g, so that turning and moving have one time constant.
-/// It is integrated implicitly: a step minimises (m + h c + h^2 k)/2 |x - x_predicted|^2. The factor before
-/// the square is the mass with which the body answers to the flesh and to its joints. Any stiffness is
-/// stable.
+/// It is integrated implicitly: a step minimises (m + h c + h^2 k)/2 |x - x_predicted|^2. A body
+/// answers to its flesh and to its joints with the mass m + h c + h^2 k. Any stiffness is stable.
 class HandBodies {
  public:
   /// @param mass kg, of each body with its flesh

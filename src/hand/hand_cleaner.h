@@ -35,7 +35,7 @@ struct CleanCounts {
   std::uint64_t dropouts = 0;      // samples without a hand that was there before, which was held or faded
   std::uint64_t losses = 0;        // hands that had faded out
   std::uint64_t id_changes = 0;    // changes of the id of the same hand
-  std::uint64_t side_changes = 0;  // hands that the tracker first took for the other one
+  std::uint64_t side_changes = 0;  // changes of the side of an id that stayed in its place
   std::uint64_t artefacts = 0;     // samples left out
   std::uint64_t jumps = 0;         // steps that no hand makes (palmJumps), or far steps under a new id
   std::uint64_t doubles = 0;       // hands left out beside another one of the same side

@@ -17,7 +17,7 @@ namespace tactile_clay::hand {
 /// bones would put them. In the fold of a bent finger that place can be inside out as well. So a tetrahedron
 /// that stays inside out for `healing_time` steps counts as caught. It is then not moved, but gets its
 /// minimum volume (NeoHookean::limit), until it has room by itself and its bones leave it room. It is moved
-/// back again if it is still inside out after `trial` steps, or if its bones leave it room and it still has
+/// back again if, after `trial` steps, it is still inside out, or its bones leave it room and it still has
 /// none, as in a tangle.
 class InvertedFlesh {
  public:

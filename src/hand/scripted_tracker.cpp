@@ -38,7 +38,7 @@ ScriptedTracker::ScriptedTracker(TrackerScript script) : script_(std::move(scrip
     std::seed_seq seed{script_.seed, side};
     std::mt19937 random(seed);
     Mishaps& mishaps = mishaps_[side];
-    // At least one frame passes between two mishaps, whatever the interval.
+    // At least one frame passes between two mishaps of the same kind, whatever the interval.
     const double frame = 1.0 / script_.rate;
     if (script_.dropout_interval > 0.0)
       for (double t = 0.0; (t += frame + exponential(random, script_.dropout_interval)) < duration;) {

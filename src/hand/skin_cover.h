@@ -14,7 +14,7 @@ struct SurfacePoint {
   int bone;
   double u;
   Eigen::Vector3d position, normal;
-  double spacing;  // m, distance of samples here
+  double spacing;  // m, mean spacing of samples here
 
   double area() const;  // m^2, of the skin that the point stands for
 };

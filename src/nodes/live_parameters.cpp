@@ -231,7 +231,7 @@ void LiveParameters::change(const SettingValues& values) {
   ask(values);
 }
 
-// Not called by the thread that computes frames, because the master may answer at any time.
+// Not called from begin(), because the master may take any time to answer.
 void LiveParameters::store() {
   SettingValues values;
   {

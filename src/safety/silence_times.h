@@ -3,8 +3,8 @@
 #include <chrono>
 
 /// All times after which something makes an array silent, in one place; `doc/reference/safety.md` has the
-/// same table in words. The last device of the chain adds a time of its own: SonicSurface boards are silent
-/// one frame of bytes (11.2 ms) after they get the command.
+/// same table in words. To get the time until silence, add the time of the last device: a command to
+/// SonicSurface boards takes up to one frame of bytes (11.2 ms) on the wire.
 namespace tactile_clay::silence_times {
 
 using std::chrono::milliseconds;
@@ -61,7 +61,7 @@ constexpr milliseconds guard_patience{200};
 /// the buffer of the port contains.
 constexpr milliseconds port_patience{200};
 
-/// The same for the guard. Nothing else waits for the guard when its driver is dead.
+/// The same for the guard. It may be longer, because the guard has no other task when its driver is dead.
 constexpr milliseconds guard_port_patience{1000};
 
 // Supervisors of the node.

@@ -15,7 +15,7 @@ constexpr double farthest = 1000.0;  // m, from the origin
 /// A capsule as numbers for lanes. If one of its spheres contains the other, it is that sphere.
 struct Cone {
   Eigen::Vector3f from, axis;         // m; unit
-  float length, radius, slope, lean;  // m, m; slope of the radius along the axis, of the normals
+  float length, radius, slope, lean;  // m, m; slope of the radius, and lean of the normals, along the axis
 };
 
 Cone coneOf(const hand::Capsule& capsule) {

@@ -36,7 +36,7 @@ using ultrasound::FocalPoint;  // not the message
 struct Figures {
   std::size_t frames = 0, points = 0, saturated = 0, raised = 0, merged = 0;
   std::vector<double> pressure;   // Pa of clay
-  std::vector<double> asked;      // Pa of clay with which one point at 0.2 m asks for the same share
+  std::vector<double> asked;      // Pa of clay with which one point, 0.2 m above the array, asks for as much
   std::vector<double> amplitude;  // Pa, of a point by its intensity
   std::vector<double> aside;      // m, from a point to its peak
   std::vector<double> rendering, phases, both;  // s

@@ -187,8 +187,8 @@ void checkParameters(const Arguments& arguments, const clay::scene::Scene& scene
   clay::tools::requireParameters(parameters, scene);
 }
 
-/// Checks more than the node does: in lockstep, or with a budget of one's own, the quality is not fitted to
-/// the computer.
+/// Checks the quality before any node starts, as the node itself does: in lockstep, or with a budget of one's
+/// own, the quality cannot be fitted to the computer.
 void checkQuality(const Arguments& arguments, const std::string& package) {
   for (const char* key : {"substeps", "iterations"}) check(arguments, key, 0, 1000);
   check(arguments, "target_ms", 0.0, 1000.0);

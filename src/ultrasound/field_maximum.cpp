@@ -121,10 +121,10 @@ std::vector<FieldMaximum::Lobe> FieldMaximum::follow(const DrivenGroups& sources
   std::stable_sort(found.begin(), found.end(),
                    [](const Lobe& a, const Lobe& b) { return a.pressure > b.pressure; });
   if (found.size() > max_parts) {
-    // A part that is not searched counts with its bound.
+    // A part that is not searched counts with the bound of its lobe.
     const Lobe& dropped = found[max_parts];
-    if (dropped.pressure > search.best.pressure)
-      search.best = {dropped.pressure, dropped.part.centre.cast<double>()};
+    const double bound = static_cast<double>(dropped.pressure) / (1.0 - static_cast<double>(beam_sag));
+    if (bound > search.best.pressure) search.best = {bound, dropped.part.centre.cast<double>()};
     found.resize(max_parts);
   }
   return found;
@@ -140,7 +140,8 @@ std::vector<FieldMaximum::Lobe> FieldMaximum::lobes(const DrivenGroups& sources,
   for (std::size_t depth = groups_.ends.size() - 1;; --depth) {
     std::vector<Lobe> found = follow(sources, depth, open, search);
     if (depth == 0 || found.empty()) return found;
-    // The field itself at the most promising parts: parts with lower sums need not be followed.
+    // The field itself at the most promising parts: parts whose sums are below (1 - beam_sag) of it need not
+    // be followed.
     std::vector<Part> promising;
     for (std::size_t i = 0; i < std::min(wide_lane_count, found.size()); ++i)
       promising.push_back(found[i].part);

@@ -97,8 +97,8 @@ Turns newtonStep(const Turns& gradient, const std::vector<Pair>& pairs) {
   return step;
 }
 
-/// Lowers the objective with this number of evaluations.
-/// @return its last value
+/// Lowers the objective with at most this number of evaluations.
+/// @return its value at `turns`
 double descend(FieldObjective& objective, int evaluations, Turns& turns) {
   Turns gradient(turns.size()), next(turns.size()), next_gradient(turns.size());
   std::vector<Pair> pairs;

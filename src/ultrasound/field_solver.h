@@ -19,7 +19,8 @@ struct FieldSolverOptions {
   int phase_levels = 0;           // steps per turn of the device's phases, 2 to 65536; 0: any phase
   int amplitude_levels = 0;       // steps from 0 to 1 of the device, 1 to 65536; 0: any amplitude
   double max_phase_change = 0.0;  // of a transducer since the drive before, rad; 0: no limit
-  /// m, sigma of the Gaussian with which skin blurs pressure. The error is that of blurred pressures. 0: none
+  /// m, sigma of the Gaussian with which skin blurs pressure. The error in the objective is that of
+  /// blurred pressures; FieldSolution::error is not. 0: none
   double blur = 0.0;
 
   /// @throws std::invalid_argument naming the option, its value and its range

@@ -25,8 +25,8 @@ struct FocalPointConfig {
   double sigma = 0.0086;          // m, of the Gaussian focus: the wavelength (Eq. 9), 8.6 mm at 40 kHz
   IntensityFit fit = IntensityFit::least_squares;
   bool perceptual_weights = true;  // alpha of Eq. 8; off: 1 everywhere
-  /// Pa of the clay for which the array plays at full strength (see render). 95 % of the points of recorded
-  /// hands are below it (doc/logbook/rendering.md).
+  /// Pa of the clay that asks for all that the array can give to one focus 0.2 m above its centre (see
+  /// render). 95 % of the points of recorded hands are below it (doc/logbook/rendering.md).
   double full_scale_pressure = 450000.0;
   double compression_knee = 0.5;  // 0 to 1, share of full strength up to which pressures stay in proportion
   double side_lobe_floor = 0.25;  // minimum amplitude over the strongest point's; above its side lobes
@@ -111,10 +111,11 @@ class FocalPointRenderer {
   /// is given compress(share), and has intensity sqrt(compress(share)). `felt_gain` is a factor of the gain.
   ///
   /// If several points sound at the same time, a point that is weaker than the side lobes of the others could
-  /// not be distinguished from them. It is raised to `side_lobe_floor`. A point with less force than
-  /// `felt_threshold` is raised to that force. report() counts all such changes. In a field each sample asks
-  /// for its own pressure, and M is 1: solveField finds what the array can give to all samples together.
-  /// Without setArray, R(x)^2 / M counts as the same everywhere.
+  /// not be distinguished from them. It is raised to `side_lobe_floor`. Except with stm
+  /// and in fields, a point with less force than `felt_threshold` is raised to that force, as far as the
+  /// array can give it. report() counts all such changes. In a field each sample asks for its own pressure,
+  /// and M is 1: solveField finds what the array can give to all samples together. Without setArray, R(x)^2 /
+  /// M counts as the same everywhere.
   /// @param samples of all hands, in the frame of the array
   std::vector<FocalPoint> render(const std::vector<contact::PressureSample>& samples);
 

@@ -25,8 +25,9 @@ struct SkinSample {
 /// mean pressure of the piece. Pressed and bare skin are cut separately, and each has at least one piece.
 /// Deterministic; does not depend on the order of the samples.
 /// @param skin of positive finite area
-/// @param maximum number of samples, at least 1; one more is returned if pressed or bare skin is smaller than
-///   a piece
+/// @param maximum number of samples, at least 1; one more is returned if both pressed and bare skin are
+/// smaller
+///   than a piece, which needs a maximum of 1
 std::vector<SkinSample> skinSamples(const std::vector<contact::PressureSample>& skin, std::size_t maximum);
 
 }  // namespace tactile_clay::ultrasound

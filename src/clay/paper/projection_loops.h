@@ -33,9 +33,10 @@ void moveByDensities(Pairs pairs, Densities densities, std::size_t first, std::s
 
 /// Viscosity constraints of eight particles.
 struct alignas(sizeof(Lane)) Viscosity {
-  Symmetric inverse, weight;  // correction of the gradients g; sum of inverse mass times g g^T
-  Symmetric multiplier;       // kg m^2
-  Lane compliance;            // 1/(kg m^2); negative: no constraint
+  Symmetric inverse;     // correction of the gradients g
+  Symmetric weight;      // sum of inverse mass times g' g'^T, g' = inverse g, the own particle's included
+  Symmetric multiplier;  // kg m^2
+  Lane compliance;       // 1/(kg m^2); negative: no constraint
 };
 struct Strains {
   Kernel kernel;

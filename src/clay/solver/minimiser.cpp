@@ -36,7 +36,7 @@ Minimiser::Solved Minimiser::solve(const StepInput& in, Contacts& contacts, cons
   solved.rounds = iterate(step, u);      // whole lumps, conjugate gradients, new states of contacts
   makeRoom(step, u);                     // pushes out particles that are still inside of colliders
   shorten(step, u);                      // if lumps may have gained energy
-  balanceForces(step, u);                // contact forces add up to the change of momentum
+  balanceForces(step, u);                // contact forces add up to the change of momentum without gravity
   keepCompression(step);                 // only the part that was paid for
   contacts.finish(in.particles, in.dt);  // anchors slide
   undoExcess(step, u);                   // undoes compression without adding velocity
