@@ -129,24 +129,22 @@ void AcousticSliceDisplay::unsubscribe() {
 
 void AcousticSliceDisplay::subscribeOthers() {
   if (!isEnabled()) return;
-  try {
-    geometry_subscriber_ = update_nh_.subscribe<visualization_msgs::MarkerArray>(
-        geometry_topic_->getTopicStd(), 1, [this](const visualization_msgs::MarkerArray::ConstPtr& markers) {
-          try {
-            layout_ = nodes::layoutOf(*markers);
-            news_ = true;
-          } catch (const std::exception& error) {
-            setStatus(rviz::StatusProperty::Error, "Geometry", error.what());
-          }
-        });
-    points_subscriber_ = update_nh_.subscribe<tactile_clay::FocalPointArray>(
-        points_topic_->getTopicStd(), 1, [this](const tactile_clay::FocalPointArray::ConstPtr& points) {
-          points_ = points;
-          news_ = true;
-        });
-  } catch (const ros::Exception& error) {
-    setStatus(rviz::StatusProperty::Error, "Geometry", error.what());
-  }
+  const auto take_geometry = [this](const visualization_msgs::MarkerArray::ConstPtr& markers) {
+    try {
+      layout_ = nodes::layoutOf(*markers);
+      news_ = true;
+    } catch (const std::exception& error) {
+      setStatus(rviz::StatusProperty::Error, "Geometry", error.what());
+    }
+  };
+  const auto take_points = [this](const tactile_clay::FocalPointArray::ConstPtr& points) {
+    points_ = points;
+    news_ = true;
+  };
+  if (subscribeBeside<visualization_msgs::MarkerArray>(*geometry_topic_, "Geometry", geometry_subscriber_,
+                                                       take_geometry))
+    subscribeBeside<tactile_clay::FocalPointArray>(*points_topic_, "Geometry", points_subscriber_,
+                                                   take_points);
 }
 
 void AcousticSliceDisplay::reset() {

@@ -4,7 +4,10 @@
 #include <rviz/display_context.h>
 #include <rviz/frame_manager.h>
 #include <rviz/message_filter_display.h>
+#include <rviz/properties/ros_topic_property.h>
 #include <std_msgs/Header.h>
+
+#include <functional>
 
 #include "nodes/frame_name.h"
 
@@ -28,6 +31,20 @@ class ArrayDisplay : public rviz::MessageFilterDisplay<Message> {
     this->scene_node_->setPosition(position);
     this->scene_node_->setOrientation(orientation);
     return true;
+  }
+
+  /// Subscribes to a topic beside that of the display.
+  /// @return false if it cannot be subscribed to: an error in the status `name`, and `subscriber` as it was
+  template <class Other>
+  bool subscribeBeside(const rviz::RosTopicProperty& topic, const QString& name, ros::Subscriber& subscriber,
+                       const std::function<void(const typename Other::ConstPtr&)>& take) {
+    try {
+      subscriber = this->update_nh_.template subscribe<Other>(topic.getTopicStd(), 1, take);
+      return true;
+    } catch (const ros::Exception& error) {
+      this->setStatus(rviz::StatusProperty::Error, name, error.what());
+      return false;
+    }
   }
 };
 

@@ -87,17 +87,13 @@ void FocalPointsDisplay::unsubscribe() {
 void FocalPointsDisplay::subscribeState() {
   is_silent_ = false;
   if (!isEnabled()) return;
-  try {
-    state_subscriber_ = update_nh_.subscribe<tactile_clay::ArrayState>(
-        state_topic_->getTopicStd(), 1, [this](const tactile_clay::ArrayState::ConstPtr& state) {
-          if (is_silent_ == !state->emitting) return;
-          is_silent_ = !state->emitting;
-          redraw();
-        });
+  const auto take = [this](const tactile_clay::ArrayState::ConstPtr& state) {
+    if (is_silent_ == !state->emitting) return;
+    is_silent_ = !state->emitting;
+    redraw();
+  };
+  if (subscribeBeside<tactile_clay::ArrayState>(*state_topic_, "State", state_subscriber_, take))
     setStatus(rviz::StatusProperty::Ok, "State", "subscribed");
-  } catch (const ros::Exception& error) {
-    setStatus(rviz::StatusProperty::Error, "State", error.what());
-  }
 }
 
 void FocalPointsDisplay::reset() {

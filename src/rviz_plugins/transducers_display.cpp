@@ -65,12 +65,8 @@ void TransducersDisplay::reset() {
 void TransducersDisplay::subscribeGeometry() {
   if (!isEnabled()) return;
   places_.clear();
-  try {
-    geometry_subscriber_ =
-        update_nh_.subscribe(geometry_topic_->getTopicStd(), 1, &TransducersDisplay::takeGeometry, this);
-  } catch (const ros::Exception& error) {
-    setStatusStd(rviz::StatusProperty::Error, "Geometry", error.what());
-  }
+  subscribeBeside<visualization_msgs::MarkerArray>(*geometry_topic_, "Geometry", geometry_subscriber_,
+                                                   [this](const auto& markers) { takeGeometry(markers); });
 }
 
 void TransducersDisplay::takeGeometry(const visualization_msgs::MarkerArray::ConstPtr& markers) {
