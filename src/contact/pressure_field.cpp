@@ -20,7 +20,7 @@ void checkSkin(const Skin& skin) {
     throw std::invalid_argument(
         "pressure field: skin has " + std::to_string(n) + " positions, " +
         std::to_string(skin.normal.size()) + " normals, " + std::to_string(skin.area.size()) + " areas and " +
-        std::to_string(skin.weight.size()) + " weights; expected one of each a sample");
+        std::to_string(skin.weight.size()) + " weights; expected one of each per sample");
   }
   const std::size_t positions = skin.tracked_position.size(), normals = skin.tracked_normal.size(),
                     areas = skin.tracked_area.size(), expected = skin.isTracked() ? 0 : n;
@@ -28,7 +28,7 @@ void checkSkin(const Skin& skin) {
     throw std::invalid_argument("pressure field: skin of " + std::to_string(n) + " samples is felt at " +
                                 std::to_string(positions) + " positions, " + std::to_string(normals) +
                                 " normals and " + std::to_string(areas) +
-                                " areas; expected one of each a sample, or none");
+                                " areas; expected one of each per sample, or none");
   }
 }
 

@@ -131,7 +131,7 @@ bool SafetyGate::limitSlew(Verdict& verdict, double since_last) const {
     const double maximum = before[k] + config_.intensity_slew * time;
     if (points[k].intensity <= maximum) continue;
     points[k].intensity = maximum;
-    verdict.lowered = "slew: intensity rises by at most " + text(config_.intensity_slew) + " a second";
+    verdict.lowered = "slew: intensity rises by at most " + text(config_.intensity_slew) + " per second";
     limited = true;
   }
   return limited;
@@ -172,7 +172,7 @@ void SafetyGate::limitField(Verdict& verdict, double since_last) const {
       if (!verdict.field || !applies(Rule::slew)) return;
       factor = rise(*verdict.field, sound.emission.points, since_last);
       if (factor >= 1.0) return;
-      verdict.lowered = "slew: intensity rises by at most " + text(config_.intensity_slew) + " a second";
+      verdict.lowered = "slew: intensity rises by at most " + text(config_.intensity_slew) + " per second";
       verdict.reason = verdict.lowered;
       anew = !instrument_.scalable && factor > 0.0;
     }

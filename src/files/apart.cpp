@@ -55,7 +55,8 @@ void limit(int what, rlim_t maximum) {
   } catch (const std::exception& error) {
     said = failed + std::string(error.what());
   }
-  for (std::size_t at = 0; at < said.size();) {
+  std::size_t at = 0;
+  while (at < said.size()) {
     const ssize_t count = ::write(to, said.data() + at, said.size() - at);
     if (count < 0 && errno != EINTR) ::_exit(1);
     if (count > 0) at += static_cast<std::size_t>(count);

@@ -59,7 +59,8 @@ class Part {
   }
 
   void write(const std::string& content, mode_t mode) {
-    for (std::size_t written = 0; written < content.size();) {
+    std::size_t written = 0;
+    while (written < content.size()) {
       const ssize_t n = ::write(opened_.get(), content.data() + written, content.size() - written);
       if (n < 0 && errno == EINTR) continue;
       if (n < 0) failToWrite(file_, errno);

@@ -18,7 +18,8 @@ std::runtime_error wrongType(const char* key, const char* expected) {
 std::string withoutNonFinite(const std::string& text) {
   std::string clean;
   bool quoted = false;
-  for (std::size_t i = 0; i < text.size();) {
+  std::size_t i = 0;
+  while (i < text.size()) {
     const char c = text[i];
     if (c == '"') quoted = !quoted;
     if (quoted && c == '\\' && i + 1 < text.size()) {

@@ -8,6 +8,7 @@
 
 #include "hand/hand_sides.h"
 #include "hand/posed_skin.h"
+#include "values/range.h"
 
 namespace tactile_clay::hand {
 namespace {
@@ -17,9 +18,7 @@ constexpr std::size_t remembered = 16;  // skins
 constexpr double seconds_a_nano = 1e-9;
 
 void requireIn(const char* what, double value, double low, double high) {
-  if (!(value >= low && value <= high))
-    throw std::invalid_argument("soft hand: " + std::string(what) + " is " + std::to_string(value) +
-                                ", expected " + std::to_string(low) + " to " + std::to_string(high));
+  values::requireIn("soft hand: " + std::string(what), value, low, high);
 }
 
 const SoftHandParameters& checked(double spacing, const SoftHandParameters& parameters) {

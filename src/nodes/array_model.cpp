@@ -42,7 +42,7 @@ void ArrayModel::read(Settings& s) {
   field_options.patterns = s.whole("field_patterns", field_options.patterns, 1, ultrasound::max_patterns,
                                    "of a field, that take turns");
   field_options.evaluations =
-      s.whole("field_evaluations", field_options.evaluations, 1, 10000, "of a field's solver, at most");
+      s.whole("field_evaluations", field_options.evaluations, 1, 10000, "maximum of a field's solver");
   field_options.blur =
       s.number("field_blur", field_options.blur, 0.0, 0.1, "m, by which skin blurs a field; 0: none");
   field_options.phase_levels = options.phase_levels;

@@ -44,7 +44,7 @@ ClayChoice readClay(Settings& settings, const clay::ClayConfig& config,
     budget.method = clay::methodNamed(solver);
   if (const int n = settings.whole("substeps", 0, 0, 1000, "of a frame; 0: the preset's"))
     budget.substeps = n;
-  if (const int n = settings.whole("iterations", 0, 0, 1000, "of a substep, at most; 0: the preset's"))
+  if (const int n = settings.whole("iterations", 0, 0, 1000, "maximum of a substep; 0: the preset's"))
     budget.iterations = n;
   if (budget.substeps != preset.substeps || budget.iterations != preset.iterations)
     choice.quality = std::to_string(budget.substeps) + " x " + std::to_string(budget.iterations);

@@ -33,18 +33,18 @@ ultrasound::FocalPointConfig focalPointConfig(Settings& s) {
   number("side_lobe_floor", config.side_lobe_floor, 1.0, "minimum amplitude of a point, over the strongest");
   number("minimum_pressure", config.minimum_pressure, any, "Pa; samples below it are not rendered");
   number("minimum_force", config.minimum_force, any, "N; contacts that press less get no point");
-  number("min_separation", config.min_separation, any, "m between two points, at least");
-  number("min_resolution", config.min_resolution, any, "of two points for the array, at least");
+  number("min_separation", config.min_separation, any, "m, minimum distance of two points");
+  number("min_resolution", config.min_resolution, any, "minimum separation of two points for the array");
   number("sigma", config.sigma, any, "m, of the Gaussian that stands for a focus");
   number("follow_distance", config.follow_distance, any,
          "m, how far a point may move in a frame and keep its id");
   config.perceptual_weights =
       s.truth("perceptual_weights", config.perceptual_weights, "whether sensitive skin is favoured");
-  count("path_points", config.path_points, 256, "of stm, most places of its path");
-  number("path_spacing", config.path_spacing, any, "m, of stm, between two places of its path, at least");
+  count("path_points", config.path_points, 256, "of stm, maximum number of places of its path");
+  number("path_spacing", config.path_spacing, any, "m, of stm, minimum distance of two places of its path");
   config.field_weights = s.truth("field_weights", config.field_weights,
                                  "of field, whether the error counts more where skin is sensitive");
-  count("field_samples", config.field_samples, 2000, "of field, most samples of skin");
+  count("field_samples", config.field_samples, 2000, "of field, maximum number of samples of skin");
   const std::string fit = s.text("intensity_fit", "least_squares",
                                  "how a point's pressure follows from samples", {"least_squares", "paper"});
   config.fit = fit == "paper" ? ultrasound::IntensityFit::paper : ultrasound::IntensityFit::least_squares;

@@ -281,7 +281,7 @@ void GatedArray::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
     else
       status.summary(Level::OK, standing_.emitting ? "emitting" : "silent: " + standing_.silent_reason);
     status.add("device", device_);
-    status.add("frames a second", frames_);
+    status.add("frames per second", frames_);
     status.add("frames sent", standing_.frames_sent);
     status.add("frames rejected", standing_.frames_rejected);
     status.add("frames late", standing_.frames_late);

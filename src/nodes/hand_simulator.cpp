@@ -143,7 +143,7 @@ void HandSimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
     status.summary(Level::OK, times_.frames > 0 ? "simulating" : "no frames");
   times_.report(status);
   status.add("skin samples", samples_);
-  status.add("time for a frame, most, ms", 1e3 * times_.longest);
+  status.add("time for a frame, maximum, ms", 1e3 * times_.longest);
   status.add("processor time for a frame, mean, ms", 1e3 * times_.mean(processor_time_));
   status.add("hands left out", bad_hands_);
   status.add("fingers left out", bad_fingers_);

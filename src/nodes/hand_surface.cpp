@@ -31,8 +31,13 @@ constexpr double cell = 0.0040;  // m, of the hands' meshes
 // If samples are 4 to 5 mm apart, a corner has about ten within this reach, with a sum of weights of 3.
 constexpr float paint_reach = 0.007f, full_weight = 2.0f;  // m
 constexpr float bend_reach = 0.010f;                       // m, for the displacement of a soft hand
-constexpr float window_radius = 0.06f;  // m, around touching skin: thicker than the heel of a hand
-constexpr float window_alpha = 0.30f, tracked_alpha = 0.22f;
+// m, by which skin that touches is drawn inside of the hand: the drawn surface of the clay would hide it.
+constexpr float inset = 0.003f;
+// Of the rest of a hand that touches, from this share of the full scale on. Below, it changes gradually.
+constexpr float touching_alpha = 0.30f, transparent_from = 0.10f;
+constexpr float tracked_alpha = 0.22f;
+// m, of the colour bar: so far beside the table that in the default view of rviz hands seldom cover it.
+const Vector3f bar_foot(0.10f, 0.30f, 0.01f);
 
 const Vector3f tracked_color(0.35f, 0.50f, 0.95f);
 
@@ -87,23 +92,25 @@ Samples samplesOf(const sensor_msgs::PointCloud2& skin, hand::Side side) {
   return samples;
 }
 
-/// Markers of the skin of one hand: opaque where it touches and far from there, transparent (a window) in
-/// between, with a smooth border.
+/// Markers of the skin of one hand. Skin that touches is opaque, in the colours of its pressure, and drawn a
+/// little inside of the hand. While some skin touches, the rest of the hand is transparent, so that contacts
+/// are seen through it.
+/// @param share of the full scale, at each corner
 void addSkin(visualization_msgs::MarkerArray& markers, surface::TriangleMesh mesh,
-             const std::vector<float>& pressure, const std::vector<Vector3f>& touching,
-             const std_msgs::Header& header, int side) {
-  std::vector<float> opaque(mesh.position.size());  // below 0: window
+             const std::vector<float>& share, const std_msgs::Header& header, int side) {
+  std::vector<float> touches(mesh.position.size());  // above 0: touches
+  float strongest = 0.0f;
   mesh.color.resize(mesh.position.size());
   for (std::size_t c = 0; c < mesh.position.size(); ++c) {
-    mesh.color[c] = painted(pressure[c], lit(skinColor(), mesh.normal[c]));
-    const float far = std::sqrt(closestSquare(mesh.position[c], touching)) / window_radius - 1.0f;
-    opaque[c] = std::max(std::min(far, 1.0f), std::min(pressure[c] / touch_share - 1.0f, 1.0f));
+    strongest = std::max(strongest, share[c]);
+    mesh.color[c] = painted(share[c], lit(skinColor(), mesh.normal[c]));
+    touches[c] = std::min(share[c] / touch_share - 1.0f, 1.0f);
+    mesh.position[c] -= std::max(touches[c], 0.0f) * inset * mesh.normal[c];
   }
-  const surface::CutMesh parts = surface::cut(mesh, opaque);
-  const auto& [all, window, skin] = parts;
-  markers.markers.push_back(surfaceMarker(all, all.color, skin, 1.0f, header, "skin", side));
-  markers.markers.push_back(
-      surfaceMarker(all, all.color, window, window_alpha, header, "skin over a contact", side));
+  const float alpha = 1.0f - (1.0f - touching_alpha) * std::min(1.0f, strongest / transparent_from);
+  const auto& [all, rest, touching] = surface::cut(mesh, touches);
+  markers.markers.push_back(surfaceMarker(all, all.color, rest, alpha, header, "skin", side));
+  markers.markers.push_back(surfaceMarker(all, all.color, touching, 1.0f, header, "skin that touches", side));
 }
 
 }  // namespace
@@ -183,9 +190,6 @@ void HandSurface::show() {
   hand::keepOneHandASide(frame.hands);
   const Touch touch_now = touching();
   const auto full_scale = static_cast<float>(1e3 * full_scale_);
-  std::vector<Vector3f> pressed;
-  for (std::size_t s = 0; s < touch_now.position.size(); ++s)
-    if (touch_now.pressure[s] > touch_share * full_scale) pressed.push_back(touch_now.position[s]);
   std_msgs::Header header;
   header.stamp = tracked_->header.stamp;
   header.frame_id = world_;
@@ -215,7 +219,7 @@ void HandSurface::show() {
       for (std::size_t c = 0; c < bent.position.size(); ++c) bent.position[c] += moved[c];
       setNormals(bent);
     }
-    addSkin(markers, bent, share, pressed, header, s);
+    addSkin(markers, bent, share, header, s);
     // The tracked hand beside the one that the clay meets.
     surface::TriangleMesh tracked = mesh;
     tracked.color.assign(tracked.position.size(), tracked_color);
@@ -225,7 +229,7 @@ void HandSurface::show() {
   }
   if (publisher_.getNumSubscribers() > 0) {
     addColorBar(markers,
-                {"pressure, kPa", "pressure on the skin, kPa", full_scale_, Vector3f(0.10f, 0.205f, 0.01f),
+                {"pressure, kPa", "pressure on the skin, kPa", full_scale_, bar_foot,
                  Vector3f(-0.006f, 0.013f, 0.0f), Vector3f(0.0f, 0.0f, 0.13f)},
                 world_);
     publisher_.publish(markers);

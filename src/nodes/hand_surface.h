@@ -24,9 +24,9 @@ namespace tactile_clay::nodes {
 /// node subscribes only while somebody subscribes to its output. It publishes at most `~rate` (30) times per
 /// second, and always uses the newest messages.
 ///
-/// Skin that touches is opaque. Skin near it is transparent (a window), so that contacts are seen from any
-/// side. If the hand that the clay meets is not the tracked one (a soft hand), the tracked hand is drawn
-/// transparent, in blue. `~full_scale` is the pressure at the end of the colour bar (40 kPa).
+/// Skin that touches is opaque. The rest of a hand that touches is transparent, so that contacts are seen
+/// from any side. If the hand that the clay meets is not the tracked one (a soft hand), the tracked hand is
+/// drawn transparent, in blue. `~full_scale` is the pressure at the end of the colour bar (40 kPa).
 ///
 /// RenderedHands publishes `hands/rendered`.
 class HandSurface {

@@ -244,7 +244,7 @@ void HandTracking::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status)
   status.add("frames", frames_.load());
   status.add("rate, Hz", report.frames / seconds);
   status.add("age, mean, s", report.frames > 0 ? report.age_sum / report.frames : 0.0);
-  status.add("age, most, s", report.age_max);
+  status.add("age, maximum, s", report.age_max);
   status.add("hands", hands_.load());
   for (const int side : {0, 1})
     status.add(side == 0 ? "confidence, left, minimum" : "confidence, right, minimum",

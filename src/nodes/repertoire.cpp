@@ -25,7 +25,7 @@ std::string Repertoire::objection(unsigned modulation) const {
                                : ultrasound::nameOf(static_cast<ultrasound::Modulation>(modulation));
   std::ostringstream line;
   line << "modulation is '" << name << "', array '" << device << "' can do " << list;
-  if (max_rate > 0.0) line << " only, for it takes " << std::lround(max_rate) << " updates a second";
+  if (max_rate > 0.0) line << " only, because it takes " << std::lround(max_rate) << " updates per second";
   return line.str();
 }
 

@@ -27,9 +27,6 @@ Eigen::Vector3f skinColor();
 /// @param share of the full scale
 Eigen::Vector3f painted(float share, const Eigen::Vector3f& skin);
 
-/// Square of the distance to the closest of `places`, m^2; infinite if there are none.
-float closestSquare(const Eigen::Vector3f& at, const std::vector<Eigen::Vector3f>& places);
-
 /// Whether a place is nearer than `reach`, m.
 bool isNear(const Eigen::Vector3f& at, const std::vector<Eigen::Vector3f>& places, float reach);
 

@@ -77,7 +77,7 @@ AcousticSliceDisplay::AcousticSliceDisplay() {
   alpha_ = new rviz::FloatProperty("Alpha", 0.85f, "How opaque the slice is, 0 to 1.", this, SLOT(changed()));
   alpha_->setMin(0.0f);
   alpha_->setMax(1.0f);
-  rate_ = new rviz::FloatProperty("Rate", 10.0f, "Slices a second at most.", this);
+  rate_ = new rviz::FloatProperty("Rate", 10.0f, "Maximum number of slices per second.", this);
   rate_->setMin(0.1f);
   rate_->setMax(60.0f);
 }

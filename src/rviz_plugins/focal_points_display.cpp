@@ -27,7 +27,17 @@ constexpr float beam_diameter = 0.0015f;  // m
 constexpr float beam_alpha = 0.35f;
 constexpr float text_height = 0.008f;                    // m
 constexpr float letter_width = 0.5f, row_height = 1.1f;  // of the height of the text
+constexpr float line_diameter = 0.0006f;                 // m, of the line from a point to its label
 constexpr float nearest = 0.01f;                         // m from the camera
+const Ogre::ColourValue text_color(0.1f, 0.1f, 0.1f);
+
+/// Makes a cylinder a thin line from one place to another, in the frame of its parent.
+void stretch(rviz::Shape& cylinder, float diameter, const Ogre::Vector3& from, const Ogre::Vector3& to) {
+  cylinder.setPosition(0.5f * (from + to));
+  cylinder.setOrientation(Ogre::Vector3::UNIT_Z.getRotationTo(to - from) *
+                          Ogre::Quaternion(Ogre::Degree(90), Ogre::Vector3::UNIT_X));
+  cylinder.setScale(Ogre::Vector3(diameter, (to - from).length(), diameter));
+}
 
 /// Draws a shape in front of everything: focal points lie between hand and clay, and both would hide them.
 void showThrough(rviz::Shape& shape) {
@@ -131,18 +141,15 @@ void FocalPointsDisplay::redraw() {
     if (numbers_->getBool()) label(point, diameter);
     if (!beams_->getBool() || is_silent_) continue;
     auto beam = std::make_unique<rviz::Shape>(rviz::Shape::Cylinder, scene_manager_, scene_node_);
-    beam->setPosition(at * 0.5f);
-    beam->setOrientation(Ogre::Vector3::UNIT_Z.getRotationTo(at) *
-                         Ogre::Quaternion(Ogre::Degree(90), Ogre::Vector3::UNIT_X));
-    beam->setScale(Ogre::Vector3(beam_diameter, at.length(), beam_diameter));
+    stretch(*beam, beam_diameter, Ogre::Vector3::ZERO, at);
     beam->setColor(color.r, color.g, color.b, beam_alpha);
     if (through_->getBool()) showThrough(*beam);
     shapes_.push_back(std::move(beam));
   }
 }
 
-/// Stacks the labels of points that the camera sees close together. This is done in every frame, because the
-/// camera moves.
+/// Stacks the labels of points that the camera sees close together, with a line from each point to a label
+/// that had to rise. This is done in every frame, because the camera moves.
 void FocalPointsDisplay::update(float wall_dt, float ros_dt) {
   ArrayDisplay::update(wall_dt, ros_dt);
   const rviz::ViewController* view = context_->getViewManager()->getCurrent();
@@ -162,9 +169,14 @@ void FocalPointsDisplay::update(float wall_dt, float ros_dt) {
                      label.width / depth, row_height * text_height / depth});
   }
   const std::vector<float> rises = risesOf(boxes, spheres);
+  const Ogre::Vector3 upward = scene_node_->convertWorldToLocalDirection(up, false);
   for (std::size_t k = 0; k < labels_.size(); ++k) {
-    const Ogre::Vector3 rise = up * (labels_[k].lift + rises[k] * depths[k]);
-    labels_[k].node->setPosition(labels_[k].at + scene_node_->convertWorldToLocalDirection(rise, false));
+    const Label& label = labels_[k];
+    const Ogre::Vector3 top = label.at + label.lift * upward;  // of the sphere
+    label.node->setPosition(top + rises[k] * depths[k] * upward);
+    const bool has_risen = rises[k] > 0.0f;
+    label.line->getRootNode()->setVisible(has_risen);
+    if (has_risen) stretch(*label.line, line_diameter, top, label.node->getPosition());
   }
 }
 
@@ -172,13 +184,17 @@ void FocalPointsDisplay::label(const tactile_clay::FocalPoint& point, float diam
   char words[48];
   std::snprintf(words, sizeof words, "%u: %.1f kPa", point.id, 1e-3 * static_cast<double>(point.pressure));
   Label label{scene_node_->createChildSceneNode(),
-              std::make_unique<rviz::MovableText>(words, "Liberation Sans", text_height,
-                                                  Ogre::ColourValue(0.1f, 0.1f, 0.1f)),
+              std::make_unique<rviz::MovableText>(words, "Liberation Sans", text_height, text_color),
+              std::make_unique<rviz::Shape>(rviz::Shape::Cylinder, scene_manager_, scene_node_),
               Ogre::Vector3(static_cast<float>(point.position.x), static_cast<float>(point.position.y),
                             static_cast<float>(point.position.z)),
-              0.5f * diameter, letter_width * text_height * static_cast<float>(std::strlen(words))};
+              0.5f * diameter,
+              letter_width * text_height * static_cast<float>(std::strlen(words))};
   label.text->setTextAlignment(rviz::MovableText::H_CENTER, rviz::MovableText::V_ABOVE);
   label.text->showOnTop(through_->getBool());
+  label.line->setColor(text_color.r, text_color.g, text_color.b, 1.0f);
+  if (through_->getBool()) showThrough(*label.line);
+  label.line->getRootNode()->setVisible(false);  // until the label rises
   label.node->setPosition(label.at);
   label.node->attachObject(label.text.get());
   labels_.push_back(std::move(label));

@@ -50,10 +50,11 @@ class FocalPointsDisplay : public ArrayDisplay<tactile_clay::FocalPointArray> {
   /// @param diameter of the sphere, m
   void label(const tactile_clay::FocalPoint& point, float diameter);
 
-  /// Text on a node of its own, above the point.
+  /// Text on a node of its own, above the point, and a line from the sphere up to a text that had to rise.
   struct Label {
     Ogre::SceneNode* node;
     std::unique_ptr<rviz::MovableText> text;
+    std::unique_ptr<rviz::Shape> line;
     Ogre::Vector3 at;   // position of the point, m, in the frame of the array
     float lift, width;  // m: height above the point; width of the text
   };

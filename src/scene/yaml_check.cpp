@@ -20,7 +20,7 @@ class Check : public YAML::EventHandler {
   explicit Check(std::string file) : file_(std::move(file)) {}
 
   void OnDocumentStart(const YAML::Mark& mark) override {
-    if (++documents_ > 1) fail(mark, "a second document begins here, expected one document a file");
+    if (++documents_ > 1) fail(mark, "a second document begins here, expected one document per file");
   }
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {

@@ -27,7 +27,7 @@ other, with the tip of an index finger from above, and rest on each until the pr
 
   calibrate_tracker points:="x y z, x y z, x y z" [out:=rig.yaml] [hands:=leap_websocket] [url:=...]
   [file:=...]
-                    [topic:=...] [rest:=0.7] [most:=0.01]
+                    [topic:=...] [rest:=0.7] [maximum:=0.01]
 
 `points` are in frame world, m. `out` gets the line `tracker_pose: [...]` in the format of config/rig.yaml;
 in a file that is there, only that line changes. Touches that do not fit to `most` m are an error, and
@@ -127,7 +127,7 @@ void writePose(const std::string& file, const Eigen::Isometry3d& pose) {
 
 void run(const tactile_clay::tools::Arguments& arguments) {
   const std::vector<Vector3d> marks = points(arguments["points"]);
-  const double maximum = arguments.number("most", 0.0, 1.0);
+  const double maximum = arguments.number("maximum", 0.0, 1.0);
   hand::TouchDetector::Config config;
   config.seconds = arguments.number("rest", 0.1, 60.0);
   hand::SourceOptions options;
@@ -167,7 +167,7 @@ int main(int argc, char** argv) {
                                                     {"url", ""},
                                                     {"topic", "hands/tracked"},
                                                     {"rest", "0.7"},
-                                                    {"most", "0.01"}});
+                                                    {"maximum", "0.01"}});
     run(arguments);
   });
 }

@@ -147,14 +147,7 @@ void checkPose(const std::string& text) {
 
 void check(const Arguments& arguments, const std::string& key, double low, double high) {
   const auto found = arguments.find(key);
-  if (found == arguments.end()) return;
-  std::istringstream stream(found->second);
-  double number = 0.0;
-  if (!(stream >> number) || !(stream >> std::ws).eof() || !(number >= low && number <= high)) {
-    std::ostringstream line;
-    line << key << " '" << found->second << "': expected a number from " << low << " to " << high;
-    throw std::runtime_error(line.str());
-  }
+  if (found != arguments.end()) clay::tools::numberOf(key, found->second, low, high);
 }
 
 void checkSwitch(const Arguments& arguments, const std::string& key) {

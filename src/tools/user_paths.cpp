@@ -37,7 +37,8 @@ std::size_t sequenceLength(const std::string& text, std::size_t i) {
 
 /// Checks that a name can be a parameter: parameters are sent as XML.
 void requireText(const std::string& name, const std::string& what) {
-  for (std::size_t i = 0; i < name.size();) {
+  std::size_t i = 0;
+  while (i < name.size()) {
     const std::size_t length = sequenceLength(name, i);
     if (length == 0)
       throw std::runtime_error(what + " '" + name + "': its name is no UTF-8, which ROS cannot hand on");
@@ -57,7 +58,8 @@ bool isThere(const std::string& path) {
 
 std::vector<std::string> argumentLines(const std::string& word) {
   std::vector<std::string> lines;
-  for (std::size_t begin = 0; begin <= word.size();) {
+  std::size_t begin = 0;
+  while (begin <= word.size()) {
     const std::size_t end = std::min(word.find('\n', begin), word.size());
     lines.push_back(word.substr(begin, end - begin));
     if (lines.size() > 1 && lines.back().find(":=") == std::string::npos)

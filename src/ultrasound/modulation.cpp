@@ -62,7 +62,7 @@ std::vector<PathPoint> samplePath(const std::vector<Eigen::Vector3d>& position,
   if (position.size() != weight.size() || position.size() != pressure.size()) {
     throw std::invalid_argument(
         "path: " + std::to_string(position.size()) + " positions, " + std::to_string(weight.size()) +
-        " weights and " + std::to_string(pressure.size()) + " pressures; expected one of each a sample");
+        " weights and " + std::to_string(pressure.size()) + " pressures; expected one of each per sample");
   }
   std::vector<PathPoint> path;
   if (position.empty() || at_most == 0) return path;

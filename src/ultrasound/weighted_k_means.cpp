@@ -102,7 +102,7 @@ bool exchange(const Positions& position, const Weights& weight, Clusters& c) {
 void checkLengths(const std::vector<Eigen::Vector3d>& position, const std::vector<double>& weight) {
   if (position.size() != weight.size()) {
     throw std::invalid_argument("k-means: " + std::to_string(position.size()) + " positions and " +
-                                std::to_string(weight.size()) + " weights; expected one of each a sample");
+                                std::to_string(weight.size()) + " weights; expected one of each per sample");
   }
 }
 

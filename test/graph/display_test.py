@@ -200,6 +200,11 @@ def places(cloud):
     return rig_run.columns(cloud, 'x', 'y', 'z')
 
 
+def on_the_bar(share):
+    """Place of a share of the full scale on the colour bar of the hands, m."""
+    return 0.10, 0.30, 0.01 + 0.13 * share
+
+
 def samples(cloud):
     """(pressure in Pa, place in the array's frame) of each sample of hands/pressure."""
     return [(pressure, types.SimpleNamespace(x=x, y=y, z=z))
@@ -364,8 +369,22 @@ class Display(unittest.TestCase):
     def test_colour_bar(self):
         ends = {0.05: (255, 237, 115), 0.33: (255, 160, 30), 0.65: (222, 40, 42), 0.97: (105, 5, 57)}
         for share, color in ends.items():
-            x, y, _ = self.camera.project((0.10, 0.205, 0.01 + 0.13 * share))
+            x, y, _ = self.camera.project(on_the_bar(share))
             self.assertTrue(any(not differs(seen, color, 30) for seen in self.hands.around((x, y), 2)), (share, color))
+
+    def test_hands_seldom_cover_the_colour_bar(self):
+        """In at most 15 % of the frames of a bag, where hands are balls about their joints."""
+        bar = [self.camera.project(on_the_bar(0.2 * k)) for k in range(6)]
+        for name in ('knead', 'potter'):
+            covered = []
+            with rosbag.Bag(rig_run.bag(name)) as bag:
+                for _, message, _ in bag.read_messages('/hands/tracked'):
+                    balls = [(self.camera.project((joint.position.x, joint.position.y, joint.position.z)), radius)
+                             for hand in message.hands for joint, radius in zip(hand.joints, hand.radii)]
+                    covered.append(any(math.hypot(x - at[0], y - at[1]) < radius * scale
+                                       for (x, y, scale), radius in balls for at in bar))
+            self.assertGreater(len(covered), 100)
+            self.assertLess(sum(covered) / len(covered), 0.15, name)
 
     def test_pressure_is_seen(self):
         to_world = rig_run.array_to_world(self.run_of_bag)
@@ -388,7 +407,7 @@ class Display(unittest.TestCase):
             rig_run.wait_until(lambda: os.path.exists(written) and os.path.getsize(written) > 5e6, PATIENCE,
                                'hands/surface')
             markers = graph.recorded(recording)['/hands/surface'][-1].markers
-        painted = [(p.x, p.y, p.z) for m in markers if m.ns in ('skin', 'skin over a contact')
+        painted = [(p.x, p.y, p.z) for m in markers if m.ns in ('skin', 'skin that touches')
                    for p, color in zip(m.points, m.colors) if color.r - color.b > 0.45]
         to_world, checked = rig_run.array_to_world(self.run_of_bag), 0
         for pressure, place in samples(last['/hands/pressure']):
@@ -399,7 +418,7 @@ class Display(unittest.TestCase):
             checked += 1
         self.assertGreater(checked, 10)
         heel = to_world(place)  # the last sample; were it painted as far below the skin as it is, 0.76
-        strongest = max(c.r - c.b for m in markers if m.ns in ('skin', 'skin over a contact')
+        strongest = max(c.r - c.b for m in markers if m.ns in ('skin', 'skin that touches')
                         for p, c in zip(m.points, m.colors) if math.dist(heel, (p.x, p.y, p.z)) < 0.008)
         self.assertGreater(strongest, 0.85, 'as strong as on open skin')
 
