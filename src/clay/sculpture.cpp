@@ -1,5 +1,7 @@
 #include "clay/sculpture.h"
 
+#include <unistd.h>
+
 #include <cmath>
 #include <cstring>
 #include <stdexcept>
@@ -187,13 +189,18 @@ void save(const Sculpture& s, const std::string& file, files::Existing existing)
 }
 
 Sculpture loadSculpture(const std::string& file) {
+  const std::size_t head = sizeof magic - 1;
   std::string bytes;
   try {
-    bytes = files::readWhole(file, files::maximum::sculpture);
+    // A large file that is no sculpture is not read as a whole.
+    const files::Descriptor opened = files::openInput(file, files::maximum::sculpture);
+    bytes.resize(head);
+    const ssize_t count = ::pread(opened.get(), bytes.data(), head, 0);
+    if (count == static_cast<ssize_t>(head) && bytes == magic)
+      bytes = files::readWhole(file, files::maximum::sculpture);
   } catch (const std::runtime_error& error) {
     fail(file, std::string(error.what()).substr(file.size() + 2));
   }
-  const std::size_t head = sizeof magic - 1;
   if (bytes.compare(0, head, magic) != 0)
     fail(file, "is not a sculpture of this version, expected a file that begins with \"" +
                    std::string(magic, head - 1) + "\"");

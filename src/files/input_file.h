@@ -19,7 +19,7 @@ namespace maximum {
 constexpr std::uint64_t text = 16 * mebibyte;        // scenes, materials, scores, URDF
 constexpr std::uint64_t recording = 64 * gibibyte;   // is read one frame at a time
 constexpr std::uint64_t whole_recording = gibibyte;  // is kept in memory, uncompressed
-constexpr std::uint64_t sculpture = 4 * gibibyte;    // 60 bytes per particle, 16 per bond
+constexpr std::uint64_t sculpture = gibibyte;        // 60 bytes per particle, 16 per bond
 }  // namespace maximum
 
 /// A file descriptor that closes itself.

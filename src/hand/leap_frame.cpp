@@ -20,6 +20,15 @@ using Eigen::Vector3d;
 using leap::Json;
 using Positions = std::array<std::optional<Vector3d>, joint_count>;
 
+// Of a frame. Trackers see two hands; with tools each has some ten pointables.
+constexpr std::size_t max_hands = 100, max_pointables = 1000;
+
+void requireAtMost(const Json& list, std::size_t maximum, const char* what) {
+  if (list.size() > maximum)
+    throw std::runtime_error("has " + std::to_string(list.size()) + " " + what + ", expected at most " +
+                             std::to_string(maximum));
+}
+
 struct Pointables {
   std::map<std::string, std::vector<const Json*>> of_hand;  // by the id of the hand
   std::string fault;  // one line about those that name no hand; empty: there are none
@@ -226,6 +235,8 @@ std::optional<LeapFrame> parseLeapFrame(const std::string& text, const std::stri
     }
     const Json& hands = leap::array(message, "hands");
     const Json& pointables = leap::array(message, "pointables");
+    requireAtMost(hands, max_hands, "hands");
+    requireAtMost(pointables, max_pointables, "pointables");
     LeapFrame result;
     result.frame.stamp = leap::timestamp(message);
     const Pointables by_hand = sorted(pointables);

@@ -13,12 +13,15 @@ namespace {
 using leap::Json;
 
 constexpr char blank[] = " \t\r\n";
+constexpr std::size_t max_frames = 1'000'000;  // two hours and a half of 110 frames per second
 
 /// Structure of a JSON text, found by its brackets alone.
 struct Contents {
   std::vector<std::string> keys;                           // of the outermost object, in their order
   std::vector<std::pair<std::size_t, std::size_t>> items;  // of its array "frames", or of the outermost array
   bool closed = false;                                     // whether the outermost bracket is closed
+
+  bool tooMany() const { return keys.size() > max_frames || items.size() > max_frames; }
 };
 
 /// Index after the string that begins at `i`.
@@ -35,7 +38,7 @@ Contents contentsOf(const std::string& text) {
   std::size_t depth = 0, item = 0;
   // Depth of the items; 0 outside of their array.
   std::size_t inside = text[i] == '[' ? 1 : 0;
-  for (; i < text.size() && !contents.closed; ++i) {
+  for (; i < text.size() && !contents.closed && !contents.tooMany(); ++i) {
     const char c = text[i];
     if (c == '"') {
       const std::size_t end = afterString(text, i);
@@ -124,6 +127,8 @@ LeapjsRecording::LeapjsRecording(std::string text, std::size_t max_bytes) : text
   if (begin == std::string::npos || (text_[begin] != '{' && text_[begin] != '['))
     throw std::runtime_error("unpacks to no JSON, as LZ-string of leapjs-playback would");
   Contents contents = contentsOf(text_);
+  if (contents.tooMany())
+    throw std::runtime_error("has more than " + std::to_string(max_frames) + " frames, expected fewer");
   if (!contents.closed) throw std::runtime_error("ends within its JSON");
   frames_ = std::move(contents.items);
   if (frames_.empty()) throw std::runtime_error("has no frames, as a recording of leapjs-playback would");

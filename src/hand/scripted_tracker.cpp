@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <random>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -18,6 +20,13 @@ void requireIn(double value, double low, double high, const char* what) {
 // Not std::exponential_distribution, which differs between libraries.
 double exponential(std::mt19937& random, double mean) {
   return -mean * std::log((static_cast<double>(random()) + 1.0) / 4294967297.0);
+}
+
+void requireFew(std::size_t mishaps) {
+  constexpr std::size_t maximum = 100000;  // of a hand; a score takes two hours at most
+  if (mishaps > maximum)
+    throw std::invalid_argument("scripted tracker: more than " + std::to_string(maximum) +
+                                " dropouts or changes of id, expected longer intervals");
 }
 
 }  // namespace
@@ -45,11 +54,14 @@ ScriptedTracker::ScriptedTracker(TrackerScript script) : script_(std::move(scrip
         const double begin = t;
         t += exponential(random, script_.dropout_duration);
         mishaps.dropouts.push_back({begin, t});
+        requireFew(mishaps.dropouts.size());
         mishaps.id_changes.push_back(t);
       }
     if (script_.id_change_interval > 0.0)
-      for (double t = 0.0; (t += frame + exponential(random, script_.id_change_interval)) < duration;)
+      for (double t = 0.0; (t += frame + exponential(random, script_.id_change_interval)) < duration;) {
         mishaps.id_changes.push_back(t);
+        requireFew(mishaps.id_changes.size());
+      }
     std::sort(mishaps.id_changes.begin(), mishaps.id_changes.end());
   }
 }
@@ -64,9 +76,10 @@ TrackedFrame ScriptedTracker::frame(std::uint64_t i) const {
                                const Eigen::Vector3d& at = hand.joints[palm].position;
                                if (at.head<2>().cwiseAbs().maxCoeff() > script_.sight) return true;
                                const auto& dropouts = mishaps_[static_cast<int>(hand.side)].dropouts;
-                               return std::any_of(dropouts.begin(), dropouts.end(), [&](const Dropout& d) {
-                                 return d.begin <= t && t < d.end;
-                               });
+                               const auto later = std::upper_bound(
+                                   dropouts.begin(), dropouts.end(), t,
+                                   [](double time, const Dropout& d) { return time < d.begin; });
+                               return later != dropouts.begin() && t < std::prev(later)->end;
                              }),
               hands.end());
   for (TrackedHand& hand : hands) {

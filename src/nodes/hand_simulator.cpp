@@ -90,7 +90,7 @@ void HandSimulator::simulate(const TrackedHands& message) {
   left_out = jumps_.leaveOutJumps(frame.hands, frame.stamp);
   tell(left_out);
   bad_hands_ += static_cast<unsigned>(left_out.hands);
-  if (live_input_ && freshStamp(frame.stamp)) {
+  if (live_input_ && stamps_.isLive(frame.stamp)) {
     left_out = repeats_.leaveOutRepeats(frame.hands, std::chrono::steady_clock::now().time_since_epoch());
     tell(left_out);
     repeated_hands_ += static_cast<unsigned>(left_out.hands);

@@ -28,9 +28,11 @@ hand::LeftOut leaveOutBadHands(hand::TrackedFrame& frame) {
   return left_out;
 }
 
-bool freshStamp(std::chrono::nanoseconds stamp) {
+bool LiveStamps::isLive(std::chrono::nanoseconds stamp) {
   constexpr std::chrono::seconds farthest(1);  // maximum difference between the clocks of two hosts
-  return !ros::Time::isSimTime() && std::chrono::abs(toCore(ros::Time::now()) - stamp) < farthest;
+  const bool stands = stamp == last_;
+  last_ = stamp;
+  return stands || (!ros::Time::isSimTime() && std::chrono::abs(toCore(ros::Time::now()) - stamp) < farthest);
 }
 
 void placeInWorld(hand::TrackedFrame& frame, const std::string& world, Transforms& transforms) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 
 #include "hand/hand_check.h"
@@ -20,9 +21,17 @@ hand::LeftOut leaveOutBadHands(hand::TrackedFrame& frame);
 /// samples of a slow tracker, short enough for the array to be silent after 150 ms.
 inline constexpr std::chrono::milliseconds repeats_patience = silence_times::hand_repeated;
 
-/// Whether a message with this stamp is live: a played one has the stamps of its recording, or simulated
-/// time.
-bool freshStamp(std::chrono::nanoseconds stamp);
+/// Distinguishes live samples from played ones by their stamps. A played sample has the stamps of its
+/// recording, or simulated time, and they advance. A live one has stamps of now, or a stamp that stands
+/// still.
+class LiveStamps {
+ public:
+  /// @param stamp of the next sample
+  bool isLive(std::chrono::nanoseconds stamp);
+
+ private:
+  std::optional<std::chrono::nanoseconds> last_;
+};
 
 /// Moves all hands of a frame into `world`; hands that tf2 cannot place are removed.
 void placeInWorld(hand::TrackedFrame& frame, const std::string& world, Transforms& transforms);

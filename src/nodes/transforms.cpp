@@ -118,8 +118,11 @@ std::optional<Eigen::Isometry3d> Transforms::lookup(const std::string& into, con
     return Eigen::Isometry3d(pose.matrix());
   } catch (const std::exception& error) {
     patient_ = false;
-    ROS_ERROR_THROTTLE(5.0, "no transform from frame '%s' to '%s': %s", printableLine(source).c_str(),
-                       printableLine(target).c_str(), printableLine(error.what()).c_str());
+    ROS_ERROR_THROTTLE(5.0,
+                       "no transform from frame '%s' to '%s': %s; expected a node that publishes it, such as "
+                       "static_transform_publisher of tf2_ros",
+                       printableLine(source).c_str(), printableLine(target).c_str(),
+                       printableLine(error.what()).c_str());
     return std::nullopt;
   }
 }

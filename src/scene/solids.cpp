@@ -13,6 +13,7 @@
 namespace tactile_clay::scene {
 namespace {
 
+constexpr std::size_t max_solids = 1000;       // of a model: each costs time in every step
 constexpr std::size_t max_triangles = 500000;  // of all meshes of a model: some 150 MB
 
 Eigen::Isometry3d toEigen(const urdf::Pose& pose) {
@@ -143,6 +144,9 @@ Solids::Solids(const std::string& urdf_xml, const std::vector<Motion>& motions,
   std::size_t triangles = 0;
   model_->forCollisions(
       0.0, [&](const urdf::Link& link, const urdf::Collision& collision, const Eigen::Isometry3d& pose) {
+        if (model_->solids.size() == max_solids)
+          throw std::runtime_error("urdf: the links up to '" + link.name + "' have more than " +
+                                   std::to_string(max_solids) + " collisions, expected fewer");
         model_->solids.push_back(toSolid(link.name, collision, find_package));
         clay::Solid& solid = model_->solids.back();
         solid.pose = pose;

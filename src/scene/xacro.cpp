@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -72,9 +73,22 @@ int run(const std::vector<std::string>& words, std::FILE* out, std::FILE* err) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
 }
 
+std::string withoutComments(const std::string& xml) {
+  std::string text;
+  std::size_t from = 0;
+  while (from < xml.size()) {
+    const std::size_t begin = std::min(xml.find("<!--", from), xml.size());
+    text.append(xml, from, begin - from);
+    const std::size_t end = xml.find("-->", begin);
+    from = end == std::string::npos ? xml.size() : end + 3;
+  }
+  return text;
+}
+
 }  // namespace
 
-bool hasMacros(const std::string& xml, const std::string& file) {
+bool hasMacros(const std::string& text, const std::string& file) {
+  const std::string xml = withoutComments(text);
   const auto has = [&](const char* words) { return xml.find(words) != std::string::npos; };
   return files::endsWith(file, ".xacro") || has("<xacro:") ||
          (has("xmlns:xacro") && (has("${") || has("$(")));

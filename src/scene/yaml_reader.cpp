@@ -56,7 +56,7 @@ void YamlMap::collect(const YAML::Node& map) {
     if (!own.insert(key).second) fail(entry.first, "key '" + key + "' stands there twice, expected it once");
     if (key == merge_key && entry.first.Tag() != "!")  // a quoted key has the tag "!"
       merges.push_back({entry.first, entry.second});
-    else if (!has(key))
+    else if (places_.emplace(key, entries_.size()).second)
       entries_.push_back({entry.first, entry.second});
   }
   for (const Entry& entry : merges) merge(entry.key, entry.value);
@@ -72,9 +72,8 @@ void YamlMap::merge(const YAML::Node& key, const YAML::Node& value) {
 }
 
 const YamlMap::Entry* YamlMap::find(const std::string& key) const {
-  const auto found = std::find_if(entries_.begin(), entries_.end(),
-                                  [&](const Entry& entry) { return entry.key.Scalar() == key; });
-  return found == entries_.end() ? nullptr : &*found;
+  const auto found = places_.find(key);
+  return found == places_.end() ? nullptr : &entries_[found->second];
 }
 
 std::vector<std::string> YamlMap::keys() const {

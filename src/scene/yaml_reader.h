@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -117,7 +118,8 @@ class YamlMap {
                            const std::string& expected) const;
 
   YAML::Node node_;
-  std::vector<Entry> entries_;  // in the order of the file, merged ones last
+  std::vector<Entry> entries_;                 // in the order of the file, merged ones last
+  std::map<std::string, std::size_t> places_;  // of the keys among the entries
   std::string file_;
   std::set<std::string> asked_;
 };

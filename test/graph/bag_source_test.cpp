@@ -5,6 +5,8 @@
 #include <std_msgs/String.h>
 
 #include <chrono>
+#include <fstream>
+#include <iterator>
 #include <stdexcept>
 
 #include "nodes/conversions.h"
@@ -76,6 +78,20 @@ TEST_F(Bag, OfSeveralOneIsNamed) {
 TEST_F(Bag, CompressedBagsArePlayed) {
   EXPECT_EQ(played(bag({"/hands/tracked"}, rosbag::compression::BZ2)), "hands/tracked");
   EXPECT_EQ(played(bag({"/hands/tracked"}, rosbag::compression::LZ4)), "hands/tracked");
+}
+
+TEST_F(Bag, AChunkThatUnpacksToTooMuchIsRefused) {
+  const std::string file = bag({"hands/tracked"}, rosbag::compression::BZ2);
+  std::fstream bytes(file, std::ios::binary | std::ios::in | std::ios::out);
+  const std::string text{std::istreambuf_iterator<char>(bytes), {}};
+  const std::size_t at = text.find("size=");
+  ASSERT_NE(at, std::string::npos);
+  bytes.clear();
+  bytes.seekp(static_cast<std::streamoff>(at + 5));
+  bytes.write("\0\0\0\x60", 4);
+  bytes.close();
+  EXPECT_TRUE(has(refused(file), file + ": a chunk of 1610612736 bytes, expected at most 268435456"))
+      << refused(file);
 }
 
 TEST_F(Bag, WhatCannotBePlayedSaysWhatToDo) {

@@ -58,6 +58,7 @@ class Judged(unittest.TestCase):
         message = TrackedHands(hands=hands)
         message.header.stamp = stamp or rospy.Time.now()
         message.header.frame_id = 'world'
+        self.skins.pop(message.header.stamp, None)
         self.publisher.publish(message)
         wait_until(lambda: message.header.stamp in self.skins, 10, 'an answer')
         self.assertIsNone(self.node.poll())
@@ -129,6 +130,10 @@ class Judged(unittest.TestCase):
         time.sleep(1.1)  # lines are throttled
         self.send([self.hand], moved=3e-3)
         self.assertIn('the tracker stands still', self.told())
+        # A device without a clock: the same stamp for ever.
+        stamp = rospy.Time(7)
+        standing = widths(lambda: stamp, lambda k: 3.5e-3)
+        self.assertEqual(standing[-1][1], 0, standing)
         # A played recording has the stamps of its own time, and may hold still.
         old = iter(range(1000))
         played = widths(lambda: rospy.Time(1000, 10000000 * next(old)), lambda k: 4e-3)

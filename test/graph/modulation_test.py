@@ -213,8 +213,8 @@ class Devices(unittest.TestCase):
                     driver.reader.join(5)
                     lines = [line for line in driver.lines if 'modulation' in line]
                     self.assertEqual(len(lines), 1, driver.words())
-                    self.assertIn("modulation is '%s', array 'sonic_surface' can do am, field only, because it takes 89 "
-                                  "updates per second" % modulation, lines[0])
+                    self.assertIn("modulation is '%s', array 'sonic_surface' can do am, field only, because it takes "
+                                  "89 updates per second" % modulation, lines[0])
             self.assertFalse(emulator.sounds())
 
     def test_boards_play_the_field_that_was_judged(self):

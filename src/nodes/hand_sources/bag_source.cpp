@@ -3,7 +3,13 @@
 #include <ros/console.h>
 #include <pluginlib/class_list_macros.hpp>
 
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <fstream>
+#include <optional>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 
 #include "files/input_file.h"
@@ -15,6 +21,8 @@ namespace tactile_clay::nodes {
 namespace {
 
 constexpr std::uint32_t max_message = 1U << 20U;  // bytes; 64 hands have 110 kB
+
+constexpr std::uint32_t max_chunk = 256U << 20U;  // bytes, unpacked; rosbag unpacks a whole one at a time
 
 using Hands = ros::message_traits::DataType<TrackedHands>;
 using HandsMd5 = ros::message_traits::MD5Sum<TrackedHands>;
@@ -74,6 +82,40 @@ void requireTrackedHands(const std::string& file, const rosbag::ConnectionInfo& 
         "): play it with the release that recorded it, or convert it by rules for `rosbag fix`");
 }
 
+/// A number in the format of rosbag.
+std::optional<std::uint32_t> readNumber(std::istream& in) {
+  std::array<char, sizeof(std::uint32_t)> bytes{};
+  if (!in.read(bytes.data(), bytes.size())) return std::nullopt;
+  std::uint32_t number = 0;
+  std::memcpy(&number, bytes.data(), sizeof number);
+  return number;
+}
+
+/// Checks the headers of all chunks (http://wiki.ros.org/Bags/Format/2.0). What is damaged is left to rosbag.
+/// @throws std::runtime_error if a chunk is larger than rosbag should unpack
+void requireSmallChunks(const std::string& file) {
+  constexpr std::uint32_t longest = 1U << 20U;  // bytes, of a header
+  const std::string chunk = "op=\x05", size_of = "size=";
+  std::ifstream in(file, std::ios::binary);
+  std::string line;
+  if (!std::getline(in, line) || line != "#ROSBAG V2.0") return;
+  while (const auto header_size = readNumber(in)) {
+    std::string header(std::min(*header_size, longest), '\0');
+    if (*header_size > longest || !in.read(header.data(), *header_size)) return;
+    const std::size_t at = header.find(size_of);
+    if (header.find(chunk) != std::string::npos && at != std::string::npos &&
+        at + size_of.size() + sizeof(std::uint32_t) <= header.size()) {
+      std::istringstream number(header.substr(at + size_of.size()));
+      if (const auto size = readNumber(number); *size > max_chunk)
+        throw std::runtime_error(file + ": a chunk of " + std::to_string(*size) +
+                                 " bytes, expected at most " + std::to_string(max_chunk) +
+                                 "; `rosbag record --chunksize` makes smaller ones");
+    }
+    const auto data_size = readNumber(in);
+    if (!data_size || !in.seekg(*data_size, std::ios::cur)) return;
+  }
+}
+
 /// Runs `work`, which reads a bag, and returns its result.
 /// @throws std::runtime_error with one line: that of `work`, or one about a damaged bag
 template <typename Work>
@@ -110,6 +152,7 @@ void BagSource::open(const hand::SourceOptions& options) {
     // With wrong sizes rosbag asks for more memory than there is.
     throw std::runtime_error(file_ + ": not a readable bag: " + error.what());
   }
+  requireSmallChunks(file_);
   reading(file_, [&] {
     const std::string topic = topicOfHands(bag_, file_, options.topic);
     view_ = std::make_unique<rosbag::View>(bag_, rosbag::TopicQuery(topic));

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <cstdio>
 #include <cstring>
 #include <fstream>
@@ -64,6 +67,13 @@ class SculptureTest : public testing::Test {
 
   const std::string file_ = testing::TempDir() + "sculpture_test.clay";
 };
+
+/// kB.
+long peakMemory() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss;
+}
 
 bool sameBits(const VectorField& a, const VectorField& b) {
   return a.size() == b.size() && std::memcmp(&a[0], &b[0], a.size() * sizeof(a[0])) == 0;
@@ -215,6 +225,14 @@ TEST_F(SculptureTest, SaysWhatIsWrong) {
   EXPECT_NE(fault().find("cannot be opened"), std::string::npos);
   write("tactile_clay sculpture 0\n");
   EXPECT_NE(fault().find("is not a sculpture"), std::string::npos);
+  write("no sculpture, and much of it\n");
+  for (const auto& [size, words] :
+       {std::pair(1L << 30, "is not a sculpture"), {3L << 30, "expected at most"}}) {
+    ASSERT_EQ(truncate(file_.c_str(), size), 0);
+    const long before = peakMemory();
+    EXPECT_NE(fault().find(words), std::string::npos) << fault();
+    EXPECT_LT(peakMemory() - before, 100000) << "kB";
+  }
   Clay clay = start();
   try {
     save(clay.sculpture(), "/nowhere/at/all.clay");

@@ -9,6 +9,7 @@
 #include "hand/anatomy.h"
 #include "hand/hand_check.h"
 #include "hand/hand_pose.h"
+#include "support/error_of.h"
 #include "support/leap_message.h"
 
 namespace tactile_clay::hand {
@@ -259,6 +260,17 @@ TEST(LeapFrame, AHandIsKeptWhereOneFingerIsElsewhere) {
     EXPECT_EQ(faults.lines.size(), 1U) << x;
     EXPECT_TRUE(hand.missing[ring_tip]) << x;
     EXPECT_FALSE(hand.missing[little_tip]) << x;
+  }
+}
+
+TEST(LeapFrame, MoreHandsOrPointablesThanAnyoneHasAreRefused) {
+  const json one = leapMessage(knownHand(Side::right), 12);
+  for (const auto& [list, maximum] : {std::pair("hands", 100), {"pointables", 1000}}) {
+    json message = one;
+    while (message[list].size() <= static_cast<std::size_t>(maximum)) message[list].push_back(one[list][0]);
+    const std::string said = errorOf([&, text = message.dump()] { parseLeapFrame(text, "clip:3"); });
+    EXPECT_NE(said.find("clip:3"), std::string::npos) << said;
+    EXPECT_NE(said.find("expected at most " + std::to_string(maximum)), std::string::npos) << said;
   }
 }
 

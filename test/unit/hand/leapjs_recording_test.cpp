@@ -150,6 +150,13 @@ TEST_F(LeapjsFile, WhatIsBrokenSaysSoWhenOpened) {
   const std::string text = packed().dump();
   EXPECT_NE(openError(text.substr(0, text.size() / 2)).find("ends within its JSON"), std::string::npos);
   EXPECT_NE(openError(R"({"metadata":{},"frames":[]})").find("no frames"), std::string::npos);
+  std::string many = "[[]", keys = "{\"frames\":[]";
+  for (int k = 0; k < 1'000'001; ++k) {
+    many += ",[]";
+    keys += ",\"\":1";
+  }
+  EXPECT_NE(openError(many + "]").find("has more than 1000000 frames"), std::string::npos);
+  EXPECT_NE(openError(keys + "}").find("has more than 1000000 frames"), std::string::npos);
   EXPECT_NE(openError(R"({"metadata":{},"frames":7})").find("no frames"), std::string::npos);
   EXPECT_NE(openError(packedLzString(u"neither JSON nor anything")).find("no JSON"), std::string::npos);
   EXPECT_NE(openError(std::string(40, 'A')).find("leapjs-playback"), std::string::npos);

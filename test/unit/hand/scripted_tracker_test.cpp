@@ -128,5 +128,16 @@ TEST(ScriptedTracker, SaysWhichNumberIsWrong) {
   EXPECT_THROW(ScriptedTracker{script}, std::invalid_argument);
 }
 
+TEST(ScriptedTracker, MishapsWithoutEndAreRefused) {
+  TrackerScript script = kneading();
+  script.rate = 1000.0;
+  script.score.hands[0].back().time = 1000.0;
+  for (double* interval : {&script.dropout_interval, &script.id_change_interval}) {
+    script.dropout_interval = script.id_change_interval = 0.0;
+    script.dropout_duration = *interval = 1e-6;
+    EXPECT_THROW(ScriptedTracker{script}, std::invalid_argument);
+  }
+}
+
 }  // namespace
 }  // namespace tactile_clay::hand

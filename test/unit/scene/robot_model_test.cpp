@@ -124,6 +124,13 @@ TEST_F(RobotModel, DepthAndNumberOfLinksAreBounded) {
   EXPECT_LT(complaint(bomb).size(), 400u);
 }
 
+TEST_F(RobotModel, NumberOfSolidsIsBounded) {
+  std::string many = "<link name=\"world\">";
+  for (int k = 0; k < 1001; ++k) many += "<collision><geometry>" + box + "</geometry></collision>";
+  const std::string said = complaint(robot(many + "</link>"));
+  EXPECT_NE(said.find("more than 1000 collisions"), std::string::npos) << said;
+}
+
 TEST_F(RobotModel, EncodingsAreReadAsDeclared) {
   const std::string inside =
       "<!-- Tisch f\xfcr Gef\xe4\xdf"
@@ -240,6 +247,12 @@ TEST_F(Xacro, IsAskedForByNameWhereItIsMissing) {
   expectComplaint(macros_, "the program xacro that expands them is not there");
   EXPECT_NE(complaint(robot(link("world")), "desk.urdf.xacro").find("xacro"), std::string::npos);
   EXPECT_EQ(complaint(robot(link("world"))), "");  // its namespace alone does not make it one
+}
+
+TEST_F(Xacro, IsNotAskedForWhatIsCommentedOut) {
+  const std::string xml =
+      robot("<!-- <xacro:include filename=\"${f}\"/> -->\n" + link("world", box) + "<!-- <xacro:");
+  EXPECT_EQ(load(xml + "table/> -->\n"), xml + "table/> -->\n");
 }
 
 TEST_F(Xacro, SaysWhatXacroSays) {

@@ -1,5 +1,7 @@
 #include "scene/yaml_reader.h"
 
+#include <ctime>
+
 #include "scene/scene.h"
 #include "support/error_of.h"
 #include "support/scratch_folder.h"
@@ -135,6 +137,15 @@ TEST_F(YamlAsPeopleWriteIt, AliasesDoNotMultiply) {
         "m" + std::to_string(k) + ": &m" + std::to_string(k) + " {<<: [" + before + ", " + before + "]}\n";
   }
   expectComplaint(merges, ":16: more than 200000 values");
+}
+
+// A step per pair of keys would take a minute.
+TEST_F(YamlAsPeopleWriteIt, WideMapsAreReadKeyByKey) {
+  std::string wide;
+  for (int k = 0; k < 99000; ++k) wide += "k" + std::to_string(k) + ": 1\n";
+  const std::clock_t start = std::clock();
+  EXPECT_EQ(loadYaml(write("wide.yaml", wide)).keys().size(), 99000U);
+  EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 10.0);
 }
 
 TEST_F(YamlAsPeopleWriteIt, DeepNestingEndsWithOneLine) {
