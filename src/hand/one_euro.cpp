@@ -22,8 +22,8 @@ Eigen::Quaterniond rotation(const Eigen::Vector3d& vector) {
   return Eigen::Quaterniond(Eigen::AngleAxisd(angle, vector / angle));
 }
 
-const Eigen::Quaterniond& OneEuroRotation::filter(const Eigen::Quaterniond& q, double te,
-                                                  const OneEuroConfig& config) {
+Eigen::Quaterniond OneEuroRotation::filter(const Eigen::Quaterniond& q, double te,
+                                           const OneEuroConfig& config) {
   const Eigen::Vector3d turn = rotationVector(value_.conjugate() * q.normalized());
   derivative_ += lowPassGain(config.derivative_cutoff, te) * (turn / te - derivative_);
   const double cutoff = config.min_cutoff + config.beta * derivative_.norm();

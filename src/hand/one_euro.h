@@ -29,7 +29,7 @@ class OneEuro {
     derivative_.setZero();
   }
   /// @param te s since the sample before, positive
-  const Vector& filter(const Vector& x, double te, const OneEuroConfig& config) {
+  Vector filter(const Vector& x, double te, const OneEuroConfig& config) {
     derivative_ += lowPassGain(config.derivative_cutoff, te) * ((x - value_) / te - derivative_);
     const double cutoff = config.min_cutoff + config.beta * derivative_.norm();
     const double gain = lowPassGain(cutoff, te);
@@ -51,7 +51,7 @@ class OneEuroRotation {
     value_ = q.normalized();
     derivative_.setZero();
   }
-  const Eigen::Quaterniond& filter(const Eigen::Quaterniond& q, double te, const OneEuroConfig& config);
+  Eigen::Quaterniond filter(const Eigen::Quaterniond& q, double te, const OneEuroConfig& config);
   const Eigen::Quaterniond& value() const { return value_; }
 
  private:

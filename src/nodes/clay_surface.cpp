@@ -67,7 +67,7 @@ void ClaySurface::look() {
 void ClaySurface::show(const Cloud& cloud) {
   const auto start = ros::SteadyTime::now();
   const SurfaceParticles particles = surfaceParticles(cloud);
-  const surface::TriangleMesh& mesh = surface_.update(particles.position, particles.color);
+  const surface::TriangleMesh mesh = surface_.update(particles.position, particles.color);
   publisher_.publish(surfaceMarker(mesh, lit(mesh), mesh.triangles, 1.0f, cloud.header, "clay", 0));
   triangles_ = mesh.triangles.size();
   times_.add((ros::SteadyTime::now() - start).toSec());
@@ -84,7 +84,7 @@ void ClaySurface::write(const std::string& file, files::Existing existing,
       throw std::runtime_error("mesh '" + file + "': no clay/particles within 5 s, expected a running clay");
     if (const std::string fault = faultOf(*cloud); !fault.empty()) throw std::runtime_error(fault);
     const SurfaceParticles particles = surfaceParticles(*cloud);
-    const surface::TriangleMesh& mesh = surface_.update(particles.position, particles.color);
+    const surface::TriangleMesh mesh = surface_.update(particles.position, particles.color);
     files::writeWhole(file, surface::meshFile(mesh, file), existing);
     return std::to_string(mesh.triangles.size()) + " triangles written to " + file;
   });

@@ -91,7 +91,7 @@ void SplatsDisplay::redraw() {
     const auto spacing = static_cast<double>(spacing_->getFloat());
     if (!splats_ || splats_->spacing() != spacing) splats_ = std::make_unique<surface::ClaySplats>(spacing);
     const nodes::SurfaceParticles particles = nodes::surfaceParticles(*message_);
-    const std::vector<surface::Splat>& splats = splats_->update(particles.position, particles.color);
+    const std::vector<surface::Splat> splats = splats_->update(particles.position, particles.color);
     scene_->place(position, orientation);
     scene_->set(splats, spacing);
     setStatus(rviz::StatusProperty::Ok, "Particles",

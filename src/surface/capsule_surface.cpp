@@ -58,7 +58,7 @@ void addKernel(const Cone& cone, const FieldGrid::Window& window) {
 
 }  // namespace
 
-const TriangleMesh& CapsuleSurface::update(const std::vector<hand::Capsule>& capsules) {
+TriangleMesh CapsuleSurface::update(const std::vector<hand::Capsule>& capsules) {
   std::vector<Cone> cones;
   boxes_.clear();
   for (const hand::Capsule& capsule : capsules) {
@@ -69,17 +69,16 @@ const TriangleMesh& CapsuleSurface::update(const std::vector<hand::Capsule>& cap
     cones.push_back(coneOf(capsule));
     boxes_.push_back({low.cast<float>(), high.cast<float>()});
   }
-  mesh_.position.clear();
-  mesh_.triangles.clear();
+  TriangleMesh mesh;
   block_of_.clear();
   grid_.update(boxes_,
                [&](std::uint32_t k, const FieldGrid::Window& window) { addKernel(cones[k], window); });
   // The root is linear in the distance, as marching cubes assumes along edges.
   for (FieldGrid::Block& block : grid_.blocks())
     for (float& value : block.value) value = std::sqrt(std::sqrt(value));
-  march(grid_, level, mesh_, block_of_);
-  setNormals(mesh_);
-  return mesh_;
+  march(grid_, level, mesh, block_of_);
+  setNormals(mesh);
+  return mesh;
 }
 
 }  // namespace tactile_clay::surface

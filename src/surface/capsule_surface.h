@@ -23,13 +23,12 @@ class CapsuleSurface {
   /// Positions, normals and triangles; no colours. Capsules that are not finite, or farther than a kilometre
   /// from the origin, are left out.
   /// @throws std::runtime_error with one line if they are too large (FieldGrid)
-  const TriangleMesh& update(const std::vector<hand::Capsule>& capsules);
+  TriangleMesh update(const std::vector<hand::Capsule>& capsules);
 
  private:
   FieldGrid grid_;
   std::vector<FieldGrid::Box> boxes_;
   std::vector<std::uint32_t> block_of_;
-  TriangleMesh mesh_;
 };
 
 }  // namespace tactile_clay::surface

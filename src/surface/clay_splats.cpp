@@ -21,21 +21,21 @@ void ClaySplats::findOuter(const std::vector<EllipsoidKernel>& kernels) {
                 kernels[i].reach.minCoeff() < width_outside * kernels_.reach();
 }
 
-const std::vector<Splat>& ClaySplats::update(const clay::VectorField& position,
-                                             const std::vector<Eigen::Vector3f>& color) {
+std::vector<Splat> ClaySplats::update(const clay::VectorField& position,
+                                      const std::vector<Eigen::Vector3f>& color) {
   particles_.take(position, color);
-  splats_.clear();
-  if (particles_.color.empty()) return splats_;
-  const std::vector<EllipsoidKernel>& kernels = kernels_.update(particles_.position);
+  std::vector<Splat> splats;
+  if (particles_.color.empty()) return splats;
+  const std::vector<EllipsoidKernel> kernels = kernels_.update(particles_.position);
   findOuter(kernels);
   const clay::Neighbourhood& near = kernels_.neighbourhood();
   for (std::size_t i = 0; i < kernels.size(); ++i) {
     bool kept = outer_[i];
     for (std::uint32_t pair = near.begin(i); !kept && pair < near.end(i); ++pair)
       kept = outer_[near.other(pair)];
-    if (kept) splats_.push_back({kernels[i], particles_.color[i]});
+    if (kept) splats.push_back({kernels[i], particles_.color[i]});
   }
-  return splats_;
+  return splats;
 }
 
 }  // namespace tactile_clay::surface

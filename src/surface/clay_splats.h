@@ -27,8 +27,7 @@ class ClaySplats {
   /// @param position m, of n particles; particles that are not within a kilometre of the origin are left out
   /// @param color RGB, 0-1, of each particle
   /// @throws std::invalid_argument if there is not one colour per particle
-  const std::vector<Splat>& update(const clay::VectorField& position,
-                                   const std::vector<Eigen::Vector3f>& color);
+  std::vector<Splat> update(const clay::VectorField& position, const std::vector<Eigen::Vector3f>& color);
 
   std::size_t particles() const { return particles_.color.size(); }  // from which the splats were chosen
   double spacing() const { return spacing_; }
@@ -40,7 +39,6 @@ class ClaySplats {
   Kernels kernels_;
   ColouredParticles particles_;
   std::vector<char> outer_;  // of each particle: whether it lacks neighbours
-  std::vector<Splat> splats_;
 };
 
 }  // namespace tactile_clay::surface

@@ -30,16 +30,13 @@ void addKernel(const EllipsoidKernel& kernel, const FieldGrid::Window& window) {
 ClaySurface::ClaySurface(double spacing)
     : spacing_(spacing), kernels_(spacing), grid_(static_cast<float>(cell * spacing)) {}
 
-const TriangleMesh& ClaySurface::update(const clay::VectorField& position,
-                                        const std::vector<Eigen::Vector3f>& color) {
+TriangleMesh ClaySurface::update(const clay::VectorField& position,
+                                 const std::vector<Eigen::Vector3f>& color) {
   particles_.take(position, color);
-  mesh_.position.clear();
-  mesh_.normal.clear();
-  mesh_.color.clear();
-  mesh_.triangles.clear();
+  TriangleMesh mesh;
   block_of_.clear();
-  if (particles_.color.empty()) return mesh_;
-  const std::vector<EllipsoidKernel>& kernels = kernels_.update(particles_.position);
+  if (particles_.color.empty()) return mesh;
+  const std::vector<EllipsoidKernel> kernels = kernels_.update(particles_.position);
   boxes_.clear();
   for (const EllipsoidKernel& kernel : kernels)
     boxes_.push_back({kernel.centre - kernel.reach, kernel.centre + kernel.reach});
@@ -47,13 +44,13 @@ const TriangleMesh& ClaySurface::update(const clay::VectorField& position,
                [&](std::uint32_t k, const FieldGrid::Window& window) { addKernel(kernels[k], window); });
   level_ = grid_.levelOf(static_cast<double>(kernels.size()) * std::pow(spacing_, 3.0), lowest_level,
                          highest_level);
-  march(grid_, level_, mesh_, block_of_);
-  setNormals(mesh_);
-  paint(kernels);
-  return mesh_;
+  march(grid_, level_, mesh, block_of_);
+  setNormals(mesh);
+  paint(kernels, mesh);
+  return mesh;
 }
 
-void ClaySurface::paint(const std::vector<EllipsoidKernel>& kernels) {
+void ClaySurface::paint(const std::vector<EllipsoidKernel>& kernels, TriangleMesh& mesh) const {
   // Most blocks have clay of one colour.
   std::vector<char> mixed(grid_.blocks().size(), 0);
   std::vector<Eigen::Vector3f> first(mixed.size(), Eigen::Vector3f::Zero());
@@ -67,22 +64,22 @@ void ClaySurface::paint(const std::vector<EllipsoidKernel>& kernels) {
       mixed[b] |= particles_.color[k] != first[b];
     });
   }
-  mesh_.color.resize(mesh_.position.size());
-  for (std::size_t c = 0; c < mesh_.position.size(); ++c) {
+  mesh.color.resize(mesh.position.size());
+  for (std::size_t c = 0; c < mesh.position.size(); ++c) {
     const std::uint32_t b = block_of_[c];
-    mesh_.color[c] = first[b];
+    mesh.color[c] = first[b];
     if (!mixed[b]) continue;
     float weight = 0.0f;
     Eigen::Vector3f color = Eigen::Vector3f::Zero();
     grid_.forEachKernel(b, [&](std::uint32_t k) {
-      const Eigen::Vector3f d = mesh_.position[c] - kernels[k].centre;
+      const Eigen::Vector3f d = mesh.position[c] - kernels[k].centre;
       if ((d.cwiseAbs() - kernels[k].reach).maxCoeff() > 0.0f) return;
       const float a = std::max(0.0f, 1.0f - d.dot(kernels[k].shape * d));
       const float w = kernels[k].weight * a * a * a;
       weight += w;
       color += w * particles_.color[k];
     });
-    if (weight > 0.0f) mesh_.color[c] = color / weight;
+    if (weight > 0.0f) mesh.color[c] = color / weight;
   }
 }
 

@@ -26,13 +26,13 @@ class ClaySurface {
   /// @param color RGB, 0-1, of each particle; where bodies merge, colours blend over the width of a kernel
   /// @throws std::invalid_argument if there is not one colour per particle, std::runtime_error with one line
   ///   if the clay is spread too far (FieldGrid)
-  const TriangleMesh& update(const clay::VectorField& position, const std::vector<Eigen::Vector3f>& color);
+  TriangleMesh update(const clay::VectorField& position, const std::vector<Eigen::Vector3f>& color);
 
   float level() const { return level_; }  // of the field, at the surface
   double spacing() const { return spacing_; }
 
  private:
-  void paint(const std::vector<EllipsoidKernel>& kernels);
+  void paint(const std::vector<EllipsoidKernel>& kernels, TriangleMesh& mesh) const;
 
   double spacing_;
   float level_ = 0.0f;
@@ -41,7 +41,6 @@ class ClaySurface {
   std::vector<FieldGrid::Box> boxes_;    // of the kernels
   ColouredParticles particles_;          // without those that are left out
   std::vector<std::uint32_t> block_of_;  // block of each corner of the mesh
-  TriangleMesh mesh_;
 };
 
 }  // namespace tactile_clay::surface

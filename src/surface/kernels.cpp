@@ -95,9 +95,9 @@ Kernels::Kernels(double spacing)
   lattice_var_ /= lattice_sum_;
 }
 
-const std::vector<EllipsoidKernel>& Kernels::update(const clay::VectorField& position) {
+std::vector<EllipsoidKernel> Kernels::update(const clay::VectorField& position) {
   near_.build(position);
-  kernels_.resize(position.size());
+  std::vector<EllipsoidKernel> kernels(position.size());
   const float per_radius2 = 1.0f / (radius_ * radius_);
   const float alone = 1.0f / lattice_sum_;
   for (std::size_t i = 0; i < position.size(); ++i) {
@@ -111,7 +111,7 @@ const std::vector<EllipsoidKernel>& Kernels::update(const clay::VectorField& pos
     const float b = floor_full + (floor_alone - floor_full) * lonely * lonely;
     const Eigen::Matrix3f square =
         radius_ * radius_ * ((1.0f - b) / lattice_var_ * covariance + b * Eigen::Matrix3f::Identity());
-    EllipsoidKernel& kernel = kernels_[i];
+    EllipsoidKernel& kernel = kernels[i];
     kernel.centre = position.at(i) + smoothing * mean;
     kernel.shape = square.inverse();
     kernel.reach = square.diagonal().cwiseSqrt();
@@ -119,7 +119,7 @@ const std::vector<EllipsoidKernel>& Kernels::update(const clay::VectorField& pos
                             kernel.shape(1, 1), kernel.shape(1, 2), kernel.shape(2, 2)};
     kernel.weight = 1.0f / kernelSum(near_.arrays(), i, shape);
   }
-  return kernels_;
+  return kernels;
 }
 
 }  // namespace tactile_clay::surface

@@ -31,7 +31,7 @@ class Kernels {
   explicit Kernels(double spacing);
 
   /// @param position m, finite
-  const std::vector<EllipsoidKernel>& update(const clay::VectorField& position);
+  std::vector<EllipsoidKernel> update(const clay::VectorField& position);
 
   float reach() const { return radius_; }  // m, of the kernel of a particle in a full lattice
   /// Pairs of particles of the last update that are within that reach.
@@ -41,7 +41,6 @@ class Kernels {
   float radius_;                     // m, R
   float lattice_sum_, lattice_var_;  // of weights, and variance along an axis (m^2), in a full lattice
   clay::Neighbourhood near_;
-  std::vector<EllipsoidKernel> kernels_;
 };
 
 }  // namespace tactile_clay::surface

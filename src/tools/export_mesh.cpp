@@ -96,7 +96,7 @@ void run(int argc, char** argv) {
   const Clay clay =
       files::endsWith(in, ".bag") ? ofBag(in, arguments["topic"], time, scene) : ofSculpture(in, scene);
   surface::ClaySurface surface(clay.spacing);
-  const surface::TriangleMesh& mesh = surface.update(clay.particles.position, clay.particles.color);
+  const surface::TriangleMesh mesh = surface.update(clay.particles.position, clay.particles.color);
   if (mesh.triangles.empty()) throw std::runtime_error("'" + in + "' has no clay");
   files::writeWhole(out, surface::meshFile(mesh, out), existing);
   std::printf("export_mesh: %s: %zu triangles, %.1f cm^3\n", out.c_str(), mesh.triangles.size(),

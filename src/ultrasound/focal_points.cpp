@@ -5,7 +5,6 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
-#include <tuple>
 
 #include "ultrasound/contact_clusters.h"
 #include "ultrasound/skin_disc.h"
@@ -94,9 +93,8 @@ void FocalPointRenderer::configure(const FocalPointConfig& config) {
 }
 
 void FocalPointRenderer::reset() {
-  previous_.clear();
+  ids_ = {};
   report_ = {};
-  next_id_ = 0;
 }
 
 std::vector<FocalPoint> FocalPointRenderer::render(const std::vector<PressureSample>& samples) {
@@ -106,11 +104,11 @@ std::vector<FocalPoint> FocalPointRenderer::render(const std::vector<PressureSam
   if (config_.modulation == Modulation::spatiotemporal) {
     std::vector<FocalPoint> points = path(field.position, field.weight, field.pressure);
     finish(samples, points);
-    previous_.clear();
+    ids_.forget();
     return points;
   }
   const Clustering clustering =
-      contactClusters(field, config_, array_ ? &*array_ : nullptr, previous_, report_.merged_points);
+      contactClusters(field, config_, array_ ? &*array_ : nullptr, ids_.before(), report_.merged_points);
 
   std::vector<double> force(clustering.centre.size(), 0.0);
   for (std::size_t i = 0; i < field.position.size(); ++i) {
@@ -129,14 +127,13 @@ std::vector<FocalPoint> FocalPointRenderer::render(const std::vector<PressureSam
     return std::lexicographical_compare(a.position.begin(), a.position.end(), b.position.begin(),
                                         b.position.end());
   });
-  assignIds(points);
+  ids_.assign(points, config_.follow_distance);
   finish(samples, points);
-  previous_ = points;
   return points;
 }
 
 std::vector<FocalPoint> FocalPointRenderer::field(const std::vector<PressureSample>& samples) {
-  previous_.clear();
+  ids_.forget();
   std::vector<PressureSample> skin;
   double force = 0.0;
   for (const PressureSample& sample : samples) {
@@ -185,38 +182,6 @@ void FocalPointRenderer::finish(const std::vector<PressureSample>& samples, std:
   setIntensities(points);
   report_.error = reconstructionError(samples, points, config_.sigma);
   report_.weighted_error = reconstructionError(samples, points, config_.sigma, true);
-}
-
-void FocalPointRenderer::assignIds(std::vector<FocalPoint>& points) {
-  struct Pair {
-    double distance;
-    std::size_t before;  // index into previous_, which is sorted by id
-    std::size_t now;
-  };
-  std::vector<Pair> pairs;
-  for (std::size_t i = 0; i < previous_.size(); ++i) {
-    for (std::size_t j = 0; j < points.size(); ++j) {
-      const double distance = (previous_[i].position - points[j].position).norm();
-      if (distance <= config_.follow_distance) pairs.push_back({distance, i, j});
-    }
-  }
-  std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) {
-    return std::tie(a.distance, a.before, a.now) < std::tie(b.distance, b.before, b.now);
-  });
-
-  std::vector<bool> taken(previous_.size(), false);
-  std::vector<bool> named(points.size(), false);
-  for (const Pair& pair : pairs) {
-    if (taken[pair.before] || named[pair.now]) continue;
-    taken[pair.before] = true;
-    named[pair.now] = true;
-    points[pair.now].id = previous_[pair.before].id;
-  }
-  for (std::size_t j = 0; j < points.size(); ++j) {
-    if (!named[j]) points[j].id = next_id_++;
-  }
-  std::sort(points.begin(), points.end(),
-            [](const FocalPoint& a, const FocalPoint& b) { return a.id < b.id; });
 }
 
 double reconstructionError(const std::vector<PressureSample>& samples, const std::vector<FocalPoint>& points,

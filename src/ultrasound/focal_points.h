@@ -9,6 +9,7 @@
 #include "ultrasound/array_reach.h"
 #include "ultrasound/focal_point.h"
 #include "ultrasound/modulation.h"
+#include "ultrasound/point_ids.h"
 
 namespace tactile_clay::ultrasound {
 
@@ -82,10 +83,8 @@ double compress(double share, double knee);
 /// In a field the points are samples of skin, touched or bare, and their ids count from 0 (skinSamples).
 ///
 /// Ids: clustering is done from the points of the frame before and from new seeds. The first result is used
-/// if its objective (Eq. 8) is at most 5 % above that of the second. Then old and new points are paired,
-/// closest first (ties: lower id, then lower index), and a pair not farther apart than `follow_distance`
-/// keeps its id. The other points get the next unused ids by rising x, y, z. An id of a point that has gone
-/// is not used again.
+/// if its objective (Eq. 8) is at most 5 % above that of the second. PointIds gives the ids, new ones by
+/// rising x, y, z.
 class FocalPointRenderer {
  public:
   /// @throws std::invalid_argument as FocalPointConfig::validate
@@ -128,7 +127,6 @@ class FocalPointRenderer {
   std::vector<FocalPoint> path(const std::vector<Eigen::Vector3d>& position,
                                const std::vector<double>& weight, const std::vector<double>& pressure) const;
   std::vector<FocalPoint> field(const std::vector<contact::PressureSample>& samples);
-  void assignIds(std::vector<FocalPoint>& points);
   void setIntensities(std::vector<FocalPoint>& points);
   void raiseWeak(const std::vector<double>& limit, double strongest, std::vector<FocalPoint>& points);
   void finish(const std::vector<contact::PressureSample>& samples, std::vector<FocalPoint>& points);
@@ -137,8 +135,7 @@ class FocalPointRenderer {
   RenderReport report_;
   std::optional<ArrayReach> array_;
   double reference_ = 0.0;  // Pa, amplitude of one focus at the reference point
-  std::vector<FocalPoint> previous_;
-  std::uint32_t next_id_ = 0;
+  PointIds ids_;
 };
 
 /// Relative RMS difference between the pressure field and its reconstruction from focal points (Fig. 4):

@@ -48,12 +48,12 @@ TEST(ClaySplats, SumAtTheSurfaceIsThatOfAllKernels) {
   const clay::VectorField points = block(14, 14, 14, 0.15f);
   const std::vector<Vector3f> colors(points.size(), Vector3f::Ones());
   ClaySplats chosen(spacing);
-  const auto& splats = chosen.update(points, colors);
+  const auto splats = chosen.update(points, colors);
   EXPECT_LT(splats.size(), points.size() * 9 / 10);
   Kernels all(spacing);
-  const auto& kernels = all.update(points);
+  const auto kernels = all.update(points);
   ClaySurface surface(spacing);
-  const TriangleMesh& mesh = surface.update(points, colors);
+  const TriangleMesh mesh = surface.update(points, colors);
   for (std::size_t c = 0; c < mesh.position.size(); c += 17) {
     const Vector3f& at = mesh.position[c];
     const float sum = fieldAt(
@@ -75,7 +75,7 @@ TEST(ClaySplats, EachHasTheColourOfItsParticle) {
   clay::VectorField points = block(3, 1, 1, 0.0f);
   points.set(1, Vector3f(NAN, 0.0f, 0.0f));
   ClaySplats chosen(spacing);
-  const auto& splats = chosen.update(points, {Vector3f::UnitX(), Vector3f::UnitY(), Vector3f::UnitZ()});
+  const auto splats = chosen.update(points, {Vector3f::UnitX(), Vector3f::UnitY(), Vector3f::UnitZ()});
   ASSERT_EQ(splats.size(), 2u);
   EXPECT_EQ(chosen.particles(), 2u);
   EXPECT_EQ(splats[0].color, Vector3f::UnitX());
