@@ -17,6 +17,7 @@
 #include "nodes/health.h"
 #include "nodes/inbox.h"
 #include "nodes/live_parameters.h"
+#include "nodes/placement.h"
 #include "nodes/plugin.h"
 #include "nodes/release_pace.h"
 #include "nodes/sample_clock.h"

@@ -25,10 +25,10 @@ namespace {
 
 constexpr float beam_diameter = 0.0015f;  // m
 constexpr float beam_alpha = 0.35f;
-constexpr float text_height = 0.008f;                    // m
-constexpr float letter_width = 0.5f, row_height = 1.1f;  // of the height of the text
-constexpr float line_diameter = 0.0006f;                 // m, of the line from a point to its label
-constexpr float nearest = 0.01f;                         // m from the camera
+constexpr float text_height = 0.008f;                        // m
+constexpr float letter_width = 0.5f, row_height = 1.1f;      // of the height of the text
+constexpr float line_diameter = 0.0006f, line_alpha = 0.5f;  // m; of the line from a point to its label
+constexpr float nearest = 0.01f;                             // m from the camera
 const Ogre::ColourValue text_color(0.1f, 0.1f, 0.1f);
 
 /// Makes a cylinder a thin line from one place to another, in the frame of its parent.
@@ -192,7 +192,7 @@ void FocalPointsDisplay::label(const tactile_clay::FocalPoint& point, float diam
               letter_width * text_height * static_cast<float>(std::strlen(words))};
   label.text->setTextAlignment(rviz::MovableText::H_CENTER, rviz::MovableText::V_ABOVE);
   label.text->showOnTop(through_->getBool());
-  label.line->setColor(text_color.r, text_color.g, text_color.b, 1.0f);
+  label.line->setColor(text_color.r, text_color.g, text_color.b, line_alpha);
   if (through_->getBool()) showThrough(*label.line);
   label.line->getRootNode()->setVisible(false);  // until the label rises
   label.node->setPosition(label.at);
