@@ -30,7 +30,7 @@ other, with the tip of an index finger from above, and rest on each until the pr
                     [topic:=...] [rest:=0.7] [maximum:=0.01]
 
 `points` are in frame world, m. `out` gets the line `tracker_pose: [...]` in the format of config/rig.yaml;
-in a file that is there, only that line changes. Touches that do not fit to `most` m are an error, and
+in a file that is there, only that line changes. Touches that do not fit to `maximum` m are an error, and
 nothing is written.
 )";
 
