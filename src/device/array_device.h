@@ -75,6 +75,10 @@ class ArrayDevice {
   /// be left out. Called before open().
   virtual bool harmless() const { return false; }
 
+  /// Checks the options without opening the array. Called before anything starts.
+  /// @throws std::runtime_error as open()
+  virtual void requireOptions(const std::map<std::string, std::string>&) const {}
+
   /// Opens the array.
   /// @param options as given at launch, such as `port`. Options of other devices are ignored. `temperature`
   /// of the air (degrees C) is always among them; the gate uses the same value

@@ -71,18 +71,29 @@ Autd3::~Autd3() {
   if (thread_.joinable()) thread_.join();
 }
 
-void Autd3::open(const std::map<std::string, std::string>& options) {
-  if (thread_.joinable()) throw std::runtime_error("autd3: opened a second time");
+Autd3::Settings Autd3::settingsOf(const std::map<std::string, std::string>& options) {
+  Settings settings;
   const auto address = options.find("address");
   if (address == options.end() || address->second.empty())
     throw std::runtime_error("autd3: no address, expected IP:PORT of an AUTD3 server");
-  address_ = address->second;
-  const std::vector<Eigen::Isometry3d> boards = boardsOf(options);
-  layout_ = Autd3Boards::layoutOf(boards);
-  acoustics_.temperature = number(options, self, "temperature", acoustics_.temperature, -20.0, 60.0);
-  hold_ = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
+  settings.address = address->second;
+  settings.boards = boardsOf(options);
+  settings.layout = Autd3Boards::layoutOf(settings.boards);
+  double& temperature = settings.acoustics.temperature;
+  temperature = number(options, self, "temperature", temperature, -20.0, 60.0);
+  settings.hold = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
       number(options, self, "hold", silence_times::seconds(silence_times::device_hold), 0.02, 10.0)));
-  boards_ = std::make_unique<Autd3Boards>(address_, boards);
+  return settings;
+}
+
+void Autd3::requireOptions(const std::map<std::string, std::string>& options) const {
+  settingsOf(options);
+}
+
+void Autd3::open(const std::map<std::string, std::string>& options) {
+  if (thread_.joinable()) throw std::runtime_error("autd3: opened a second time");
+  settings_ = settingsOf(options);
+  boards_ = std::make_unique<Autd3Boards>(settings_.address, settings_.boards);
   fault_.clear();
   thread_ = std::thread([this] { run(); });
 }
@@ -90,7 +101,7 @@ void Autd3::open(const std::map<std::string, std::string>& options) {
 Capabilities Autd3::capabilities() const {
   Capabilities capabilities;
   capabilities.input = Input::drives;
-  capabilities.layout = layout_;
+  capabilities.layout = settings_.layout;
   capabilities.modulations = {Modulation::amplitude, Modulation::lateral, Modulation::spatiotemporal,
                               Modulation::field,     Modulation::circle,  Modulation::field_circle};
   capabilities.slip = true;
@@ -104,7 +115,7 @@ std::optional<ultrasound::Drive> Autd3::drive(const std::vector<ultrasound::Foca
   ultrasound::PhaseSolverOptions options;
   options.phase_levels = Autd3Boards::phase_levels;
   options.amplitude_levels = Autd3Boards::amplitude_levels;
-  return ultrasound::solvePhases(layout_, acoustics_, points, options).drive;
+  return ultrasound::solvePhases(settings_.layout, settings_.acoustics, points, options).drive;
 }
 
 std::optional<ultrasound::FieldSolution> Autd3::field(const std::vector<ultrasound::FocalPoint>& targets,
@@ -113,7 +124,7 @@ std::optional<ultrasound::FieldSolution> Autd3::field(const std::vector<ultrasou
   ultrasound::FieldSolverOptions own = options;
   own.phase_levels = Autd3Boards::phase_levels;
   own.amplitude_levels = Autd3Boards::amplitude_levels;
-  return ultrasound::solveField(layout_, acoustics_, targets, own, before);
+  return ultrasound::solveField(settings_.layout, settings_.acoustics, targets, own, before);
 }
 
 void Autd3::submit(const Sound& sound) {
@@ -170,7 +181,7 @@ void Autd3::send(const Playing& wanted) {
 void Autd3::run() {
   std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
-    const bool held = sounds_ && Clock::now() - renewed_ > hold_;
+    const bool held = sounds_ && Clock::now() - renewed_ > settings_.hold;
     if (ending_ || held) {
       wanted_ = {};
       new_ = sounds_;
@@ -188,7 +199,7 @@ void Autd3::run() {
       lock.lock();
       sounds_ = !now.patterns.empty();
       fault_ = fault;
-      if (!fault.empty() && !ending_) changed_.wait_for(lock, hold_, [this] { return ending_; });
+      if (!fault.empty() && !ending_) changed_.wait_for(lock, settings_.hold, [this] { return ending_; });
       if (!fault.empty()) {  // try to silence the boards until this succeeds
         new_ = !ending_;
         wanted_ = {};
@@ -196,7 +207,7 @@ void Autd3::run() {
       continue;
     }
     if (ending_) return;
-    changed_.wait_for(lock, hold_ / 4, [this] { return new_ || ending_; });
+    changed_.wait_for(lock, settings_.hold / 4, [this] { return new_ || ending_; });
   }
 }
 

@@ -30,6 +30,7 @@ class Autd3 : public ArrayDevice {
  public:
   ~Autd3() override;
 
+  void requireOptions(const std::map<std::string, std::string>& options) const override;
   void open(const std::map<std::string, std::string>& options) override;
   Capabilities capabilities() const override;
   std::optional<ultrasound::Drive> drive(const std::vector<ultrasound::FocalPoint>& points) const override;
@@ -51,11 +52,17 @@ class Autd3 : public ArrayDevice {
   void run();
   void send(const Playing& wanted);
 
+  struct Settings {
+    std::string address;
+    std::vector<Eigen::Isometry3d> boards;  // poses of their centres
+    ultrasound::ArrayLayout layout;
+    ultrasound::Acoustics acoustics;
+    Clock::duration hold{0};
+  };
+  static Settings settingsOf(const std::map<std::string, std::string>& options);
+
+  Settings settings_;  // set by open()
   std::unique_ptr<Autd3Boards> boards_;
-  std::string address_;
-  ultrasound::ArrayLayout layout_;
-  ultrasound::Acoustics acoustics_;
-  Clock::duration hold_{0};
   std::vector<std::uint8_t> modulation_;  // modulation that the boards have; used by the thread only
 
   mutable std::mutex mutex_;  // protects the members below, up to fault_

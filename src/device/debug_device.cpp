@@ -10,7 +10,11 @@
 namespace tactile_clay::device {
 namespace {
 
-double logRate(const std::string& text) {
+/// Hz; 0: no lines
+double logRate(const std::map<std::string, std::string>& options) {
+  const auto given = options.find("log_rate");
+  if (given == options.end() || given->second.empty()) return 1.0;
+  const std::string& text = given->second;
   try {
     std::size_t end = 0;
     const double rate = std::stod(text, &end);
@@ -49,9 +53,12 @@ DebugDevice::DebugDevice()
 
 DebugDevice::DebugDevice(Sink sink, Clock clock) : sink_(std::move(sink)), clock_(std::move(clock)) {}
 
+void DebugDevice::requireOptions(const std::map<std::string, std::string>& options) const {
+  logRate(options);
+}
+
 void DebugDevice::open(const std::map<std::string, std::string>& options) {
-  const auto given = options.find("log_rate");
-  const double rate = given == options.end() || given->second.empty() ? 1.0 : logRate(given->second);
+  const double rate = logRate(options);
   quiet_ = rate == 0.0;
   interval_ = std::chrono::nanoseconds(quiet_ ? 0 : std::llround(std::min(1e9 / rate, 1e18)));
   said_any_ = false;

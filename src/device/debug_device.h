@@ -25,6 +25,7 @@ class DebugDevice : public ArrayDevice {
   DebugDevice(Sink sink, Clock clock);
 
   bool harmless() const override { return true; }
+  void requireOptions(const std::map<std::string, std::string>& options) const override;
   void open(const std::map<std::string, std::string>& options) override;
   Capabilities capabilities() const override;  // every modulation
   void submit(const Sound& sound) override;

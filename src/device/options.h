@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <map>
-#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -12,8 +11,9 @@ namespace tactile_clay::device {
 
 /// The options in a text of words key=value. A word without a '=' belongs to the value before it, as the
 /// numbers of a pose do.
-/// @return nothing if the first word has no key
-inline std::optional<std::map<std::string, std::string>> optionsOf(const std::string& text) {
+/// @param where name of the parameter or argument, for errors
+/// @throws std::runtime_error with one line if the first word has no key
+inline std::map<std::string, std::string> optionsOf(const std::string& where, const std::string& text) {
   std::map<std::string, std::string> options;
   std::istringstream words(text);
   std::string word, key;
@@ -25,10 +25,21 @@ inline std::optional<std::map<std::string, std::string>> optionsOf(const std::st
     } else if (!key.empty()) {
       options[key] += " " + word;
     } else {
-      return std::nullopt;
+      throw std::runtime_error(where + ": '" + text + "', expected key=value ...");
     }
   }
   return options;
+}
+
+/// @param where name of the parameter or argument, for errors
+/// @throws std::runtime_error with one line if the temperature is among the options: it is a parameter of the
+/// node, because the safety gate needs the same value
+inline void requireNoTemperature(const std::string& where,
+                                 const std::map<std::string, std::string>& options) {
+  if (options.count("temperature") > 0)
+    throw std::runtime_error(where +
+                             ": has temperature, expected it as parameter 'temperature' of the node, for the "
+                             "device and its safety gate");
 }
 
 /// Options of devices are texts. These functions read one, or return `fallback` if it is not set or empty.

@@ -4,10 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "device/options.h"
-#include "device/sonic_surface_corrections.h"
 #include "safety/silence_times.h"
-#include "values/pose.h"
 
 namespace tactile_clay::device {
 namespace {
@@ -37,41 +34,22 @@ SonicSurface::~SonicSurface() {
   guard_.reset();  // before the port, because the guard writes its last silence to it
 }
 
+void SonicSurface::requireOptions(const std::map<std::string, std::string>& options) const {
+  sonic_surface::settingsOf(options);
+}
+
 void SonicSurface::open(const std::map<std::string, std::string>& options) {
   if (thread_.joinable()) throw std::runtime_error("sonic_surface: opened a second time");
-  const auto port = options.find("port");
-  if (port == options.end() || port->second.empty())
-    throw std::runtime_error("sonic_surface: no port, expected the device file of a serial port");
-  path_ = port->second;
-  boards_ = sonic_surface::boardsOf(options);
-  array_.added = sonic_surface::addedPhases(options, boards_.count);
-  const auto told = [&](const char* key) { return options.count(key) > 0 && !options.at(key).empty(); };
-  remarks_.clear();
-  if (boards_.firmware == Firmware::tactile && !told("corrections") && !told("firmware_corrections"))
-    remarks_.emplace_back(
-        "sonic_surface: the tactile firmware as published adds phase corrections of its authors' board to "
-        "what it is sent, which leave a tenth of the pressure on another board; expected "
-        "firmware_corrections, "
-        "the file with what yours adds, or none, or corrections of a calibration");
-  guarded_ = choice(options, self, "guard", "true", {"true", "false"}) == "true";
-  hold_ =
-      duration(number(options, self, "hold", silence_times::seconds(silence_times::device_hold), 0.02, 10.0));
-  array_.acoustics.temperature =
-      number(options, self, "temperature", array_.acoustics.temperature, -20.0, 60.0);
-  array_.firmware = boards_.firmware;
-  array_.layout = sonic_surface::layoutOf(
-      boards_.count,
-      values::poseOf(numbers(options, self, "second_board", {0.168, 0, 0, 0, 0, 0}, -10.0, 10.0)));
-
+  settings_ = sonic_surface::settingsOf(options);
   const auto start = Clock::now();
-  const auto patience = duration(number(options, self, "wait", 0.0, 0.0, 600.0));
   while (!port_) {
     try {
       connect();
     } catch (const std::exception& error) {
       port_.reset();
       const bool busy = std::string(error.what()).find("in use") != std::string::npos;
-      const auto until = start + (busy ? std::max<Clock::duration>(patience, open_patience) : patience);
+      const auto until =
+          start + (busy ? std::max<Clock::duration>(settings_.wait, open_patience) : settings_.wait);
       if (Clock::now() > until) throw std::runtime_error(std::string(self) + ": " + error.what());
       std::this_thread::sleep_for(20ms);
     }
@@ -82,27 +60,29 @@ void SonicSurface::open(const std::map<std::string, std::string>& options) {
 
 Capabilities SonicSurface::capabilities() const {
   // Bytes of a frame. One byte selects a board of the stock firmware.
-  const std::size_t bytes = boards_.count == 2 ? 517 : boards_.firmware == Firmware::stock ? 259 : 258;
+  const std::size_t bytes = settings_.boards.count == 2                    ? 517
+                            : settings_.boards.firmware == Firmware::stock ? 259
+                                                                           : 258;
   // Lateral modulation and STM would need 160 frames per second or more for their steps.
   Capabilities capabilities;
   capabilities.input = Input::drives;
-  capabilities.layout = array_.layout;
-  capabilities.max_points = boards_.count * max_points;
+  capabilities.layout = settings_.array.layout;
+  capabilities.max_points = settings_.boards.count * max_points;
   capabilities.max_rate = 1.0 / sonic_surface::secondsOnWire(bytes);
   capabilities.modulations = {ultrasound::Modulation::amplitude, ultrasound::Modulation::field};
-  capabilities.remarks = remarks_;
+  capabilities.remarks = settings_.remarks;
   return capabilities;
 }
 
 std::optional<ultrasound::Drive> SonicSurface::drive(
     const std::vector<ultrasound::FocalPoint>& points) const {
-  return array_.drive(points);
+  return settings_.array.drive(points);
 }
 
 std::optional<ultrasound::FieldSolution> SonicSurface::field(
     const std::vector<ultrasound::FocalPoint>& targets, const ultrasound::FieldSolverOptions& options,
     const std::vector<ultrasound::Drive>& before) const {
-  return array_.field(targets, options, before);
+  return settings_.array.field(targets, options, before);
 }
 
 void SonicSurface::submit(const Sound& sound) {
@@ -114,8 +94,8 @@ void SonicSurface::submit(const Sound& sound) {
   std::optional<Pattern> pattern;
   if (!sound.parts.empty()) {
     Pattern next;
-    next.bytes = sonic_surface::frame(sound.parts.front().drive, boards_, array_.added);
-    if (boards_.firmware == Firmware::tactile)
+    next.bytes = sonic_surface::frame(sound.parts.front().drive, settings_.boards, settings_.array.added);
+    if (settings_.boards.firmware == Firmware::tactile)
       next.bytes.insert(next.bytes.begin(), sonic_surface::modulation(emission.modulation_frequency));
     else if (emission.modulation_frequency > 0.0)
       next.half_period = duration(0.5 / emission.modulation_frequency);
@@ -140,11 +120,11 @@ std::string SonicSurface::fault() const {
 }
 
 void SonicSurface::connect() {
-  port_ = std::make_unique<SerialPort>(path_, sonic_surface::baud);
-  if (!guarded_ && !port_->pseudoTerminal())
-    throw std::runtime_error("'" + path_ + "': guard is false, expected true on a port of boards");
-  if (guarded_)
-    guard_ = std::make_unique<SilenceGuard>(port_->descriptor(), sonic_surface::silence(boards_),
+  port_ = std::make_unique<SerialPort>(settings_.path, sonic_surface::baud);
+  if (!settings_.guarded && !port_->pseudoTerminal())
+    throw std::runtime_error("'" + settings_.path + "': guard is false, expected true on a port of boards");
+  if (settings_.guarded)
+    guard_ = std::make_unique<SilenceGuard>(port_->descriptor(), sonic_surface::silence(settings_.boards),
                                             silence_times::guard_patience);
   wire_free_ = Clock::now();
   silence();  // the boards may still play something
@@ -185,7 +165,7 @@ void SonicSurface::write(const std::vector<std::uint8_t>& bytes) {
 }
 
 void SonicSurface::silence() {
-  write(sonic_surface::silence(boards_));
+  write(sonic_surface::silence(settings_.boards));
   sounding_ = false;
 }
 
@@ -252,7 +232,7 @@ void SonicSurface::play() {
       last_beat = now;
     }
     if (!fault_.empty()) wanted_.reset();
-    if (ending_ || (wanted_ && now - renewed_ > hold_)) wanted_.reset();
+    if (ending_ || (wanted_ && now - renewed_ > settings_.hold)) wanted_.reset();
 
     if (!wanted_) {
       if (sounding_) {

@@ -10,8 +10,7 @@
 #include "device/array_device.h"
 #include "device/serial_port.h"
 #include "device/silence_guard.h"
-#include "device/sonic_surface_drives.h"
-#include "device/sonic_surface_protocol.h"
+#include "device/sonic_surface_settings.h"
 
 namespace tactile_clay::device {
 
@@ -49,6 +48,7 @@ class SonicSurface : public ArrayDevice {
   SonicSurface() = default;
   ~SonicSurface() override;
 
+  void requireOptions(const std::map<std::string, std::string>& options) const override;
   void open(const std::map<std::string, std::string>& options) override;
   Capabilities capabilities() const override;
   std::optional<ultrasound::Drive> drive(const std::vector<ultrasound::FocalPoint>& points) const override;
@@ -87,13 +87,7 @@ class SonicSurface : public ArrayDevice {
   void silence();
   void hush(bool silence_behind);
 
-  // Set by open().
-  std::string path_;
-  sonic_surface::Boards boards_;
-  std::vector<std::string> remarks_;
-  Clock::duration hold_{0};
-  bool guarded_ = true;
-  sonic_surface::Playable array_;
+  sonic_surface::Settings settings_;  // set by open()
 
   // Used by the thread only.
   std::unique_ptr<SerialPort> port_;

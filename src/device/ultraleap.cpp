@@ -21,17 +21,35 @@ void require(const Result& result, const std::string& what, const std::string& e
                              expected);
 }
 
+struct Settings {
+  std::size_t max_points;
+  double hold, callback_rate;  // s, Hz
+};
+
+/// @throws std::runtime_error with one line if an option is wrong
+Settings settingsOf(const std::map<std::string, std::string>& options) {
+  constexpr char self[] = "ultraleap";
+  Settings settings;
+  settings.max_points = static_cast<std::size_t>(number(options, self, "max_points", 8, 1, 64));
+  settings.hold =
+      number(options, self, "hold", silence_times::seconds(silence_times::device_hold), 0.02, 10.0);
+  settings.callback_rate = number(options, self, "callback_rate", 500.0, 50.0, 2000.0);
+  return settings;
+}
+
 }  // namespace
 
 Ultraleap::~Ultraleap() {
   if (emitter_) (void)emitter_->stop();
 }
 
+void Ultraleap::requireOptions(const std::map<std::string, std::string>& options) const {
+  settingsOf(options);
+}
+
 void Ultraleap::open(const std::map<std::string, std::string>& options) {
-  const auto wanted = static_cast<std::size_t>(number(options, "ultraleap", "max_points", 8, 1, 64));
-  hold_ = std::chrono::duration<double>(
-      number(options, "ultraleap", "hold", silence_times::seconds(silence_times::device_hold), 0.02, 10.0));
-  const double callback_rate = number(options, "ultraleap", "callback_rate", 500.0, 50.0, 2000.0);
+  const auto [wanted, hold, callback_rate] = settingsOf(options);
+  hold_ = std::chrono::duration<double>(hold);
   library_ = std::make_unique<sdk::Library>();
   require(library_->connect(), "the haptics service cannot be reached", "a running service");
   const auto array = library_->findDevice(sdk::DeviceFeatures::StreamingHaptics);

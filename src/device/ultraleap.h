@@ -26,6 +26,7 @@ class Ultraleap : public ArrayDevice {
  public:
   ~Ultraleap() override;
 
+  void requireOptions(const std::map<std::string, std::string>& options) const override;
   void open(const std::map<std::string, std::string>& options) override;
   Capabilities capabilities() const override;
   void submit(const Sound& sound) override;

@@ -18,16 +18,14 @@ using Options = std::map<std::string, std::string>;
 
 Options deviceOptions(const ros::NodeHandle& nh) {
   Options options;
+  const std::string where = "parameter " + nh.resolveName("device_options");
   std::string text;
   if (nh.getParam("device_options", text)) {
-    const auto told = device::optionsOf(text);
-    if (!told)
-      throw std::runtime_error("parameter " + nh.resolveName("device_options") + ": '" + text +
-                               "', expected key=value ...");
-    options = *told;
+    options = device::optionsOf(where, text);
   } else if (nh.hasParam("device_options") && !nh.getParam("device_options", options)) {
-    throw std::runtime_error("parameter " + nh.resolveName("device_options") + ": expected a map of texts");
+    throw std::runtime_error(where + ": expected a map of texts");
   }
+  device::requireNoTemperature(where, options);
   const auto port = param<std::string>(nh, "port", "");
   if (!port.empty()) options["port"] = port;
   return options;
@@ -42,10 +40,6 @@ ArrayDriver::ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh)
   // Checked before the device is opened.
   rulesLeftOut(private_nh, name_, device_->harmless());
   Options options = deviceOptions(private_nh);
-  if (options.count("temperature") > 0)
-    throw std::runtime_error("parameter " + private_nh.resolveName("device_options") +
-                             ": has temperature, expected it as parameter " +
-                             private_nh.resolveName("temperature") + ", for the device and its safety gate");
   options["temperature"] = std::to_string(model_.acoustics.temperature);
   device_->open(options);
   const device::Capabilities capabilities = device_->capabilities();

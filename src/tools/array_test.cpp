@@ -60,10 +60,7 @@ Eigen::Vector3d place(const tools::Arguments& arguments, const std::string& key)
 }
 
 std::map<std::string, std::string> deviceOptions(const tools::Arguments& arguments) {
-  const auto told = device::optionsOf(arguments["device_options"]);
-  if (!told)
-    throw std::runtime_error("device_options '" + arguments["device_options"] + "': expected key=value ...");
-  std::map<std::string, std::string> options = *told;
+  auto options = device::optionsOf("device_options", arguments["device_options"]);
   if (!arguments["port"].empty()) options["port"] = arguments["port"];
   options["temperature"] = arguments["temperature"];
   return options;

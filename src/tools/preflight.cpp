@@ -16,6 +16,7 @@
 #include <string>
 
 #include "device/array_device.h"
+#include "device/options.h"
 #include "files/input_file.h"
 #include "hand/hand_cleaner.h"
 #include "hand/hand_source.h"
@@ -136,6 +137,24 @@ void checkHands(const Arguments& arguments) {
   source->open(options);
 }
 
+void checkDevice(const Arguments& arguments) {
+  const std::string& name = arguments.at("device");
+  if (name == "simulated") return;
+  const clay::nodes::Plugin<clay::device::ArrayDevice> device("tactile_clay::device::ArrayDevice", "device",
+                                                              name, "simulated");
+  auto options = clay::device::optionsOf("device_options", valueOf(arguments, "device_options", ""));
+  clay::device::requireNoTemperature("device_options", options);
+  const std::string wire = valueOf(arguments, "wire", "");
+  const std::string port = wire.empty() ? valueOf(arguments, "port", "") : wire;
+  if (!port.empty()) options["port"] = port;
+  // Nodes run in this folder. Names of files among the options are relative to it; all others are absolute by
+  // now.
+  const std::string ros_home = environment("ROS_HOME");
+  std::error_code none;  // of a folder that does not exist, there are no relative names
+  std::filesystem::current_path(ros_home.empty() ? environment("HOME") + "/.ros" : ros_home, none);
+  device->requireOptions(options);
+}
+
 void checkPose(const std::string& text) {
   std::istringstream stream(text);
   double number = 0.0;
@@ -218,9 +237,7 @@ std::string checkAll(const Arguments& arguments) {
                              "': expected kinematic or soft");
   checkHands(arguments);
   checkPose(arguments.at("tracker_pose"));
-  if (arguments.at("device") != "simulated")
-    clay::nodes::Plugin<clay::device::ArrayDevice>("tactile_clay::device::ArrayDevice", "device",
-                                                   arguments.at("device"), "simulated");
+  checkDevice(arguments);
   if (const std::string modulation = valueOf(arguments, "modulation", "am"); modulation != "auto")
     clay::ultrasound::modulation(modulation);
   clay::ultrasound::arrayLayouts(valueOf(arguments, "layout", "usx"));

@@ -128,6 +128,17 @@ class BadInput(unittest.TestCase):
     def test_unknown_device(self):
         self.expect_one_line(['device:=megaphone'], 'megaphone', 'debug')
 
+    def test_wrong_options_of_a_device(self):
+        for device, port, options, words in (
+                ('sonic_surface', '', '', 'no port, expected'),
+                ('sonic_surface', '/dev/nowhere', 'firmware=own', "firmware is 'own', expected one of stock, tactile"),
+                ('sonic_surface', '/dev/nowhere', 'corrections=nowhere.csv', "corrections 'nowhere.csv'"),
+                ('sonic_surface', '/dev/nowhere', 'temperature=30', "device_options: has temperature"),
+                ('debug', '', 'log_rate', "device_options: 'log_rate', expected key=value"),
+                ('debug', '', 'log_rate=often', "log_rate is 'often'")):
+            with self.subTest(device + ' ' + options):
+                self.expect_one_line(['device:=' + device, 'port:=' + port, 'device_options:=' + options], words)
+
     def test_unknown_source_of_hands(self):
         self.expect_one_line(['hands:=telepathy'], 'telepathy', 'leap_recording')
 

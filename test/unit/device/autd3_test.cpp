@@ -222,6 +222,11 @@ TEST_F(Autd3Test, TellsWhatIsMissing) {
       refusal({{"address", "a:1"}, {"boards", "0 0 0"}}).find("boards is '0 0 0', expected six numbers"),
       std::string::npos);
   EXPECT_NE(refusal({{"address", "a:1"}, {"hold", "soon"}}).find("hold is 'soon'"), std::string::npos);
+  const auto checked = [&](const Options& given) {
+    return errorOf<std::runtime_error>([&] { Autd3().requireOptions(given); });
+  };
+  for (const Options& wrong : {Options{}, {{"address", "a:1"}, {"boards", "0 0 0"}}})
+    EXPECT_EQ(checked(wrong), refusal(wrong));
   sdk::standIn().change([](sdk::Boards& boards) { boards.server = false; });
   EXPECT_EQ(refusal({{"address", "a:1"}}), "autd3: 1 boards at 'a:1' do not open: no server");
 }

@@ -7,6 +7,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "support/error_of.h"
 #include "support/sounds.h"
 
 namespace tactile_clay::device {
@@ -207,6 +208,8 @@ TEST_F(UltraleapTest, TellsWhatIsMissing) {
       << "more than the array can do";
   EXPECT_NE(refusal({{"callback_rate", "0"}}).find("callback_rate is '0'"), std::string::npos);
   EXPECT_NE(refusal({{"hold", "soon"}}).find("hold is 'soon'"), std::string::npos);
+  const auto checked = [] { Ultraleap().requireOptions({{"hold", "soon"}}); };
+  EXPECT_EQ(errorOf<std::runtime_error>(checked), refusal({{"hold", "soon"}}));
 }
 
 }  // namespace
