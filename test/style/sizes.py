@@ -2,7 +2,8 @@
 """No file over 300 lines, no function over 60, no function with more than 7 parameters, no line over 120 characters:
 sizes.py [--all] [FOLDER].
 
-Looks at all C++ below FOLDER/src; at the lines of C++, Python, shell and CMake below src, test, scripts and cmake.
+Looks at all C++ below FOLDER/src and FOLDER/test; at the lines of C++, Python, shell and CMake below src, test, scripts
+and cmake. A test of GoogleTest is a function with the name SUITE.NAME.
 FOLDER: of the checkout, without it that of this file. What is larger and meant to be is listed with its reason in
 exceptions.txt beside this file. An exception that nothing needs any more is an error, too.
 --all prints the ten largest of each kind as well.
@@ -14,6 +15,7 @@ import sys
 
 LIMITS = {'lines of a file': 300, 'lines of a function': 60, 'parameters of a function': 7,
           'characters of a line': 120}
+CPP = ('.cpp', '.h', '.hpp')
 HERE = os.path.dirname(os.path.abspath(__file__))
 WORDS_OF_NO_FUNCTION = ('if', 'for', 'while', 'switch', 'catch', 'return', 'namespace', 'struct', 'class', 'enum',
                         'union')
@@ -92,6 +94,8 @@ def functions(text):
         body = None if name.split('::')[-1] in WORDS_OF_NO_FUNCTION else body_of(text, end + 1)
         if body is None:
             continue
+        if name in ('TEST', 'TEST_F', 'TEST_P'):
+            name = '.'.join(word.strip() for word in text[match.end():end].split(','))
         last = closing(text, body)
         begin = text.rfind('\n', 0, match.start()) + 1
         lines = text.count('\n', begin, last) + 1
@@ -104,19 +108,19 @@ def code(root):
     for room in ('src', 'test', 'scripts', 'cmake'):
         for folder, _, names in sorted(os.walk(os.path.join(root, room))):
             for name in sorted(names):
-                if name.endswith(('.cpp', '.h', '.py', '.cmake', '.sh')) or name == 'CMakeLists.txt' or \
+                if name.endswith((*CPP, '.py', '.cmake', '.sh')) or name == 'CMakeLists.txt' or \
                         (room == 'scripts' and '.' not in name):
                     yield os.path.relpath(os.path.join(folder, name), root)
 
 
 def measured(root):
-    """(kind, name of what it is of, size, where): the longest line of each file, and all else of C++ in src."""
+    """(kind, name of what it is of, size, where): the longest line of each file; all else of C++ in src and test."""
     for path in code(root):
         with open(os.path.join(root, path), encoding='utf-8') as file:
             text = file.read()
         length, line = max((len(characters), k) for k, characters in enumerate(text.split('\n'), 1))
         yield 'characters of a line', path, length, '%s:%d' % (path, line)
-        if not path.startswith('src' + os.sep) or not path.endswith(('.cpp', '.h')):
+        if not path.startswith(('src' + os.sep, 'test' + os.sep)) or not path.endswith(CPP):
             continue
         yield 'lines of a file', path, text.count('\n'), path
         for function, line, lines, count in functions(text):

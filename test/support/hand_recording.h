@@ -11,10 +11,17 @@
 
 namespace tactile_clay::hand {
 
+/// Options of a source that reads a file.
+inline SourceOptions fileOptions(const std::string& file, bool loop = false) {
+  SourceOptions options;
+  options.file = file;
+  options.loop = loop;
+  return options;
+}
+
 /// All frames of a recording of hands; none: the recording is not here.
 inline std::optional<std::vector<TrackedFrame>> recordedFrames(const std::string& name) {
-  SourceOptions options;
-  options.file = handRecording(name).string();
+  const SourceOptions options = fileOptions(handRecording(name).string());
   if (!std::filesystem::exists(options.file)) return std::nullopt;
   LeapRecording recording;
   recording.open(options);

@@ -77,48 +77,72 @@ inline std::vector<double> bondStiffness(const Sculpture& before, const Sculptur
   return stiffness;
 }
 
-/// Displacements of the step that begins as in `before`, without contacts: conjugate gradients,
-/// preconditioned by mass; which particles are compressed is looked at anew every `a_round` iterations.
-/// @param bonds those of the step
-/// @param iterations at most; it ends where all forces are in balance, to 1e-10
-inline Vectors referenceStep(const Sculpture& before, const Sculpture& bonds, const Material& material,
-                             const Eigen::Vector3d& gravity, double dt, int iterations, int a_round) {
-  const double spacing = before.spacing, h = 2.0 * spacing;
-  const Kernel kernel(static_cast<float>(h));
-  const double volume = std::pow(spacing, 3.0), mass = material.density * volume;
-  const double inertia = mass / (dt * dt), kappa = material.bulk_modulus * volume;
-  const double lattice = latticeSum(kernel, static_cast<float>(spacing));
-  const Vectors x = toVectors(before.position), v = toVectors(before.velocity);
-  const std::size_t n = x.size();
-  Vectors free;
-  for (std::size_t i = 0; i < n; ++i) free.push_back(dt * v[i] + dt * dt * gravity);
+/// The equations of a step, in the displacements u of its particles.
+struct ReferenceSystem {
+  double inertia, kappa;       // N/m, m / dt^2; J, K d^3
+  Vectors free;                // m, u without forces between particles
+  std::vector<double> excess;  // C_i at u = 0
+  std::vector<ReferencePair> pairs;
+  std::vector<bool> compressed;  // which particles have C_i > 0, where it was looked at last
+};
 
-  // Dashpots weigh (1 - q^2)^3; amended where a surface takes some away.
-  const auto weight = [&](double r) { return std::pow(std::max(1.0 - r * r / (h * h), 0.0), 3.0); };
-  double lattice_dashpots = 0.0;
+/// Dashpots weigh (1 - q^2)^3.
+inline double dashpotWeight(double r, double h) {
+  return std::pow(std::max(1.0 - r * r / (h * h), 0.0), 3.0);
+}
+
+/// m^4, over the dashpots of an inner particle of a lattice.
+inline double latticeOfDashpots(double spacing) {
+  double sum = 0.0;
   for (int a = -1; a <= 1; ++a)
     for (int b = -1; b <= 1; ++b)
       for (int c = -1; c <= 1; ++c) {
         const double r = spacing * std::sqrt(a * a + b * b + c * c);
-        lattice_dashpots += weight(r) * std::pow(r, 4.0);
+        sum += dashpotWeight(r, 2.0 * spacing) * std::pow(r, 4.0);
       }
-  std::vector<double> amend(n, 0.0), excess(n, kernel.sigma / lattice - 1.0);
+  return sum;
+}
+
+/// By what dashpots of each particle are multiplied where a surface takes some away.
+inline std::vector<double> amendedDashpots(const Vectors& x, double spacing) {
+  const double h = 2.0 * spacing, lattice_dashpots = latticeOfDashpots(spacing);
+  std::vector<double> amend(x.size(), 0.0);
   forPairsWithin(h, x, [&](std::size_t i, std::size_t j) {
-    const double r = (x[i] - x[j]).norm(), share = weight(r) * std::pow(r, 4.0) / lattice_dashpots;
+    const double r = (x[i] - x[j]).norm(), share = dashpotWeight(r, h) * std::pow(r, 4.0) / lattice_dashpots;
     amend[i] += share;
     amend[j] += share;
   });
   for (double& a : amend) a = 1.0 / std::max(a, 0.25);
+  return amend;
+}
 
+/// The equations of the step that begins as in `before`.
+/// @param bonds those of the step
+inline ReferenceSystem referenceSystem(const Sculpture& before, const Sculpture& bonds,
+                                       const Material& material, const Eigen::Vector3d& gravity, double dt) {
+  const double spacing = before.spacing, h = 2.0 * spacing;
+  const Kernel kernel(static_cast<float>(h));
+  const double volume = std::pow(spacing, 3.0), mass = material.density * volume;
+  const double lattice = latticeSum(kernel, static_cast<float>(spacing));
+  const Vectors x = toVectors(before.position), v = toVectors(before.velocity);
+  const std::size_t n = x.size();
+  ReferenceSystem system;
+  system.inertia = mass / (dt * dt);
+  system.kappa = material.bulk_modulus * volume;
+  for (std::size_t i = 0; i < n; ++i) system.free.push_back(dt * v[i] + dt * dt * gravity);
+  system.excess.assign(n, kernel.sigma / lattice - 1.0);
+  system.compressed.resize(n);
+
+  const double lattice_dashpots = latticeOfDashpots(spacing);
+  const std::vector<double> amend = amendedDashpots(x, spacing);
   const std::vector<double> share_of_bonds = bondStiffness(before, bonds);
-  std::vector<ReferencePair> pairs;
   forPairsWithin(h, x, [&](std::size_t i, std::size_t j) {
     ReferencePair pair{i, j, x[i] - x[j], 0.0, 0.0, 0.0};
     const double r = pair.x.norm();
-    const Eigen::Vector3d guess = free[j] - free[i];
+    const Eigen::Vector3d guess = system.free[j] - system.free[i];
     const double along = pair.x.dot(guess), length = (pair.x - guess).norm();
-    const double dashpot =
-        30.0 * volume * material.viscosity / lattice_dashpots / dt * weight(r) * 0.5 * (amend[i] + amend[j]);
+    const double dashpot = 30.0 * volume * material.viscosity / lattice_dashpots / dt * dashpotWeight(r, h) *
+                           0.5 * (amend[i] + amend[j]);
     double spring = 0.0, rest = 0.0;
     for (std::uint32_t b = bonds.bond_begin[i]; b < bonds.bond_begin[i + 1]; ++b) {
       if (bonds.bonds[b].other != j) continue;
@@ -130,79 +154,98 @@ inline Vectors referenceStep(const Sculpture& before, const Sculpture& bonds, co
     pair.push = r * (dashpot * (r - start) + spring * (rest - start));
     pair.compression = -kernel.slope(static_cast<float>(r)) / (r * lattice);
     for (const std::size_t k : {i, j})
-      excess[k] += kernel.value(static_cast<float>(length)) / lattice - pair.compression * along;
-    pairs.push_back(pair);
+      system.excess[k] += kernel.value(static_cast<float>(length)) / lattice - pair.compression * along;
+    system.pairs.push_back(pair);
   });
   for (std::size_t i = 0; i < n; ++i)  // beyond what the last step ended with, the energy of 0.5 m/s at most
-    excess[i] = std::min(excess[i], std::sqrt(std::pow(before.compression[i], 2.0) + 0.25 * mass / kappa));
+    system.excess[i] = std::min(system.excess[i],
+                                std::sqrt(std::pow(before.compression[i], 2.0) + 0.25 * mass / system.kappa));
+  return system;
+}
 
-  std::vector<bool> compressed(n);
-  const auto growthOf = [&](const Vectors& u) {  // of C, linear in u
-    std::vector<double> growth(n, 0.0);
-    for (const ReferencePair& p : pairs) {
-      const double grown = p.compression * p.x.dot(u[p.j] - u[p.i]);
-      growth[p.i] += grown;
-      growth[p.j] += grown;
-    }
-    return growth;
-  };
-  const auto addPressure = [&](const std::vector<double>& c, Vectors& force) {
-    for (const ReferencePair& p : pairs) {
-      const double pressure =
-          kappa * ((compressed[p.i] ? c[p.i] : 0.0) + (compressed[p.j] ? c[p.j] : 0.0)) * p.compression;
-      force[p.i] += pressure * p.x;
-      force[p.j] -= pressure * p.x;
-    }
-  };
-  const auto residual = [&](const Vectors& u) {
-    std::vector<double> c = growthOf(u);
-    for (std::size_t i = 0; i < n; ++i) {
-      c[i] += excess[i];
-      compressed[i] = c[i] > 0.0;
-    }
-    Vectors r(n);
-    for (std::size_t i = 0; i < n; ++i) r[i] = inertia * (free[i] - u[i]);
-    for (const ReferencePair& p : pairs) {
-      const Eigen::Vector3d force = (p.push + p.stiffness * p.x.dot(u[p.j] - u[p.i])) * p.x;
-      r[p.i] += force;
-      r[p.j] -= force;
-    }
-    addPressure(c, r);
-    return r;
-  };
-  const auto multiply = [&](const Vectors& u) {
-    Vectors product(n, Eigen::Vector3d::Zero());
-    for (const ReferencePair& p : pairs) {
-      const Eigen::Vector3d force = p.stiffness * p.x.dot(u[p.j] - u[p.i]) * p.x;
-      product[p.i] += force;
-      product[p.j] -= force;
-    }
-    addPressure(growthOf(u), product);
-    for (std::size_t i = 0; i < n; ++i) product[i] = inertia * u[i] - product[i];
-    return product;
-  };
-  const auto dot = [n](const Vectors& a, const Vectors& b) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < n; ++i) sum += a[i].dot(b[i]);
-    return sum;
-  };
+/// Growth of each C_i, linear in u.
+inline std::vector<double> growthOf(const ReferenceSystem& system, const Vectors& u) {
+  std::vector<double> growth(u.size(), 0.0);
+  for (const ReferencePair& p : system.pairs) {
+    const double grown = p.compression * p.x.dot(u[p.j] - u[p.i]);
+    growth[p.i] += grown;
+    growth[p.j] += grown;
+  }
+  return growth;
+}
 
-  Vectors u = free;
+/// Adds the forces, N, by which compressed particles push others away.
+/// @param c each C_i
+inline void addPressure(const ReferenceSystem& system, const std::vector<double>& c, Vectors& force) {
+  for (const ReferencePair& p : system.pairs) {
+    const double pressure =
+        system.kappa * ((system.compressed[p.i] ? c[p.i] : 0.0) + (system.compressed[p.j] ? c[p.j] : 0.0)) *
+        p.compression;
+    force[p.i] += pressure * p.x;
+    force[p.j] -= pressure * p.x;
+  }
+}
+
+/// Forces that are not in balance at u, N. Looks anew which particles are compressed.
+inline Vectors residual(ReferenceSystem& system, const Vectors& u) {
+  std::vector<double> c = growthOf(system, u);
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    c[i] += system.excess[i];
+    system.compressed[i] = c[i] > 0.0;
+  }
+  Vectors r(u.size());
+  for (std::size_t i = 0; i < u.size(); ++i) r[i] = system.inertia * (system.free[i] - u[i]);
+  for (const ReferencePair& p : system.pairs) {
+    const Eigen::Vector3d force = (p.push + p.stiffness * p.x.dot(u[p.j] - u[p.i])) * p.x;
+    r[p.i] += force;
+    r[p.j] -= force;
+  }
+  addPressure(system, c, r);
+  return r;
+}
+
+/// By how much these forces change with u, N.
+inline Vectors multiply(const ReferenceSystem& system, const Vectors& u) {
+  Vectors product(u.size(), Eigen::Vector3d::Zero());
+  for (const ReferencePair& p : system.pairs) {
+    const Eigen::Vector3d force = p.stiffness * p.x.dot(u[p.j] - u[p.i]) * p.x;
+    product[p.i] += force;
+    product[p.j] -= force;
+  }
+  addPressure(system, growthOf(system, u), product);
+  for (std::size_t i = 0; i < u.size(); ++i) product[i] = system.inertia * u[i] - product[i];
+  return product;
+}
+
+inline double dot(const Vectors& a, const Vectors& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
+  return sum;
+}
+
+/// Displacements of the step that begins as in `before`, without contacts: conjugate gradients,
+/// preconditioned by mass; which particles are compressed is looked at anew every `a_round` iterations.
+/// @param bonds those of the step
+/// @param iterations at most; it ends where all forces are in balance, to 1e-10
+inline Vectors referenceStep(const Sculpture& before, const Sculpture& bonds, const Material& material,
+                             const Eigen::Vector3d& gravity, double dt, int iterations, int a_round) {
+  ReferenceSystem system = referenceSystem(before, bonds, material, gravity, dt);
+  Vectors u = system.free;
   double first = -1.0;
   for (int left = iterations; left > 0; left -= a_round) {
-    Vectors r = residual(u), p = r;
+    Vectors r = residual(system, u), p = r;
     double rr = dot(r, r);
     if (first < 0.0) first = rr;
     if (rr <= 1e-20 * first) break;
     for (int k = 0; k < std::min(left, a_round) && rr > 1e-24 * first; ++k) {
-      const Vectors a_p = multiply(p);
+      const Vectors a_p = multiply(system, p);
       const double alpha = rr / dot(p, a_p);
-      for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t i = 0; i < u.size(); ++i) {
         u[i] += alpha * p[i];
         r[i] -= alpha * a_p[i];
       }
       const double next = dot(r, r);
-      for (std::size_t i = 0; i < n; ++i) p[i] = r[i] + next / rr * p[i];
+      for (std::size_t i = 0; i < u.size(); ++i) p[i] = r[i] + next / rr * p[i];
       rr = next;
     }
   }

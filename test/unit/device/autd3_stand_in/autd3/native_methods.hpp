@@ -1,8 +1,8 @@
 #pragma once
 
-// Stands in for the header of the AUTD3 library (version 38, autd3/native_methods.hpp of shinolab/autd3-cpp): the
-// names that our device uses, with the meaning that its documentation gives them, over boards that exist only in
-// the test.
+// Stands in for the header of the AUTD3 library (version 38, autd3/native_methods.hpp of shinolab/autd3-cpp):
+// the names that our device uses, with the meaning that its documentation gives them, over boards that exist
+// only in the test.
 
 #include <cmath>
 #include <cstdint>
@@ -12,98 +12,9 @@
 #include <string>
 #include <vector>
 
+#include "types.hpp"
+
 namespace autd3::native_methods {
-
-constexpr std::uint32_t NUM_TRANS_IN_UNIT = 249, NUM_TRANS_IN_X = 18, NUM_TRANS_IN_Y = 14;
-constexpr float TRANS_SPACING_MM = 10.16f;
-
-enum class AUTDStatus : std::uint8_t { AUTDTrue = 0, AUTDFalse = 1, AUTDErr = 2 };
-enum class GainSTMMode : std::uint8_t { PhaseIntensityFull = 0, PhaseFull = 1, PhaseHalf = 2 };
-
-struct Point3 {
-  float x, y, z;
-};
-struct Quaternion {
-  float w, i, j, k;
-};
-struct Phase {
-  std::uint8_t _0;
-};
-struct Intensity {
-  std::uint8_t _0;
-};
-struct Drive {
-  Phase phase;
-  Intensity intensity;
-};
-struct Duration {
-  std::uint64_t nanos;
-};
-struct OptionDuration {
-  bool has_value;
-  Duration value;
-};
-struct SenderOption {
-  OptionDuration send_interval, receive_interval, timeout;
-};
-struct RemoteOption {
-  OptionDuration timeout;
-};
-struct FixedCompletionSteps {
-  std::uint16_t intensity, phase;
-  bool strict;
-};
-struct GainSTMOption {
-  GainSTMMode mode;
-};
-struct SamplingConfigWrap {
-  float frequency;  // the library has another form of it
-};
-struct LinkPtr {
-  const void* _0;
-};
-struct ControllerPtr {
-  const void* _0;
-};
-struct GeometryPtr {
-  const void* _0;
-};
-struct DevicePtr {
-  const void* _0;
-};
-struct TransducerPtr {
-  const void* _0;
-};
-struct SenderPtr {
-  const void* _0;
-};
-struct GainPtr {
-  const void* _0;
-};
-struct GainSTMPtr {
-  const void* _0;
-};
-struct ModulationPtr {
-  const void* _0;
-};
-struct DatagramPtr {
-  const void* _0;
-};
-struct ResultLink {
-  LinkPtr result;
-  std::uint32_t err_len;
-  const void* err;
-};
-struct ResultController {
-  ControllerPtr result;
-  std::uint32_t err_len;
-  const void* err;
-};
-struct ResultStatus {
-  AUTDStatus result;
-  std::uint32_t err_len;
-  const void* err;
-};
 
 /// Patterns, or a modulation, on their way to the boards.
 struct Datagram {
@@ -186,8 +97,10 @@ inline ResultController AUTDControllerOpen(const Point3* places, const Quaternio
 }
 
 inline ResultStatus AUTDControllerClose(ControllerPtr) {
-  standIn().change([](Boards& boards) { boards.open = false;
-boards.playing = {}; });
+  standIn().change([](Boards& boards) {
+    boards.open = false;
+    boards.playing = {};
+  });
   return {AUTDStatus::AUTDTrue, 0, nullptr};
 }
 
@@ -212,9 +125,9 @@ inline Point3 AUTDTransducerPosition(TransducerPtr transducer) {
     for (std::uint32_t column = 0; column < NUM_TRANS_IN_X; ++column) {
       if (row == 1 && (column == 1 || column == 2 || column == 16)) continue;
       if (left-- == 0) {
-x = TRANS_SPACING_MM * static_cast<float>(column);
-y = TRANS_SPACING_MM * static_cast<float>(row);
-}
+        x = TRANS_SPACING_MM * static_cast<float>(column);
+        y = TRANS_SPACING_MM * static_cast<float>(row);
+      }
     }
   const Boards boards = standIn().now();
   const Point3 at = boards.places.at(number / 1000);
@@ -236,7 +149,8 @@ inline GainPtr AUTDGainCustom(const void* function, const void* context, Geometr
   std::vector<Drive> drives;
   for (std::size_t board = 0; board < standIn().now().places.size(); ++board)
     for (std::uint32_t n = 0; n < NUM_TRANS_IN_UNIT; ++n)
-      fill(context, geometry, static_cast<std::uint16_t>(board), static_cast<std::uint8_t>(n), &drives.emplace_back());
+      fill(context, geometry, static_cast<std::uint16_t>(board), static_cast<std::uint8_t>(n),
+           &drives.emplace_back());
   return {standIn().keep({{drives}, {}, 0.0f})};
 }
 
@@ -254,9 +168,11 @@ inline SamplingConfigWrap AUTDSTMConfigFromFreqNearest(float frequency, std::uin
   return {frequency * static_cast<float>(count)};
 }
 
-inline GainSTMPtr AUTDSTMGain(SamplingConfigWrap config, const GainPtr* gains, std::uint16_t count, GainSTMOption) {
+inline GainSTMPtr AUTDSTMGain(SamplingConfigWrap config, const GainPtr* gains, std::uint16_t count,
+                              GainSTMOption) {
   Datagram patterns;
-  for (std::uint16_t k = 0; k < count; ++k) patterns.patterns.push_back(datagramOf(gains[k]._0).patterns.front());
+  for (std::uint16_t k = 0; k < count; ++k)
+    patterns.patterns.push_back(datagramOf(gains[k]._0).patterns.front());
   patterns.frequency = config.frequency;
   return {standIn().keep(patterns)};
 }
@@ -265,7 +181,8 @@ inline DatagramPtr AUTDSTMGainIntoDatagram(GainSTMPtr patterns) {
   return {patterns._0};
 }
 
-inline ModulationPtr AUTDModulationCustom(const std::uint8_t* samples, std::uint16_t count, SamplingConfigWrap config) {
+inline ModulationPtr AUTDModulationCustom(const std::uint8_t* samples, std::uint16_t count,
+                                          SamplingConfigWrap config) {
   return {standIn().keep({{}, {samples, samples + count}, config.frequency})};
 }
 
@@ -289,9 +206,9 @@ inline ResultStatus AUTDSenderSend(SenderPtr, DatagramPtr datagram) {
     ++boards.sends;
     if (!good) return;
     if (!sent.modulation.empty()) {
-boards.modulation = sent.modulation;
-boards.sample_rate = sent.frequency;
-}
+      boards.modulation = sent.modulation;
+      boards.sample_rate = sent.frequency;
+    }
     if (!sent.patterns.empty()) boards.playing = sent;
   });
   if (!good) return {AUTDStatus::AUTDErr, sizeof lost - 1, lost};
