@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "values/pose.h"
@@ -43,6 +44,13 @@ TEST(Range, SaysWhatWasExpectedByTheErrorThatIsWanted) {
 TEST(Text, HasSixDigits) {
   EXPECT_EQ(text(0.1), "0.1");
   EXPECT_EQ(text(1234567.0), "1.23457e+06");
+}
+
+TEST(Numbers, OfATextAreAllOfItOrNothing) {
+  EXPECT_EQ(numbersOf(" 1 -2.5\n3e-1 "), (std::vector<double>{1.0, -2.5, 0.3}));
+  EXPECT_EQ(numbersOf(" "), std::vector<double>());
+  for (const char* wrong : {"1 x", "1 2,3", "1 2 -", "1 nan", "inf 1", "1 1e999"})
+    EXPECT_EQ(numbersOf(wrong), std::nullopt) << wrong;
 }
 
 }  // namespace
