@@ -10,6 +10,7 @@
 #include "ultrasound/focus_solver.h"
 #include "ultrasound/phase_rounding.h"
 #include "ultrasound/propagator.h"
+#include "values/range.h"
 
 namespace tactile_clay::ultrasound {
 namespace {
@@ -29,18 +30,12 @@ const std::map<std::string, PhaseMethod>& methods() {
   return known;
 }
 
-void requireRange(const char* name, int value, int low, int high, bool zero) {
-  if ((value >= low && value <= high) || (zero && value == 0)) return;
-  throw std::invalid_argument("phase solver: " + std::string(name) + " is " + std::to_string(value) +
-                              ", expected " + std::to_string(low) + " to " + std::to_string(high) +
-                              (zero ? ", or 0" : ""));
-}
-
 void check(const ArrayLayout& layout, const std::vector<FocalPoint>& points,
            const PhaseSolverOptions& options, const Drive* before) {
-  requireRange("iterations", options.iterations, 1, 1000, false);
-  requireRange("phase_levels", options.phase_levels, 2, 65536, true);
-  requireRange("amplitude_levels", options.amplitude_levels, 1, 65536, true);
+  values::requireIn("phase solver: iterations", options.iterations, 1, 1000);
+  if (options.phase_levels != 0)
+    values::requireIn("phase solver: phase_levels, if not 0", options.phase_levels, 2, 65536);
+  values::requireIn("phase solver: amplitude_levels", options.amplitude_levels, 0, 65536);
   if (!(options.max_phase_change >= 0.0)) {
     throw std::invalid_argument("phase solver: max_phase_change is " +
                                 std::to_string(options.max_phase_change) + ", expected at least 0");

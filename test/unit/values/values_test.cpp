@@ -32,6 +32,18 @@ TEST(Range, HoldsItsEndsAndNoNan) {
   EXPECT_THROW(requireIn("x", std::numeric_limits<double>::quiet_NaN(), 1.0, 2.0), std::invalid_argument);
 }
 
+TEST(Range, WithoutAMaximumRefusesInfinityAndNan) {
+  EXPECT_NO_THROW(requireAtLeast("x", 0.0, 0.0));
+  EXPECT_THROW(requireAtLeast("x", -1e-9, 0.0), std::invalid_argument);
+  EXPECT_NO_THROW(requireAbove("x", 1e-9, 0.0));
+  EXPECT_THROW(requireAbove("x", 0.0, 0.0), std::invalid_argument);
+  for (const double wrong :
+       {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THROW(requireAtLeast("x", wrong, 0.0), std::invalid_argument);
+    EXPECT_THROW(requireAbove("x", wrong, 0.0), std::invalid_argument);
+  }
+}
+
 TEST(Range, SaysWhatWasExpectedByTheErrorThatIsWanted) {
   try {
     requireIn<std::runtime_error>("parameter /clay/rate", 0.0, 1.0, 240.0);
