@@ -130,15 +130,16 @@ TACTILE_CLAY_MULTIVERSION void setPhases(const LaneArray<Lanes>& level, int leve
 /// @param level of the phases if they were rounded, otherwise null
 Drive driveOf(const DriveLanes& q, std::size_t transducers, const LaneArray<Lanes>* level, int levels) {
   Drive drive{std::vector<float>(transducers), std::vector<float>(transducers)};
-  for (std::size_t i = 0, n = 0; n < transducers; ++i) {
+  for (std::size_t i = 0; i < q.size(); ++i) {
     const Lanes turns = turnsOf(q[i].re, q[i].im);
     const Lanes amplitude = min(amplitudeOf(q[i]), Lanes{} + 1.0f);
     const Lanes positive = turns < 0.0f ? turns + 1.0f : turns;
     const Lanes phase =
         level == nullptr ? two_pi * positive : (*level)[i] * two_pi / static_cast<float>(levels);
-    for (std::size_t lane = 0; lane < wide_lane_count && n < transducers; ++lane, ++n) {
-      drive.phase[n] = phase[lane];
-      drive.amplitude[n] = amplitude[lane];
+    const std::size_t first = i * wide_lane_count;
+    for (std::size_t n = first; n < std::min(first + wide_lane_count, transducers); ++n) {
+      drive.phase[n] = phase[n - first];
+      drive.amplitude[n] = amplitude[n - first];
     }
   }
   return drive;
@@ -262,8 +263,7 @@ PhaseSolution solvePhases(const ArrayLayout& layout, const Acoustics& acoustics,
     solver.limit(limit, last);
   }
   solution.drive = deviceDrive(options, layout.size(), limited ? &limit : nullptr, solver);
-  const FocusField& reached = solver.p();
-  const Eigen::ArrayXf share = reached.abs();
+  const Eigen::ArrayXf share = solver.p().abs();
   for (std::size_t m = 0; m < active.size(); ++m) {
     solution.reached[active[m]] = share(static_cast<Eigen::Index>(m)) * solution.target[active[m]];
   }
