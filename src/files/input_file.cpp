@@ -74,7 +74,7 @@ void requireInput(const std::string& file, std::uint64_t max_bytes) {
 }
 
 std::string readWhole(const std::string& file, std::uint64_t max_bytes) {
-  return *readWholeWith("", file, max_bytes);
+  return *readWholeWith("", file, max_bytes);  // every file begins with nothing
 }
 
 std::optional<std::string> readWholeWith(const std::string& beginning, const std::string& file,
