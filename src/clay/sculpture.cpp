@@ -1,9 +1,8 @@
 #include "clay/sculpture.h"
 
-#include <unistd.h>
-
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <stdexcept>
 #include <type_traits>
 
@@ -190,21 +189,16 @@ void save(const Sculpture& s, const std::string& file, files::Existing existing)
 
 Sculpture loadSculpture(const std::string& file) {
   const std::size_t head = sizeof magic - 1;
-  std::string bytes;
+  std::optional<std::string> bytes;
   try {
-    // A large file that is no sculpture is not read as a whole.
-    const files::Descriptor opened = files::openInput(file, files::maximum::sculpture);
-    bytes.resize(head);
-    const ssize_t count = ::pread(opened.get(), bytes.data(), head, 0);
-    if (count == static_cast<ssize_t>(head) && bytes == magic)
-      bytes = files::readWhole(file, files::maximum::sculpture);
+    bytes = files::readWholeWith(magic, file, files::maximum::sculpture);
   } catch (const std::runtime_error& error) {
     fail(file, std::string(error.what()).substr(file.size() + 2));
   }
-  if (bytes.compare(0, head, magic) != 0)
+  if (!bytes)
     fail(file, "is not a sculpture of this version, expected a file that begins with \"" +
                    std::string(magic, head - 1) + "\"");
-  Reader reader(std::move(bytes), head, file);
+  Reader reader(std::move(*bytes), head, file);
   Sculpture s;
   s.time = reader.in(0.0, longest_time, "a time of");
   s.carry = reader.in(-longest_carry, longest_carry, "a rest of");

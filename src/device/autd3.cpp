@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -12,6 +11,7 @@
 #include "ultrasound/phase_solver.h"
 #include "ultrasound/slip.h"
 #include "values/pose.h"
+#include "values/text.h"
 
 namespace tactile_clay::device {
 namespace {
@@ -26,20 +26,14 @@ constexpr std::size_t max_boards = 16;
 std::vector<Eigen::Isometry3d> boardsOf(const std::map<std::string, std::string>& options) {
   const auto given = options.find("boards");
   const std::string text = given == options.end() || given->second.empty() ? "0 0 0 0 0 0" : given->second;
-  std::istringstream stream(text);
-  std::vector<double> numbers;
-  for (double number = 0.0; stream >> number;) numbers.push_back(number);
-  const bool good = stream.eof() && !numbers.empty() && numbers.size() % 6 == 0 &&
-                    numbers.size() / 6 <= max_boards &&
-                    std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::abs(x) <= 10.0; });
-  if (!good)
+  const auto numbers = values::numbersOf(text);
+  if (!numbers || numbers->empty() || numbers->size() % 6 != 0 || numbers->size() / 6 > max_boards ||
+      !std::all_of(numbers->begin(), numbers->end(), [](double x) { return std::abs(x) <= 10.0; }))
     throw std::runtime_error(
         "autd3: boards is '" + text +
         "', expected six numbers a board, x y z roll pitch yaw from -10 to 10, of 1 to 16 boards");
   std::vector<Eigen::Isometry3d> boards;
-  for (std::size_t k = 0; k < numbers.size(); k += 6)
-    boards.push_back(
-        values::poseOf(std::vector<double>(numbers.begin() + static_cast<std::ptrdiff_t>(k), numbers.end())));
+  for (std::size_t k = 0; k < numbers->size(); k += 6) boards.push_back(values::poseOf(&(*numbers)[k]));
   return boards;
 }
 

@@ -36,9 +36,10 @@ std::string describe(const Emission& emission) {
     line += buffer;
   }
   for (const auto& point : emission.points) {
-    std::snprintf(buffer, sizeof buffer, " [%u] (%.4f %.4f %.4f) m %.0f Pa intensity %.3f", point.id,
-                  point.position.x(), point.position.y(), point.position.z(), point.pressure,
-                  point.intensity);
+    std::snprintf(buffer, sizeof buffer, " [%u] (%.4f %.4f %.4f) m", point.id, point.position.x(),
+                  point.position.y(), point.position.z());
+    line += buffer;
+    std::snprintf(buffer, sizeof buffer, " %.0f Pa intensity %.3f", point.pressure, point.intensity);
     line += buffer;
   }
   return line;

@@ -1,11 +1,13 @@
 #pragma once
 
-#include <cmath>
+#include <algorithm>
 #include <map>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "values/text.h"
 
 namespace tactile_clay::device {
 
@@ -65,21 +67,15 @@ inline std::vector<double> numbers(const std::map<std::string, std::string>& opt
                                    const std::vector<double>& fallback, double low, double high) {
   const auto given = options.find(key);
   if (given == options.end() || given->second.empty()) return fallback;
-  std::istringstream text(given->second);
-  std::vector<double> values;
-  double value = 0.0;
-  bool good = true;
-  while (text >> value) {
-    good = good && value >= low && value <= high;
-    values.push_back(value);
-  }
-  if (!good || !text.eof() || values.size() != fallback.size()) {
+  const auto all = values::numbersOf(given->second);
+  if (!all || all->size() != fallback.size() ||
+      !std::all_of(all->begin(), all->end(), [&](double x) { return x >= low && x <= high; })) {
     std::ostringstream line;
     line << device << ": " << key << " is '" << given->second << "', expected " << fallback.size()
          << (fallback.size() == 1 ? " number from " : " numbers from ") << low << " to " << high;
     throw std::runtime_error(line.str());
   }
-  return values;
+  return *all;
 }
 
 /// A single number.

@@ -158,7 +158,7 @@ void SafetyGate::limitField(Verdict& verdict, double since_last) const {
   double amplitude = 1.0;
   bool anew = true;
   Loudness loudness;
-  for (int round = 0; round < rounds; ++round, margin *= margin * margin) {
+  for (int round = 0; round < rounds; ++round) {
     if (anew) loudness = solvePatterns(instrument_, amplitude, field_, sound, verdict.field);
     verdict.head_spl = loudness.head;
     verdict.reason.clear();
@@ -178,11 +178,13 @@ void SafetyGate::limitField(Verdict& verdict, double since_last) const {
     }
     if (anew) {
       amplitude *= margin * factor;
-      continue;
+    } else {
+      const double by = factor > 0.0 ? margin * factor : 0.0;
+      weaken(sound, loudness, by);
+      if (verdict.field)
+        for (double& reached : verdict.field->reached) reached *= by;
     }
-    weaken(sound, loudness, factor > 0.0 ? margin * factor : 0.0);
-    if (verdict.field)
-      for (double& reached : verdict.field->reached) reached *= factor > 0.0 ? margin * factor : 0.0;
+    margin *= margin * margin;
   }
 }
 
@@ -220,7 +222,7 @@ void SafetyGate::limitLoudness(Verdict& verdict) const {
   // in steps.
   double margin = 0.995;
   Loudness loudness;
-  for (int round = 0; round < rounds; ++round, margin *= margin * margin) {
+  for (int round = 0; round < rounds; ++round) {
     if (round == 0 || !instrument_.scalable) loudness = solveParts(instrument_, last_, verdict.sound);
     verdict.head_spl = loudness.head;
     verdict.reason.clear();
@@ -229,6 +231,7 @@ void SafetyGate::limitLoudness(Verdict& verdict) const {
     if (!(factor > 0.0)) return;  // unknown, or NaN
     verdict.lowered = verdict.reason;
     weaken(verdict.sound, loudness, margin * factor);
+    margin *= margin * margin;
   }
 }
 

@@ -74,6 +74,11 @@ void requireInput(const std::string& file, std::uint64_t max_bytes) {
 }
 
 std::string readWhole(const std::string& file, std::uint64_t max_bytes) {
+  return *readWholeWith("", file, max_bytes);  // every file begins with nothing
+}
+
+std::optional<std::string> readWholeWith(const std::string& beginning, const std::string& file,
+                                         std::uint64_t max_bytes) {
   const Descriptor opened = openInput(file, max_bytes);
   std::string text;
   while (true) {
@@ -85,6 +90,8 @@ std::string readWhole(const std::string& file, std::uint64_t max_bytes) {
     if (got < 0) fail(file, std::string("cannot be read: ") + std::strerror(errno));
     if (text.size() > max_bytes)
       fail(file, "has more than " + std::to_string(max_bytes) + " bytes, expected at most as many");
+    const bool enough = got == 0 || text.size() >= beginning.size();
+    if (enough && text.compare(0, beginning.size(), beginning) != 0) return std::nullopt;
     if (got == 0) return text;
   }
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 struct gzFile_s;
@@ -47,6 +48,11 @@ void requireInput(const std::string& file, std::uint64_t max_bytes);
 
 /// The whole content of a file.
 std::string readWhole(const std::string& file, std::uint64_t max_bytes);
+
+/// The whole content of a file that begins with a text.
+/// @return nothing if the file begins differently; then the rest of it is not read
+std::optional<std::string> readWholeWith(const std::string& beginning, const std::string& file,
+                                         std::uint64_t max_bytes);
 
 /// The whole content of a file, unpacked if it is gzipped.
 /// @param max_bytes maximum size before and after unpacking

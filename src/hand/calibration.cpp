@@ -76,13 +76,14 @@ Eigen::Vector3d rollPitchYaw(const Eigen::Matrix3d& r) {
 
 std::string trackerPoseLine(const Eigen::Isometry3d& pose) {
   const Eigen::Vector3d p = pose.translation(), angles = rollPitchYaw(pose.linear());
-  // Avoids "-0.00000".
-  const auto rounded = [](double number) { return std::round(number * 1e5) / 1e5 + 0.0; };
-  char line[160];
-  std::snprintf(line, sizeof line, "tracker_pose: [%.5f, %.5f, %.5f, %.5f, %.5f, %.5f]", rounded(p.x()),
-                rounded(p.y()), rounded(p.z()), rounded(angles.x()), rounded(angles.y()),
-                rounded(angles.z()));
-  return line;
+  std::string numbers;
+  for (const double number : {p.x(), p.y(), p.z(), angles.x(), angles.y(), angles.z()}) {
+    const double rounded = std::round(number * 1e5) / 1e5 + 0.0;  // avoids "-0.00000"
+    char text[32];
+    std::snprintf(text, sizeof text, "%.5f", rounded);
+    numbers += (numbers.empty() ? "" : ", ") + std::string(text);
+  }
+  return "tracker_pose: [" + numbers + "]";
 }
 
 std::string withTrackerPose(const std::string& yaml, const Eigen::Isometry3d& pose) {

@@ -35,7 +35,7 @@ std::string range(double low, double high, const char* unit) {
 /// One hand under judgement: what is wrong with each joint.
 class Judgement {
  public:
-  explicit Judgement(TrackedHand hand) : hand_(std::move(hand)) {}
+  explicit Judgement(const TrackedHand& hand) : hand_(hand) {}
 
   HandFaults verdict() {
     const std::string no_hand = faultOfAll();
@@ -228,8 +228,7 @@ HandFaults judge(TrackedHand& hand) {
 }
 
 std::string faultOf(const TrackedHand& hand) {
-  TrackedHand copy = hand;
-  const HandFaults faults = judge(copy);
+  const HandFaults faults = Judgement(hand).verdict();
   return faults.lines.empty() ? std::string() : faults.lines.front();
 }
 

@@ -13,10 +13,6 @@
 namespace tactile_clay::hand {
 namespace {
 
-void requireIn(double value, double low, double high, const char* what) {
-  values::requireIn(std::string("scripted tracker: ") + what, value, low, high);
-}
-
 // Not std::exponential_distribution, which differs between libraries.
 double exponential(std::mt19937& random, double mean) {
   return -mean * std::log((static_cast<double>(random()) + 1.0) / 4294967297.0);
@@ -32,16 +28,17 @@ void requireFew(std::size_t mishaps) {
 }  // namespace
 
 ScriptedTracker::ScriptedTracker(TrackerScript script) : script_(std::move(script)) {
-  requireIn(script_.rate, 1.0, 1000.0, "rate");
-  requireIn(script_.sight, 0.0, 10.0, "sight");
-  requireIn(script_.dropout_interval, 0.0, 1e6, "interval of dropouts");
-  requireIn(script_.dropout_duration, 0.0, 1e6, "duration of dropouts");
-  requireIn(script_.id_change_interval, 0.0, 1e6, "interval of id changes");
-  requireIn(script_.score.noise.position, 0.0, 0.1, "noise of positions");
-  requireIn(script_.score.noise.angle, 0.0, 1.0, "noise of angles");
+  using values::requireIn;
+  requireIn("scripted tracker: rate", script_.rate, 1.0, 1000.0);
+  requireIn("scripted tracker: sight", script_.sight, 0.0, 10.0);
+  requireIn("scripted tracker: interval of dropouts", script_.dropout_interval, 0.0, 1e6);
+  requireIn("scripted tracker: duration of dropouts", script_.dropout_duration, 0.0, 1e6);
+  requireIn("scripted tracker: interval of id changes", script_.id_change_interval, 0.0, 1e6);
+  requireIn("scripted tracker: noise of positions", script_.score.noise.position, 0.0, 0.1);
+  requireIn("scripted tracker: noise of angles", script_.score.noise.angle, 0.0, 1.0);
   script_.score.noise.seed = script_.seed;
   const double duration = script_.score.duration();
-  requireIn(duration, 0.0, longest_score, "duration of the score (s)");
+  requireIn("scripted tracker: duration of the score (s)", duration, 0.0, longest_score);
   frames_ = static_cast<std::uint64_t>(std::floor(duration * script_.rate)) + 1;
   for (std::uint32_t side = 0; side < 2; ++side) {
     std::seed_seq seed{script_.seed, side};

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "hand/hand_sides.h"
@@ -17,22 +15,19 @@ constexpr double load_lifetime = 0.1;   // s
 constexpr std::size_t remembered = 16;  // skins
 constexpr double seconds_a_nano = 1e-9;
 
-void requireIn(const char* what, double value, double low, double high) {
-  values::requireIn("soft hand: " + std::string(what), value, low, high);
-}
-
 const SoftHandParameters& checked(double spacing, const SoftHandParameters& parameters) {
-  requireIn("spacing of the skin (m)", spacing, 1e-3, 20e-3);
-  requireIn("young (Pa)", parameters.young, 1e3, 1e6);
-  requireIn("poisson", parameters.poisson, 0.0, 0.49);
-  requireIn("density (kg/m^3)", parameters.density, 100.0, 10000.0);
-  requireIn("relaxation", parameters.relaxation, 0.01, 100.0);
-  requireIn("finger_cell (m)", parameters.finger_cell, 2e-3, 10e-3);
-  requireIn("palm_cell (m)", parameters.palm_cell, 2e-3, 15e-3);
-  requireIn("step (s)", parameters.step, 1e-4, 0.02);
-  requireIn("stiffness of the palm's coupling (N/m)", parameters.couplings.palm, 1.0, 1e5);
-  requireIn("stiffness of the fingers' couplings (N/m)", parameters.couplings.finger, 1.0, 1e5);
-  requireIn("reach of the couplings (m)", parameters.couplings.reach, 1e-3, 1.0);
+  using values::requireIn;
+  requireIn("soft hand: spacing of the skin (m)", spacing, 1e-3, 20e-3);
+  requireIn("soft hand: young (Pa)", parameters.young, 1e3, 1e6);
+  requireIn("soft hand: poisson", parameters.poisson, 0.0, 0.49);
+  requireIn("soft hand: density (kg/m^3)", parameters.density, 100.0, 10000.0);
+  requireIn("soft hand: relaxation", parameters.relaxation, 0.01, 100.0);
+  requireIn("soft hand: finger_cell (m)", parameters.finger_cell, 2e-3, 10e-3);
+  requireIn("soft hand: palm_cell (m)", parameters.palm_cell, 2e-3, 15e-3);
+  requireIn("soft hand: step (s)", parameters.step, 1e-4, 0.02);
+  requireIn("soft hand: stiffness of the palm's coupling (N/m)", parameters.couplings.palm, 1.0, 1e5);
+  requireIn("soft hand: stiffness of the fingers' couplings (N/m)", parameters.couplings.finger, 1.0, 1e5);
+  requireIn("soft hand: reach of the couplings (m)", parameters.couplings.reach, 1e-3, 1.0);
   return parameters;
 }
 

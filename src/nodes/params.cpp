@@ -1,33 +1,33 @@
 #include "nodes/params.h"
 
+#include <algorithm>
 #include <cmath>
-#include <sstream>
+#include <optional>
 #include <vector>
 
 #include "values/pose.h"
+#include "values/text.h"
 
 namespace tactile_clay::nodes {
 namespace {
 
 std::vector<double> numbersParam(const ros::NodeHandle& nh, const std::string& key,
                                  const std::string& fallback, std::size_t count, const char* expected) {
-  std::vector<double> numbers;
+  std::vector<double> elements;
   std::string text = fallback;
+  std::optional<std::vector<double>> numbers;
   // A launch file turns a lone number into a number; everything else arrives as a text or a list.
-  const bool list = nh.getParam(key, numbers);
-  bool good = list || !nh.hasParam(key) || nh.getParam(key, text);
-  if (good && !list) {
-    std::istringstream stream(text);
-    double number = 0.0;
-    while (stream >> number) numbers.push_back(number);
-    good = stream.eof();
-  }
-  for (const double number : numbers) good = good && std::isfinite(number);
-  if (!good || numbers.size() != count)
+  const bool list = nh.getParam(key, elements);
+  if (list)
+    numbers = elements;
+  else if (!nh.hasParam(key) || nh.getParam(key, text))
+    numbers = values::numbersOf(text);
+  if (!numbers || numbers->size() != count ||
+      !std::all_of(numbers->begin(), numbers->end(), [](double number) { return std::isfinite(number); }))
     throw std::runtime_error("parameter " + nh.resolveName(key) + ": expected \"" + expected + "\", " +
                              std::to_string(count) + " numbers, got \"" +
                              (list ? "a list of other length" : text) + "\"");
-  return numbers;
+  return *numbers;
 }
 
 }  // namespace

@@ -56,8 +56,10 @@ std::size_t QualityFit::measured(const scene::Scene& scene, const scene::Solids&
     std::snprintf(text, sizeof text, "%s%s %.1f", k == 0 ? "" : ", ", steady_[k].name.c_str(), ms[k]);
     each += text;
   }
-  ROS_INFO("clay_simulator: quality '%s' (%d x %d) %s %g ms (measured: %s ms a frame); %s",
-           chosen.name.c_str(), chosen.budget.substeps, chosen.budget.iterations,
+  const std::string budget =
+      std::to_string(chosen.budget.substeps) + " x " + std::to_string(chosen.budget.iterations);
+  ROS_INFO("clay_simulator: quality '%s' (%s) %s %g ms (measured: %s ms a frame); %s", chosen.name.c_str(),
+           budget.c_str(),
            ms[best] <= target_ms_ ? "is the most accurate that holds" : "is the coarsest, and does not hold",
            target_ms_, each.c_str(), scene::expectation(chosen).c_str());
   return best;

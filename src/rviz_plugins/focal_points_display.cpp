@@ -23,6 +23,9 @@
 namespace tactile_clay::rviz_plugins {
 namespace {
 
+// m, of a point of intensity 1: about the wavelength (8.6 mm), the width of the smallest focus. Larger balls
+// hide the pressure on a fingertip.
+constexpr float point_diameter = 0.010f;
 constexpr float beam_diameter = 0.0015f;  // m
 constexpr float beam_alpha = 0.35f;
 constexpr float text_height = 0.008f;                        // m
@@ -53,8 +56,8 @@ FocalPointsDisplay::FocalPointsDisplay() {
       "State", "array/state",
       QString::fromStdString(ros::message_traits::datatype<tactile_clay::ArrayState>()),
       "Whether the array sounds, tactile_clay/ArrayState.", this, SLOT(subscribeState()));
-  diameter_ = new rviz::FloatProperty("Diameter", 0.016f, "Diameter of a point of intensity 1, m.", this,
-                                      SLOT(redraw()));
+  diameter_ = new rviz::FloatProperty("Diameter", point_diameter, "Diameter of a point of intensity 1, m.",
+                                      this, SLOT(redraw()));
   diameter_->setMin(0.0f);
   weak_ =
       new rviz::ColorProperty("Weak", QColor(90, 200, 255), "Colour at intensity 0.", this, SLOT(redraw()));

@@ -18,6 +18,7 @@
 #include "scene/xacro.h"
 #include "scene/xml_encoding.h"
 #include "values/pose.h"
+#include "values/text.h"
 
 namespace tactile_clay::scene {
 namespace {
@@ -54,17 +55,11 @@ void forEach(XMLElement& parent, const char* name, const F& f) {
 }
 
 std::vector<double> numbersOf(const XMLElement& element, const char* name, std::size_t count) {
-  std::istringstream stream(attribute(element, name));
-  stream.imbue(std::locale::classic());
-  std::vector<double> numbers;
-  double number = 0.0;
-  while (stream >> number) numbers.push_back(number);
-  bool right = stream.eof() && numbers.size() == count;
-  for (const double n : numbers) right = right && std::isfinite(n);
-  if (!right)
+  const auto numbers = values::numbersOf(attribute(element, name));
+  if (!numbers || numbers->size() != count)
     fail(element, std::string("'") + name + "' of " + element.Name() + " is '" + attribute(element, name) +
                       "', expected " + std::to_string(count) + (count == 1 ? " number" : " numbers"));
-  return numbers;
+  return *numbers;
 }
 
 std::string inWords(const Eigen::Vector3d& v) {

@@ -15,11 +15,11 @@ std::string nameOf(clay::Method method) {
 }
 
 void printHead(const Played& played) {
-  std::printf("**Scene `%s`, %s%s%shands `%s`%s, %.1f s, %zu particles of %.3g mm**\n\n",
-              played.scene.c_str(), played.material.empty() ? "" : "material `", played.material.c_str(),
-              played.material.empty() ? "" : "`, ", std::filesystem::path(played.hands).filename().c_str(),
-              played.model == "soft" ? ", soft" : "", played.duration, played.particles,
-              1e3 * played.spacing);
+  std::printf("**Scene `%s`, ", played.scene.c_str());
+  if (!played.material.empty()) std::printf("material `%s`, ", played.material.c_str());
+  std::printf("hands `%s`%s, %.1f s, %zu particles of %.3g mm**\n\n",
+              std::filesystem::path(played.hands).filename().c_str(), played.model == "soft" ? ", soft" : "",
+              played.duration, played.particles, 1e3 * played.spacing);
   std::printf(
       "| solver | substeps × iterations | ms a frame | p99 | displacement | height, mm | error | force | "
       "density | volume |%s%s\n"
@@ -32,10 +32,10 @@ void printRow(const Played& played, const Row& row) {
   const Outcome& o = row.outcome;
   const Errors& e = row.errors;
   const std::string solver = (row.role == "setting" ? "" : row.role + ", ") + nameOf(row.budget.method);
-  std::printf("| %s | %d × %d | %.1f | %.1f | %.2f | %.1f | %+.1f %% | %.1f %% | %.2f %% | %+.1f %% |",
-              solver.c_str(), row.budget.substeps, row.budget.iterations, quantile(o.ms, 0.5),
-              quantile(o.ms, 0.99), e.displacement, 1e3 * o.height, 1e2 * e.height, 1e2 * e.force,
-              1e2 * o.density, 1e2 * o.volume_change);
+  std::printf("| %s | %d × %d | %.1f | %.1f |", solver.c_str(), row.budget.substeps, row.budget.iterations,
+              quantile(o.ms, 0.5), quantile(o.ms, 0.99));
+  std::printf(" %.2f | %.1f | %+.1f %% |", e.displacement, 1e3 * o.height, 1e2 * e.height);
+  std::printf(" %.1f %% | %.2f %% | %+.1f %% |", 1e2 * e.force, 1e2 * o.density, 1e2 * o.volume_change);
   if (played.tells_skin) std::printf(" %.3g |", 1e3 * row.skin);
   if (played.tells_rendering && row.rendering == "none") std::printf(" none | | |");
   if (played.tells_rendering && row.rendering != "none")

@@ -140,8 +140,9 @@ std::string Player::fileOf(const Sweep& sweep, const Play& play) const {
 void Player::tell(const Sweep& sweep, const Play& play) const {
   std::string left;
   if (played_ > 0.0) left = ", some " + std::to_string(std::lround(seconds_ / played_ * left_)) + " s left";
-  std::fprintf(stderr, "speed_accuracy: %d of %d%s: %s %s at %g mm\n", done_, count_, left.c_str(),
-               options_.scene.c_str(), play.what.c_str(), 1e3 * sweep.played.spacing);
+  const std::string what = options_.scene + " " + play.what;
+  std::fprintf(stderr, "speed_accuracy: %d of %d%s: %s at %g mm\n", done_, count_, left.c_str(), what.c_str(),
+               1e3 * sweep.played.spacing);
 }
 
 }  // namespace tactile_clay::tools

@@ -191,10 +191,11 @@ std::vector<ModulationWay> waysOf(const Task& task) {
           options.blur = blur;
           options.evaluations = static_cast<int>(task.whole("evaluations", 1));
           options.validate();
-          char name[160];
-          std::snprintf(name, sizeof name, "%s, strength %g, %g pattern%s, blur %g mm%s",
-                        ultrasound::nameOf(modulation), strength, patterns, patterns == 1.0 ? "" : "s",
-                        1e3 * blur, config.field_weights ? ", weighted" : "");
+          char numbers[128];
+          std::snprintf(numbers, sizeof numbers, ", strength %g, %g pattern%s, blur %g mm", strength,
+                        patterns, patterns == 1.0 ? "" : "s", 1e3 * blur);
+          const std::string name = std::string(ultrasound::nameOf(modulation)) + numbers +
+                                   (config.field_weights ? ", weighted" : "");
           ways.push_back(tools::fieldWay(name, options, config));
         }
   return ways;

@@ -65,19 +65,17 @@ void run(int argc, char** argv) {
             [&](const Stretch& s) {
               if (head) {
                 std::printf(
-                    "s,ms,ms_p99,yardstick_ms,cpu_ms,dropped_s,awake,contacts,iterations,rounds,lumps,crumbs,"
-                    "bonds,neighbours,"
-                    "volume_cm3,"
-                    "strays,memory_mb");
+                    "s,ms,ms_p99,yardstick_ms,cpu_ms,dropped_s,awake,contacts,iterations,rounds,"
+                    "lumps,crumbs,bonds,neighbours,volume_cm3,strays,memory_mb");
                 for (const clay::Stage& stage : s.stages) std::printf(",%s_ms", stage.name.c_str());
                 std::printf("\n");
                 head = false;
               }
-              std::printf(
-                  "%.1f,%.2f,%.2f,%.2f,%.2f,%.2f,%.0f,%.0f,%.2f,%.2f,%.2f,%.2f,%.3f,%.3f,%.2f,%zu,%.1f",
-                  s.end, s.ms, s.ms_p99, s.yardstick_ms, s.cpu_ms, s.dropped, s.awake, s.contacts,
-                  s.iterations, s.rounds, s.lumps, s.crumbs, s.bonds, s.neighbours, 1e6 * s.volume, s.strays,
-                  s.memory);
+              std::printf("%.1f,%.2f,%.2f,%.2f,%.2f,%.2f", s.end, s.ms, s.ms_p99, s.yardstick_ms, s.cpu_ms,
+                          s.dropped);
+              std::printf(",%.0f,%.0f,%.2f,%.2f", s.awake, s.contacts, s.iterations, s.rounds);
+              std::printf(",%.2f,%.2f,%.3f,%.3f", s.lumps, s.crumbs, s.bonds, s.neighbours);
+              std::printf(",%.2f,%zu,%.1f", 1e6 * s.volume, s.strays, s.memory);
               for (const clay::Stage& stage : s.stages) std::printf(",%.3f", stage.ms);
               std::printf("\n");
               std::fflush(stdout);

@@ -107,19 +107,25 @@ void print(const std::string& name, const Figures& f) {
   const auto points = static_cast<double>(std::max<std::size_t>(f.points, 1));
   const auto near = std::count_if(f.aside.begin(), f.aside.end(), [](double x) { return x < 0.002; });
   const double amplitude = quantile(f.amplitude, 0.5);
+  const auto share = [](double part, double whole) { return 100.0 * part / whole; };  // %
+  const auto at = [](const std::vector<double>& values, double part, double unit) {
+    return quantile(values, part) / unit;
+  };
+  constexpr double kilo = 1e3, milli = 1e-3, micro = 1e-6;
+  std::printf("| %s | %zu | %zu |", name.c_str(), f.frames, f.points);
+  std::printf(" %.0f, %.0f, %.0f |", at(f.pressure, 0.5, kilo), at(f.pressure, 0.95, kilo),
+              at(f.pressure, 0.99, kilo));
+  std::printf(" %.0f, %.0f, %.0f, %.0f |", at(f.asked, 0.5, kilo), at(f.asked, 0.9, kilo),
+              at(f.asked, 0.95, kilo), at(f.asked, 0.99, kilo));
+  std::printf(" %.1f | %.1f | %.0f |", share(static_cast<double>(f.saturated), points),
+              share(static_cast<double>(f.raised), points), static_cast<double>(f.merged));
+  std::printf(" %.0f Pa, %.0f dB, %.1f Pa |", amplitude, soundPressureLevel(amplitude),
+              radiationPressure(air, amplitude));
   std::printf(
-      "| %s | %zu | %zu | %.0f, %.0f, %.0f | %.0f, %.0f, %.0f, %.0f | %.1f | %.1f | %.0f | %.0f Pa, %.0f dB, "
-      "%.1f Pa | "
-      "%zu | %.2f mm, %.2f %% | %.0f, %.0f | %.0f, %.0f |\n",
-      name.c_str(), f.frames, f.points, 1e-3 * quantile(f.pressure, 0.5), 1e-3 * quantile(f.pressure, 0.95),
-      1e-3 * quantile(f.pressure, 0.99), 1e-3 * quantile(f.asked, 0.5), 1e-3 * quantile(f.asked, 0.9),
-      1e-3 * quantile(f.asked, 0.95), 1e-3 * quantile(f.asked, 0.99),
-      100.0 * static_cast<double>(f.saturated) / points, 100.0 * static_cast<double>(f.raised) / points,
-      static_cast<double>(f.merged), amplitude, soundPressureLevel(amplitude),
-      radiationPressure(air, amplitude), f.aside.size(), 1e3 * quantile(f.aside, 0.5),
-      100.0 * static_cast<double>(near) / static_cast<double>(std::max<std::size_t>(f.aside.size(), 1)),
-      1e6 * quantile(f.rendering, 0.5), 1e6 * quantile(f.rendering, 0.9), 1e6 * quantile(f.both, 0.5),
-      1e6 * quantile(f.both, 0.9));
+      " %zu | %.2f mm, %.2f %% |", f.aside.size(), at(f.aside, 0.5, milli),
+      share(static_cast<double>(near), static_cast<double>(std::max<std::size_t>(f.aside.size(), 1))));
+  std::printf(" %.0f, %.0f | %.0f, %.0f |\n", at(f.rendering, 0.5, micro), at(f.rendering, 0.9, micro),
+              at(f.both, 0.5, micro), at(f.both, 0.9, micro));
 }
 
 bool option(const std::string& word, const char* name, double& value) {

@@ -157,10 +157,11 @@ void printTable(std::vector<ModulationWay>& ways) {
       "| force, mN | above threshold, dB | felt as steady, mN | solver, ms: median, 90 %% |\n"
       "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
   for (ModulationWay& way : ways) {
-    std::printf("| %s | %.1f | %.1f | %.1f | %.2f | %.2f | %.0f | %.2f | %s | %s | ", way.name.c_str(),
-                mean(way.points), 100 * mean(way.error), 100 * mean(way.weighted), mean(way.pressure),
-                mean(way.maximum), 100 * mean(way.coverage), 1e3 * mean(way.force),
-                known(way.vibration, 1.0, "%.0f").c_str(), known(way.touch, 1e3, "%.0f").c_str());
+    std::printf("| %s | %.1f | %.1f | %.1f | ", way.name.c_str(), mean(way.points), 100 * mean(way.error),
+                100 * mean(way.weighted));
+    std::printf("%.2f | %.2f | %.0f | ", mean(way.pressure), mean(way.maximum), 100 * mean(way.coverage));
+    std::printf("%.2f | %s | %s | ", 1e3 * mean(way.force), known(way.vibration, 1.0, "%.0f").c_str(),
+                known(way.touch, 1e3, "%.0f").c_str());
     if (way.cost.empty()) {
       std::printf("|\n");
       continue;

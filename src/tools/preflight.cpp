@@ -35,6 +35,7 @@
 #include "ultrasound/array_layout.h"
 #include "ultrasound/modulation.h"
 #include "ultrasound/phase_solver.h"
+#include "values/text.h"
 
 namespace {
 
@@ -156,11 +157,9 @@ void checkDevice(const Arguments& arguments) {
 }
 
 void checkPose(const std::string& text) {
-  std::istringstream stream(text);
-  double number = 0.0;
-  int count = 0;
-  while (stream >> number) count += std::isfinite(number) ? 1 : 100;
-  if (!text.empty() && (!stream.eof() || count != 6))
+  if (text.empty()) return;
+  const auto numbers = clay::values::numbersOf(text);
+  if (!numbers || numbers->size() != 6)
     throw std::runtime_error("tracker_pose '" + text + "': expected \"x y z roll pitch yaw\", 6 numbers");
 }
 

@@ -33,6 +33,7 @@
 #include "tools/tool_arguments.h"
 #include "tools/user_paths.h"
 #include "values/pose.h"
+#include "values/text.h"
 
 namespace {
 
@@ -58,24 +59,16 @@ struct Pose {
   Eigen::Isometry3d transform;
 };
 
+/// @param given x y z roll pitch yaw; empty: the pose of config/rig.yaml
 Pose trackerPose(const std::string& given) {
-  Pose pose;
-  const std::string rig = nodes::packageFolder() + "/config/rig.yaml";
-  if (given.empty()) {
-    pose.numbers = tactile_clay::scene::loadYaml(rig).pose("tracker_pose");
-  } else {
-    std::istringstream stream(given);
-    double number = 0.0;
-    while (stream >> number) pose.numbers.push_back(number);
-    if (!stream.eof()) pose.numbers.clear();
-  }
-  bool finite = true;
-  for (const double number : pose.numbers) finite = finite && std::isfinite(number);
-  if (!finite || pose.numbers.size() != 6)
-    throw std::runtime_error("tracker_pose of " + (given.empty() ? rig : "'" + given + "'") +
-                             ": expected x y z roll pitch yaw, 6 numbers");
-  pose.transform = tactile_clay::values::poseOf(pose.numbers);
-  return pose;
+  namespace values = tactile_clay::values;
+  const auto numbers =
+      given.empty()
+          ? tactile_clay::scene::loadYaml(nodes::packageFolder() + "/config/rig.yaml").pose("tracker_pose")
+          : values::numbersOf(given);
+  if (!numbers || numbers->size() != 6)
+    throw std::runtime_error("tracker_pose '" + given + "': expected x y z roll pitch yaw, 6 numbers");
+  return {*numbers, values::poseOf(*numbers)};
 }
 
 /// Median size of the person's hand on one side.

@@ -1,12 +1,14 @@
 #include "ultrasound/array_layout.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <map>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
+
+#include "values/pose.h"
+#include "values/text.h"
 
 namespace tactile_clay::ultrasound {
 namespace {
@@ -143,21 +145,14 @@ ArrayLayout arrayLayouts(const std::string& text) {
     std::istringstream words(part);
     std::string name;
     words >> name;
-    std::vector<double> numbers;
-    for (double number; words >> number;) numbers.push_back(number);
-    const bool finite =
-        std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
-    if (!words.eof() || !finite || (!numbers.empty() && numbers.size() != 6)) {
+    std::string rest;
+    std::getline(words, rest, ';');  // all of it, also if it has line breaks
+    const auto numbers = values::numbersOf(rest);
+    if (!numbers || (!numbers->empty() && numbers->size() != 6)) {
       throw std::invalid_argument("array layout '" + part + "', expected: name [x y z roll pitch yaw]");
     }
-    ArrayLayout layout = arrayLayout(name);
-    if (!numbers.empty()) {
-      const auto turn = Eigen::AngleAxisd(numbers[5], Eigen::Vector3d::UnitZ()) *
-                        Eigen::AngleAxisd(numbers[4], Eigen::Vector3d::UnitY()) *
-                        Eigen::AngleAxisd(numbers[3], Eigen::Vector3d::UnitX());
-      layout = placed(layout, Eigen::Translation3d(numbers[0], numbers[1], numbers[2]) * turn);
-    }
-    layouts.push_back(layout);
+    const ArrayLayout layout = arrayLayout(name);
+    layouts.push_back(numbers->empty() ? layout : placed(layout, values::poseOf(*numbers)));
   }
   if (layouts.empty()) return arrayLayout(text);
   return layouts.size() == 1 ? layouts.front() : joined(layouts);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "ultrasound/field_objective.h"
+#include "values/range.h"
 
 namespace tactile_clay::ultrasound {
 namespace {
@@ -20,12 +21,6 @@ constexpr auto over_turn = static_cast<float>(0.5 / M_PI);
 
 void require(bool holds, const std::string& what) {
   if (!holds) throw std::invalid_argument("field solver: " + what);
-}
-
-void requireRange(const char* name, int value, int low, int high, bool zero) {
-  require((value >= low && value <= high) || (zero && value == 0),
-          std::string(name) + " is " + std::to_string(value) + ", expected " + std::to_string(low) + " to " +
-              std::to_string(high) + (zero ? ", or 0" : ""));
 }
 
 void check(const ArrayLayout& layout, const std::vector<FocalPoint>& targets,
@@ -168,11 +163,11 @@ void FieldSolverOptions::validate() const {
           "strength is " + std::to_string(strength) + ", expected 0 or a positive number");
   require(patterns == 1 || patterns == 2 || patterns == 4 || patterns == 8,
           "patterns is " + std::to_string(patterns) + ", expected 1, 2, 4 or 8");
-  requireRange("evaluations", evaluations, 1, 10000, false);
+  values::requireIn("field solver: evaluations", evaluations, 1, 10000);
   require(amplitude > 0.0 && amplitude <= 1.0,
           "amplitude is " + std::to_string(amplitude) + ", expected above 0 and at most 1");
-  requireRange("phase_levels", phase_levels, 2, 65536, true);
-  requireRange("amplitude_levels", amplitude_levels, 1, 65536, true);
+  if (phase_levels != 0) values::requireIn("field solver: phase_levels, if not 0", phase_levels, 2, 65536);
+  values::requireIn("field solver: amplitude_levels", amplitude_levels, 0, 65536);
   require(max_phase_change >= 0.0,
           "max_phase_change is " + std::to_string(max_phase_change) + ", expected at least 0");
   require(blur >= 0.0 && blur <= 0.1, "blur is " + std::to_string(blur) + ", expected 0 to 0.1 m");

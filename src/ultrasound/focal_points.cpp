@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
-#include <string>
 
 #include "ultrasound/contact_clusters.h"
 #include "ultrasound/skin_disc.h"
 #include "ultrasound/skin_samples.h"
+#include "values/range.h"
 
 namespace tactile_clay::ultrasound {
 namespace {
@@ -50,37 +49,27 @@ double fitPressure(const ContactField& field, const Clustering& clustering, std:
   return target / model;  // the closest sample is within sigma: model > 0
 }
 
-void requireRange(const char* name, double value, double low, bool low_included) {
-  if (std::isfinite(value) && (value > low || (low_included && value == low))) return;
-  throw std::invalid_argument("focal points: " + std::string(name) + " is " + std::to_string(value) +
-                              ", expected a finite number " + (low_included ? "not below " : "above ") +
-                              std::to_string(low));
-}
-
 }  // namespace
 
 void FocalPointConfig::validate() const {
-  if (max_points < 1) throw std::invalid_argument("focal points: max_points is 0, expected at least 1");
-  requireRange("min_separation", min_separation, 0.0, true);
-  if (field_samples < 1) throw std::invalid_argument("focal points: field_samples is 0, expected at least 1");
-  if (path_points < 1) throw std::invalid_argument("focal points: path_points is 0, expected at least 1");
-  requireRange("path_spacing", path_spacing, 0.0, false);
-  requireRange("min_resolution", min_resolution, 0.0, true);
-  requireRange("sigma", sigma, 0.0, false);
-  requireRange("full_scale_pressure", full_scale_pressure, 0.0, false);
-  if (!(compression_knee >= 0.0 && compression_knee <= 1.0)) {
-    throw std::invalid_argument("focal points: compression_knee is " + std::to_string(compression_knee) +
-                                ", expected 0 to 1");
-  }
-  if (!(side_lobe_floor >= 0.0 && side_lobe_floor <= 1.0)) {
-    throw std::invalid_argument("focal points: side_lobe_floor is " + std::to_string(side_lobe_floor) +
-                                ", expected 0 to 1");
-  }
-  requireRange("felt_gain", felt_gain, 0.0, false);
-  requireRange("felt_threshold", felt_threshold, 0.0, true);
-  requireRange("minimum_pressure", minimum_pressure, 0.0, true);
-  requireRange("minimum_force", minimum_force, 0.0, true);
-  requireRange("follow_distance", follow_distance, 0.0, true);
+  using values::requireAbove;
+  using values::requireAtLeast;
+  using values::requireIn;
+  requireAtLeast("focal points: max_points", static_cast<double>(max_points), 1.0);
+  requireAtLeast("focal points: min_separation", min_separation, 0.0);
+  requireAtLeast("focal points: field_samples", static_cast<double>(field_samples), 1.0);
+  requireAtLeast("focal points: path_points", static_cast<double>(path_points), 1.0);
+  requireAbove("focal points: path_spacing", path_spacing, 0.0);
+  requireAtLeast("focal points: min_resolution", min_resolution, 0.0);
+  requireAbove("focal points: sigma", sigma, 0.0);
+  requireAbove("focal points: full_scale_pressure", full_scale_pressure, 0.0);
+  requireIn("focal points: compression_knee", compression_knee, 0.0, 1.0);
+  requireIn("focal points: side_lobe_floor", side_lobe_floor, 0.0, 1.0);
+  requireAbove("focal points: felt_gain", felt_gain, 0.0);
+  requireAtLeast("focal points: felt_threshold", felt_threshold, 0.0);
+  requireAtLeast("focal points: minimum_pressure", minimum_pressure, 0.0);
+  requireAtLeast("focal points: minimum_force", minimum_force, 0.0);
+  requireAtLeast("focal points: follow_distance", follow_distance, 0.0);
 }
 
 FocalPointRenderer::FocalPointRenderer(const FocalPointConfig& config) {

@@ -168,9 +168,10 @@ void FocusSolver::limit(const PhaseLimit& limit, const DriveLanes& before) {
   propagate(g_, q_, p_);
 }
 
-const FocusField& FocusSolver::p() {
-  propagate(g_, q_, p_);
-  return p_;
+FocusField FocusSolver::p() const {
+  FocusField p(g_.foci);
+  propagate(g_, q_, p);
+  return p;
 }
 
 /// Computes q from the phases of the foci and these weights.

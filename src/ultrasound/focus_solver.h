@@ -31,7 +31,7 @@ class FocusSolver {
   const Propagator& g() const { return g_; }
 
   /// G q.
-  const FocusField& p();
+  FocusField p() const;
 
  private:
   void emit(const Eigen::ArrayXf& weight);

@@ -10,6 +10,7 @@
 #include "ultrasound/focus_solver.h"
 #include "ultrasound/phase_rounding.h"
 #include "ultrasound/propagator.h"
+#include "values/range.h"
 
 namespace tactile_clay::ultrasound {
 namespace {
@@ -29,18 +30,12 @@ const std::map<std::string, PhaseMethod>& methods() {
   return known;
 }
 
-void requireRange(const char* name, int value, int low, int high, bool zero) {
-  if ((value >= low && value <= high) || (zero && value == 0)) return;
-  throw std::invalid_argument("phase solver: " + std::string(name) + " is " + std::to_string(value) +
-                              ", expected " + std::to_string(low) + " to " + std::to_string(high) +
-                              (zero ? ", or 0" : ""));
-}
-
 void check(const ArrayLayout& layout, const std::vector<FocalPoint>& points,
            const PhaseSolverOptions& options, const Drive* before) {
-  requireRange("iterations", options.iterations, 1, 1000, false);
-  requireRange("phase_levels", options.phase_levels, 2, 65536, true);
-  requireRange("amplitude_levels", options.amplitude_levels, 1, 65536, true);
+  values::requireIn("phase solver: iterations", options.iterations, 1, 1000);
+  if (options.phase_levels != 0)
+    values::requireIn("phase solver: phase_levels, if not 0", options.phase_levels, 2, 65536);
+  values::requireIn("phase solver: amplitude_levels", options.amplitude_levels, 0, 65536);
   if (!(options.max_phase_change >= 0.0)) {
     throw std::invalid_argument("phase solver: max_phase_change is " +
                                 std::to_string(options.max_phase_change) + ", expected at least 0");
@@ -135,15 +130,16 @@ TACTILE_CLAY_MULTIVERSION void setPhases(const LaneArray<Lanes>& level, int leve
 /// @param level of the phases if they were rounded, otherwise null
 Drive driveOf(const DriveLanes& q, std::size_t transducers, const LaneArray<Lanes>* level, int levels) {
   Drive drive{std::vector<float>(transducers), std::vector<float>(transducers)};
-  for (std::size_t i = 0, n = 0; n < transducers; ++i) {
+  for (std::size_t i = 0; i < q.size(); ++i) {
     const Lanes turns = turnsOf(q[i].re, q[i].im);
     const Lanes amplitude = min(amplitudeOf(q[i]), Lanes{} + 1.0f);
     const Lanes positive = turns < 0.0f ? turns + 1.0f : turns;
     const Lanes phase =
         level == nullptr ? two_pi * positive : (*level)[i] * two_pi / static_cast<float>(levels);
-    for (std::size_t lane = 0; lane < wide_lane_count && n < transducers; ++lane, ++n) {
-      drive.phase[n] = phase[lane];
-      drive.amplitude[n] = amplitude[lane];
+    const std::size_t first = i * wide_lane_count;
+    for (std::size_t n = first; n < std::min(first + wide_lane_count, transducers); ++n) {
+      drive.phase[n] = phase[n - first];
+      drive.amplitude[n] = amplitude[n - first];
     }
   }
   return drive;
@@ -267,8 +263,7 @@ PhaseSolution solvePhases(const ArrayLayout& layout, const Acoustics& acoustics,
     solver.limit(limit, last);
   }
   solution.drive = deviceDrive(options, layout.size(), limited ? &limit : nullptr, solver);
-  const FocusField& reached = solver.p();
-  const Eigen::ArrayXf share = reached.abs();
+  const Eigen::ArrayXf share = solver.p().abs();
   for (std::size_t m = 0; m < active.size(); ++m) {
     solution.reached[active[m]] = share(static_cast<Eigen::Index>(m)) * solution.target[active[m]];
   }

@@ -9,6 +9,7 @@ namespace {
 TACTILE_CLAY_MULTIVERSION void fillRow(const TransducerLanes& t, const PistonConstants& air, float strength,
                                        const float* point, ComplexLanes* row, ComplexLanes* direction,
                                        float* moments) {
+  constexpr std::size_t row_of[3] = {4, 6, 7};  // row_of[a] + b: index of the sum over a s_a s_b, b >= a
   Lanes total[10] = {};
   for (std::size_t i = 0; i < t.x.size(); ++i) {
     const LaneWaves w = wavesAt(t, i, air, strength, point);
@@ -17,10 +18,10 @@ TACTILE_CLAY_MULTIVERSION void fillRow(const TransducerLanes& t, const PistonCon
     const Lanes s[3] = {w.x * one_over, w.y * one_over, w.z * one_over};
     direction[i] = {s[0], s[1]};
     total[0] += w.amplitude;
-    for (std::size_t a = 0, n = 4; a < 3; ++a) {
+    for (std::size_t a = 0; a < 3; ++a) {
       const Lanes weighted = w.amplitude * s[a];
       total[1 + a] += weighted;
-      for (std::size_t b = a; b < 3; ++b, ++n) total[n] += weighted * s[b];
+      for (std::size_t b = a; b < 3; ++b) total[row_of[a] + b] += weighted * s[b];
     }
   }
   for (std::size_t n = 0; n < 10; ++n) moments[n] = sum(total[n]);

@@ -13,7 +13,7 @@ inline Eigen::Matrix3d turnOf(double roll, double pitch, double yaw) {
 }
 
 /// Pose from the six numbers x y z roll pitch yaw: m, and angles in rad as in turnOf.
-/// @param n at least six numbers, as a vector or an array of doubles
+/// @param n at least six numbers, as a vector or an array of doubles; `numbersOf` reads them from a text
 template <typename Numbers>
 Eigen::Isometry3d poseOf(const Numbers& n) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();

@@ -59,6 +59,13 @@ TEST_F(Files, AreReadWhole) {
   EXPECT_EQ(readUnpacked(packed("text.gz", text), 300'000), text);
 }
 
+TEST_F(Files, OfAnotherBeginningAreNotRead) {
+  const std::string text(300'000, 'x');
+  EXPECT_EQ(readWholeWith("xxx", write("text", text), 300'000), text);
+  EXPECT_EQ(readWholeWith("xxy", path("text"), 300'000), std::nullopt);
+  EXPECT_EQ(readWholeWith("short", write("short", "sho"), 300'000), std::nullopt);
+}
+
 /// One line each, at once, that names the file, what it is, and what was expected.
 TEST_F(Files, OnlyRegularOnesAreRead) {
   ASSERT_EQ(::mkfifo(path("fifo").c_str(), 0600), 0);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "values/pose.h"
@@ -31,6 +32,18 @@ TEST(Range, HoldsItsEndsAndNoNan) {
   EXPECT_THROW(requireIn("x", std::numeric_limits<double>::quiet_NaN(), 1.0, 2.0), std::invalid_argument);
 }
 
+TEST(Range, WithoutAMaximumRefusesInfinityAndNan) {
+  EXPECT_NO_THROW(requireAtLeast("x", 0.0, 0.0));
+  EXPECT_THROW(requireAtLeast("x", -1e-9, 0.0), std::invalid_argument);
+  EXPECT_NO_THROW(requireAbove("x", 1e-9, 0.0));
+  EXPECT_THROW(requireAbove("x", 0.0, 0.0), std::invalid_argument);
+  for (const double wrong :
+       {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THROW(requireAtLeast("x", wrong, 0.0), std::invalid_argument);
+    EXPECT_THROW(requireAbove("x", wrong, 0.0), std::invalid_argument);
+  }
+}
+
 TEST(Range, SaysWhatWasExpectedByTheErrorThatIsWanted) {
   try {
     requireIn<std::runtime_error>("parameter /clay/rate", 0.0, 1.0, 240.0);
@@ -43,6 +56,13 @@ TEST(Range, SaysWhatWasExpectedByTheErrorThatIsWanted) {
 TEST(Text, HasSixDigits) {
   EXPECT_EQ(text(0.1), "0.1");
   EXPECT_EQ(text(1234567.0), "1.23457e+06");
+}
+
+TEST(Numbers, OfATextAreAllOfItOrNothing) {
+  EXPECT_EQ(numbersOf(" 1 -2.5\n3e-1 "), (std::vector<double>{1.0, -2.5, 0.3}));
+  EXPECT_EQ(numbersOf(" "), std::vector<double>());
+  for (const char* wrong : {"1 x", "1 2,3", "1 2 -", "1 nan", "inf 1", "1 1e999"})
+    EXPECT_EQ(numbersOf(wrong), std::nullopt) << wrong;
 }
 
 }  // namespace
