@@ -1,5 +1,8 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -17,6 +20,10 @@ struct Resolution {
 inline std::string nameOf(const Resolution& r) {
   return std::to_string(r.budget.substeps) + "x" + std::to_string(r.budget.iterations) + "Spacing" +
          std::to_string(std::lround(1e6 * r.spacing)) + "um";
+}
+
+inline std::string nameOfResolution(const ::testing::TestParamInfo<Resolution>& tested) {
+  return nameOf(tested.param);
 }
 
 /// `balanced`, a finer budget, and a finer lattice.
@@ -43,6 +50,11 @@ inline Material sticking(double viscosity, double stiffness) {
   m.friction = 10.0;
   m.adhesion = 1e5;
   return m;
+}
+
+/// Pa, in shear: a bond's strain is half of the shear along a diagonal.
+inline double yieldStress(const Material& m) {
+  return 2.0 * m.stiffness * m.yield_strain;
 }
 
 /// A cylinder about z, standing on the origin, cut out of a cubic lattice that is turned about `lattice`'s

@@ -77,10 +77,6 @@ Material firm() {
   return m;
 }
 
-double yieldStress(const Material& m) {
-  return 2.0 * m.stiffness * m.yield_strain;
-}
-
 class Dents : public ::testing::TestWithParam<Resolution> {};
 
 /// The elastic recovery of a half space under a rigid flat punch, P (1 - nu^2) / (2 R E) (Sneddon 1965, Int.
@@ -106,9 +102,6 @@ TEST(DeepDent, OfEightMillimetresStaysAtAThirdOfTheRadius) {
   springsBackElastically({{4, 8}, radius / 3.0}, 0.008);
 }
 
-std::string nameOfResolution(const ::testing::TestParamInfo<Resolution>& tested) {
-  return nameOf(tested.param);
-}
 INSTANTIATE_TEST_SUITE_P(Disc, Dents,
                          ::testing::Values(Resolution{{4, 8}, 0.004}, Resolution{{8, 16}, 0.004},
                                            Resolution{{4, 8}, radius / 3.0}),

@@ -7,15 +7,6 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr double bite = 2e-5;  // m
-
-std::string nameOfResolution(const ::testing::TestParamInfo<Resolution>& tested) {
-  return nameOf(tested.param);
-}
-
-double yieldStress(const Material& m) {
-  return 2.0 * m.stiffness * m.yield_strain;
-}
 /// Pa, in tension (von Mises).
 double yieldInTension(const Material& m) {
   return std::sqrt(3.0) * yieldStress(m);

@@ -9,10 +9,6 @@
 namespace tactile_clay::clay {
 namespace {
 
-std::string nameOfResolution(const ::testing::TestParamInfo<Resolution>& tested) {
-  return nameOf(tested.param);
-}
-
 class Relaxation : public ::testing::TestWithParam<Resolution> {};
 
 /// A slab is sheared by 2 % within a fifteenth of a second and held: its stress is exp(-t / t_r) times the

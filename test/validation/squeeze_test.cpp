@@ -48,9 +48,6 @@ TEST_P(Squeeze, OfAFluidBetweenPlatesThatHoldIt) {
   EXPECT_LT(force, 1.15 * (stefan + trouton));
 }
 
-std::string nameOfResolution(const ::testing::TestParamInfo<Resolution>& tested) {
-  return nameOf(tested.param);
-}
 INSTANTIATE_TEST_SUITE_P(Plates, Squeeze, ::testing::ValuesIn(resolutions()), nameOfResolution);
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <random>
@@ -15,12 +14,11 @@
 
 #include "clay/clay.h"
 #include "clay/sculpture_file.h"
+#include "clay_frames.h"
 #include "support/setups.h"
 
 namespace tactile_clay::clay {
 namespace {
-
-constexpr double spacing = 0.005;
 
 class SculptureTest : public testing::Test {
  protected:
@@ -73,10 +71,6 @@ long peakMemory() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return usage.ru_maxrss;
-}
-
-bool sameBits(const VectorField& a, const VectorField& b) {
-  return a.size() == b.size() && std::memcmp(&a[0], &b[0], a.size() * sizeof(a[0])) == 0;
 }
 
 /// Saved while the blocks are in motion, bonded, pressed and stuck to the floor; continued by a new clay, as

@@ -10,6 +10,7 @@
 
 #include "hand/flesh_mesh.h"
 #include "hand/neo_hookean.h"
+#include "support/bent_finger.h"
 
 namespace tactile_clay::hand {
 namespace {
@@ -20,18 +21,6 @@ double totalVolume(const FleshMesh& mesh) {
   double sum = 0.0;
   for (const auto& t : mesh.tetrahedra) sum += volume(mesh, t);
   return sum;
-}
-
-std::vector<FleshNode> nodesOf(const FleshMesh& mesh, float mobility) {
-  std::vector<FleshNode> nodes(mesh.nodes.size() + unused_flesh_nodes, FleshNode::Zero());
-  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) nodes[n] << mesh.nodes[n].cast<float>(), mobility;
-  return nodes;
-}
-
-const std::vector<Capsule>& bentFinger() {
-  static const std::vector<Capsule> capsules = {{{0, 0, 0}, {0, 0, -0.04}, 0.010, 0.008},
-                                                {{0, 0, -0.04}, {0, -0.02, -0.06}, 0.008, 0.0065}};
-  return capsules;
 }
 
 TEST(FleshMesh, FillsABallAndACone) {
