@@ -87,7 +87,12 @@ void Clay::State::endStep(float dt) {
         ++rejected;
       }
       Eigen::Vector3f next = particles.position.at(i) + step;
-      if (recovery != nullptr && recovery->at(i).norm() < world) next += recovery->at(i);
+      if (recovery != nullptr) {
+        if (recovery->at(i).norm() < world)
+          next += recovery->at(i);
+        else
+          ++rejected;
+      }
       const Eigen::Vector3f inside = next.cwiseMax(-world).cwiseMin(world);
       particles.position.set(i, inside);
       particles.velocity.set(i, (inside.array() == next.array()).select(step / dt, 0.0f));

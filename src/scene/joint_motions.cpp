@@ -39,7 +39,7 @@ JointMotions::JointMotions(const urdf::ModelInterface& urdf, const std::vector<M
   for (const auto& [name, joint] : urdf.joints_) {
     if (!canMove(*joint)) continue;
     const Link link = leaderOf(urdf, *joint);
-    if (joint->mimic) requireAxis(*joint);
+    requireAxis(*joint);
     const bool still = !canMove(*urdf.getJoint(link.joint));
     const Range all = still ? Range{0.0, 0.0, "", "", "", ""} : Range{-infinity, infinity, "", "", "", ""};
     limit(*joint, link, tracks_.try_emplace(link.joint, Track{0.0, all, {}}).first->second.range);
@@ -119,7 +119,6 @@ void JointMotions::addMotions(const urdf::ModelInterface& urdf, const std::vecto
       throw std::runtime_error("scene: motion of joint '" + motion.joint + "', which mimics '" +
                                joint->mimic->joint_name + "', expected a motion of '" +
                                links_.at(motion.joint).joint + "'");
-    requireAxis(*joint);
     tracks_.at(motion.joint).motions.push_back(motion);
   }
   for (auto& [name, track] : tracks_)

@@ -11,12 +11,14 @@
 #include "scene/shape.h"
 #include "scene/yaml_reader.h"
 #include "values/pose.h"
+#include "values/text.h"
 
 namespace tactile_clay::scene {
 namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double max_speed = 1000.0;   // m/s, of a body at the start: more than anything thrown
 constexpr double max_particles = 1e7;  // of a scene: some 5 GB, and minutes per frame
 
 /// Where to look for the files that a scene names.
@@ -136,18 +138,24 @@ void readBody(YamlMap map, const Places& places, Scene& scene, std::map<std::str
   const Shape shape = readShape(map, places);
   const Eigen::Isometry3d pose = readPose(map);
   const Eigen::Vector3d velocity = map.vector("velocity", Eigen::Vector3d::Zero(), "x y z in m/s");
+  if (velocity.norm() > max_speed)
+    map.failAt("velocity", "'velocity' of body '" + body.name + "' is out of its range, expected at most " +
+                               values::text(max_speed) + " m/s");
   map.finish();
-  const double cells = boundingVolume(shape) / std::pow(scene.config.spacing, 3.0);
-  if (static_cast<double>(scene.particles.size()) + cells > max_particles)
+  const double spacing = scene.config.spacing;
+  if (static_cast<double>(scene.particles.size()) + cellsAround(shape, spacing) > max_particles)
     map.fail("body '" + body.name + "' makes more than " + std::to_string(static_cast<int>(max_particles)) +
              " particles, expected fewer: a smaller 'size' or a larger 'spacing'");
-  const auto points = latticeIn(shape, scene.config.spacing);
+  const std::string out_of_world =
+      "body '" + body.name + "' reaches out of the world, expected it within the half extent 'world'";
+  // Nothing in the cube is longer than its diagonal. Particles lie half a spacing off the faces of a shape.
+  if (extentsOf(shape).maxCoeff() > 2.0 * std::sqrt(3.0) * scene.config.world + spacing)
+    map.fail(out_of_world);
+  const auto points = latticeIn(shape, spacing);
   if (points.empty())
     map.fail("body '" + body.name + "' is smaller than a particle, expected at least one spacing");
   for (const Eigen::Vector3d& point : points) {
-    if ((pose * point).cwiseAbs().maxCoeff() > scene.config.world)
-      map.fail("body '" + body.name +
-               "' reaches out of the world, expected it within the half extent 'world'");
+    if ((pose * point).cwiseAbs().maxCoeff() > scene.config.world) map.fail(out_of_world);
     scene.particles.push_back({(pose * point).cast<float>(), velocity.cast<float>(), body.material,
                                static_cast<std::uint16_t>(scene.bodies.size())});
   }

@@ -123,11 +123,15 @@ Eigen::AlignedBox3d boxOf(const Shape& shape) {
 
 }  // namespace
 
-double boundingVolume(const Shape& shape) {
-  if (shape.kind == Shape::Kind::box) return shape.size.prod();
-  if (shape.kind != Shape::Kind::cylinder) return boxOf(shape).volume();
+Eigen::Vector3d extentsOf(const Shape& shape) {
+  if (shape.kind == Shape::Kind::box) return shape.size;
+  if (shape.kind != Shape::Kind::cylinder) return boxOf(shape).sizes();
   const double diameter = 2.0 * std::max(shape.size.x(), shape.size.y());
-  return diameter * diameter * shape.size.z();
+  return {diameter, diameter, shape.size.z()};
+}
+
+double cellsAround(const Shape& shape, double spacing) {
+  return (extentsOf(shape) / spacing).cwiseMax(1.0).prod();
 }
 
 std::vector<Eigen::Vector3d> latticeIn(const Shape& shape, double spacing) {

@@ -18,8 +18,11 @@ struct Shape {
   std::shared_ptr<const clay::Mesh> mesh;          // of a mesh, which has no `size`
 };
 
-/// Volume of the box around the shape, m^3.
-double boundingVolume(const Shape& shape);
+/// Edges of the box around the shape, m.
+Eigen::Vector3d extentsOf(const Shape& shape);
+
+/// Number of cells of a lattice in the box around the shape, which has at least one layer along each axis.
+double cellsAround(const Shape& shape, double spacing);
 
 /// Points of a cubic lattice inside the shape, m, half a spacing off its faces. In a box the number of layers
 /// is the whole number nearest to its edges. A cylinder is filled about its axis. Spheres and meshes are

@@ -180,7 +180,7 @@ void check(const PressSetup& setup, const PressCurve& curve) {
          << " m, at most";
     fail(line.str());
   }
-  const double particles = scene::boundingVolume(setup.sample) / std::pow(setup.fittedSpacing(), 3.0);
+  const double particles = scene::cellsAround(setup.sample, setup.fittedSpacing());
   if (particles > max_particles) {
     line << "spacing " << setup.spacing << " m makes " << std::lround(particles) << " particles, expected "
          << std::lround(max_particles) << " at most";

@@ -145,13 +145,18 @@ TEST(Scene, NumbersAreFiniteAndInTheirRange) {
     return "urdf: table.urdf\nbodies:\n  - {name: a, material: dough, shape: box, " + rest + "}\n";
   };
   const std::string box = "size: [0.02, 0.02, 0.02]";
+  const std::string rod =
+      "urdf: table.urdf\nbodies:\n  - {name: a, material: dough, shape: cylinder, size: [1.0e-4, 1.0e-4, ";
   const std::string wheel = "urdf: potters_wheel.urdf\n" + good.substr(good.find('\n') + 1) + "motions:\n";
   const std::vector<std::pair<std::string, std::string>> wrong = {
       {body(box + ", pose: [.nan, 0, 0, 0, 0, 0]"), ":3: 'pose' is not finite"},
       {body(box + ", velocity: [0, .inf, 0]"), ":3: 'velocity' is not finite"},
+      {body(box + ", velocity: [0, 0, -1.0e39]"), ":3: 'velocity' of body 'a' is out of its range"},
       {body(box + ", color: [.nan, 0, 0]"), ":3: 'color' is not finite"},
       {body(box + ", pose: [3, 0, 0, 0, 0, 0]"), ":3: body 'a' reaches out of the world"},
       {body("size: [1e9, 1e9, 1e9]"), ":3: body 'a' makes more than 10000000 particles"},
+      {rod + "1.0e7]}\n", ":3: body 'a' makes more than 10000000 particles"},
+      {rod + "1.0e4]}\n", ":3: body 'a' reaches out of the world"},
       {"spacing: 1.0e-9\n" + good, ":4: body 'a' makes more than 10000000 particles"},
       {"spacing: 2\n" + good, "'spacing' is out of its range"},
       {"gravity: [0, 0, .nan]\n" + good, ":1: 'gravity' is not finite"},
