@@ -22,16 +22,15 @@
 namespace {
 
 constexpr char usage[] =
-    R"(Finds where the tracker stands in the world: touch three or more marked points of the table, one after the
-other, with the tip of an index finger from above, and rest on each until the program says so.
+    R"(Finds where the tracker is in the world. Touch three or more marked points of the table from above, one after the
+other, with the tip of an index finger. Keep the fingertip still on each point until the program has found it.
 
   calibrate_tracker points:="x y z, x y z, x y z" [out:=rig.yaml] [hands:=leap_websocket] [url:=...]
-  [file:=...]
-                    [topic:=...] [rest:=0.7] [maximum:=0.01]
+                    [file:=...] [topic:=...] [rest:=0.7] [maximum:=0.01]
 
-`points` are in frame world, m. `out` gets the line `tracker_pose: [...]` in the format of config/rig.yaml;
-in a file that is there, only that line changes. Touches that do not fit to `maximum` m are an error, and
-nothing is written.
+`points` are in m in the coordinate frame `world`. `rest` is the time in s for which the fingertip has to stay still.
+The program writes the line `tracker_pose: [...]` to `out`, in the format of config/rig.yaml. If that file exists,
+only this line changes. If a touched point is more than `maximum` m off, that is an error, and nothing is written.
 )";
 
 namespace files = tactile_clay::files;

@@ -27,12 +27,14 @@
 namespace {
 
 constexpr char usage[] =
-    R"(How well modulations render contacts, as the tables of doc/logbook/rendering.md:
+    R"(Measures how well each modulation renders contacts: the tables of doc/logbook/rendering.md.
+
   compare_modulation [step=5] [layout=usx] [samples=1600] [strength=0.03,...] [patterns=1,...]
-  [evaluations=40] [blur=0,...] [weights=0] [random=0] RUN.bag...
-where each bag was written by `scripts/rig lockstep:=true record:=RUN.bag`. Every N-th frame that is
-touched counts; fields are solved in all of them, as in the rig. random=N: N random contacts too, of
-finger tips and palms, which are the same on every computer.
+                     [evaluations=40] [blur=0,...] [weights=0] [random=0] RUN.bag...
+
+Record each bag with `scripts/rig lockstep:=true record:=RUN.bag`. step=N: every N-th frame with a contact counts.
+Fields are solved in all frames, as in the rig. random=N: N random contacts of fingertips and palms are compared, too.
+They are the same on every computer.
 )";
 
 using namespace tactile_clay;

@@ -23,16 +23,17 @@
 namespace {
 
 constexpr char usage[] =
-    R"(Runs a program as a node, and starts it again when it was killed, has crashed, or is frozen:
+    R"(Runs a program as a node. Starts it again if it was killed, has crashed, or is frozen.
 
   keep_running [--again] [--patience S] PROGRAM ARGUMENTS...
 
-  --again       also when it ended with code 0 though nobody asked it to, as a nodelet without its manager
-  --patience S  without a sign of life after which it counts as frozen         [5]
+  --again       also starts the program again if it ended with code 0 and nobody asked it to end, such as a nodelet
+                without its manager
+  --patience S  time without a sign of life after which the program counts as frozen, s            [5]
 
-A program that ends by itself is not started again: keep_running ends with its exit code. So it does when
-whoever started it is gone, and after 5 starts within a minute (code 128 + signal).
-rig.launch has it before each program of a live run (launch-prefix).
+A program that ends by itself is not started again: keep_running exits with its exit code. A program that was killed
+or frozen is not started again if the process that started keep_running is gone, or after 5 starts within a minute:
+keep_running exits with 128 + signal. rig.launch runs each program of a live run with it (launch-prefix).
 )";
 
 namespace nodes = tactile_clay::nodes;

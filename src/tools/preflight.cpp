@@ -39,14 +39,14 @@
 namespace {
 
 constexpr char usage[] =
-    R"(Checks the arguments of rig.launch before anything starts, with the loaders that the nodes use. Prints the
-robot model of the scene, or one line about what is wrong, and then exits with 1.
+    R"(Checks the arguments of rig.launch with the loaders of the nodes, before anything starts. Prints the robot model
+of the scene. If something is wrong, prints one line and exits with 1.
 
   preflight [scene:=NAME] [quality:=NAME] [hands:=SOURCE] [file:=PATH] [device:=NAME] [record:=BAG] [...]
 
-Arguments of rig.launch that need no check are passed over. NODE/NAME:=VALUE is a parameter of a node,
-which is checked as well. One word may hold several, one a line. Names of files are those of the working
-directory. With starts:=true, a rig is about to start: the master must have room for it.
+NODE/NAME:=VALUE is a parameter of a node, and is checked, too. Other arguments of rig.launch are ignored. One word
+may have several arguments, one per line. Names of files are relative to the working directory. starts:=true means
+that a rig is about to start: the program also checks that no other rig runs on the master.
 )";
 
 using Arguments = std::map<std::string, std::string>;
