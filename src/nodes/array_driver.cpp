@@ -44,14 +44,14 @@ ArrayDriver::ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh)
   Options options = deviceOptions(private_nh);
   if (options.count("temperature") > 0)
     throw std::runtime_error("parameter " + private_nh.resolveName("device_options") +
-                             ": has temperature, expected it as parameter " +
+                             ": has the option temperature, expected it as parameter " +
                              private_nh.resolveName("temperature") + ", for the device and its safety gate");
   options["temperature"] = std::to_string(model_.acoustics.temperature);
   device_->open(options);
   const device::Capabilities capabilities = device_->capabilities();
   if (capabilities.input == device::Input::drives && capabilities.layout.size() == 0)
     throw std::runtime_error("array '" + name_ +
-                             "' takes drives but tells no layout, expected its transducers");
+                             "' takes drives but has no layout, expected the positions of its transducers");
   if (capabilities.layout.size() > 0) model_.layout = capabilities.layout;
   for (const std::string& remark : capabilities.remarks) ROS_WARN("%s", remark.c_str());
 

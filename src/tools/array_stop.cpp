@@ -150,7 +150,7 @@ int serve(const std::string& path) {
   ros::AsyncSpinner spinner(1);
   spinner.start();
   auto keys = std::make_unique<Keys>(STDIN_FILENO);
-  say("any key stops, r resets, Ctrl-C stops and leaves");
+  say("any key stops, r resets, Ctrl-C stops and ends");
   while (true) {
     Wish wish = waitForWish(keys.get(), foot.get());
     if (wish == Wish::ended) {
@@ -160,7 +160,7 @@ int serve(const std::string& path) {
     if (wish == Wish::stop || wish == Wish::stop_and_leave) line.stop();
     if (wish == Wish::reset) line.reset();
     if (wish == Wish::stop_and_leave) break;
-    if (foot && foot->descriptor() < 0 && foot->reopen()) say("the switch is there again");
+    if (foot && foot->descriptor() < 0 && foot->reopen()) say("the switch is back");
     line.look();
   }
   const ros::WallTime until = ros::WallTime::now() + leave_patience;

@@ -59,7 +59,7 @@ Eigen::Vector3d place(const tools::Arguments& arguments, const std::string& key)
   std::vector<double> numbers;
   for (std::string word; words >> word;) numbers.push_back(tools::numberOf(key, word, -10.0, 10.0));
   if (numbers.size() != 3)
-    throw std::runtime_error(key + " '" + arguments[key] + "': expected three numbers of m");
+    throw std::runtime_error(key + " '" + arguments[key] + "': expected three numbers in m");
   return {numbers[0], numbers[1], numbers[2]};
 }
 
@@ -105,7 +105,7 @@ class Bench {
 
   void channels(const std::string& which) {
     if (!takes_drives_) {
-      std::printf("channels: array '%s' takes focal points, its channels cannot be played alone\n",
+      std::printf("channels: array '%s' takes focal points, so its channels cannot be played one by one\n",
                   name_.c_str());
       return;
     }

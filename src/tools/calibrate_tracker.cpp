@@ -48,7 +48,7 @@ std::vector<Vector3d> points(const std::string& text) {
     Vector3d point;
     if (!(numbers >> point.x() >> point.y() >> point.z()) || !(numbers >> std::ws).eof())
       throw std::runtime_error("points '" + text +
-                               "': expected \"x y z, x y z, x y z\" in m, three at least");
+                               "': expected \"x y z, x y z, x y z\", at least three points in m");
     found.push_back(point);
   }
   // Reports errors in the points before anybody touches a mark.
@@ -81,8 +81,8 @@ Touches touch(hand::HandSource& source, const std::vector<Vector3d>& marks,
   std::string told;
   const auto ask = [&] {
     const Vector3d& mark = marks[touched.size()];
-    std::printf("touch point %zu, at (%g, %g, %g), and rest there\n", touched.size() + 1, mark.x(), mark.y(),
-                mark.z());
+    std::printf("touch point %zu, at (%g, %g, %g), and keep the fingertip still\n", touched.size() + 1,
+                mark.x(), mark.y(), mark.z());
     std::fflush(stdout);
   };
   ask();
@@ -109,7 +109,7 @@ Touches touch(hand::HandSource& source, const std::vector<Vector3d>& marks,
     // The joint is the centre of a fingertip that lies on the mark.
     touches.targets.push_back(marks[touched.size()] + tip->radius * Vector3d::UnitZ());
     touched.push_back(*place);
-    std::printf("  found at (%.4f, %.4f, %.4f) of frame %s\n", place->x(), place->y(), place->z(),
+    std::printf("  found at (%.4f, %.4f, %.4f) in frame %s\n", place->x(), place->y(), place->z(),
                 frame.frame_id.c_str());
     if (touched.size() < marks.size()) ask();
   }
@@ -139,12 +139,12 @@ void run(const tactile_clay::tools::Arguments& arguments) {
 
   const Touches touches = touch(*source, marks, config, arguments["rest"]);
   const hand::RigidFit fit = hand::fitRigid(touches.touched, touches.targets);
-  std::printf("%s\nthe points are met to %.1f mm rms, %.1f mm at most\n",
+  std::printf("%s\nerrors of the points: %.1f mm rms, %.1f mm at most\n",
               hand::trackerPoseLine(fit.pose).c_str(), 1e3 * fit.rms, 1e3 * fit.worst);
   if (fit.worst > maximum) {
     std::ostringstream line;
-    line << "a point is missed by " << fit.worst << " m, expected at most " << maximum
-         << ": were they touched in their order?";
+    line << "the error of a point is " << fit.worst << " m, expected at most " << maximum
+         << " m: were the points touched in this order?";
     throw std::runtime_error(line.str());
   }
   if (!arguments["out"].empty()) writePose(arguments["out"], fit.pose);

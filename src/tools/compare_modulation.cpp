@@ -95,11 +95,13 @@ void compare(const std::string& file, std::size_t step, const Array& array, std:
     for (ModulationWay& way : ways) renderFrame(array, pressed, all, skin ? &*skin : nullptr, way);
   }
   if (frames == 0)
-    throw std::runtime_error(file +
-                             ": no /hands/pressure with a /hands/skin of its stamp, expected a recorded run");
+    throw std::runtime_error(
+        file +
+        ": no message on /hands/pressure has the stamp of one on /hands/skin, expected a recorded run");
   const std::size_t counted = (touched + step - 1) / step;
   std::printf(
-      "%s, %zu touched frames, in the mean %zu samples of skin that faces the array within %.0f mm\n\n",
+      "%s: %zu frames with a contact, on average %zu samples of the skin that faces the array, at most %.0f "
+      "mm from the contact\n\n",
       file.c_str(), touched, samples / std::max<std::size_t>(counted, 1), 1e3 * tools::skin_around_contacts);
   printTable(ways);
 }
@@ -133,7 +135,7 @@ std::vector<double> numbers(const std::string& word, const std::string& list) {
       end = 0;
     }
     if (end == 0 || end != part.size() || !std::isfinite(value))
-      throw std::runtime_error("'" + word + "': expected numbers with commas between them");
+      throw std::runtime_error("'" + word + "': expected numbers, separated by commas");
     values.push_back(value);
   }
   if (values.empty()) throw std::runtime_error("'" + word + "': expected a number");

@@ -49,7 +49,7 @@ Clay ofSculpture(const std::string& file, const scene::Scene& scene) {
     if (body >= scene.bodies.size())
       throw std::runtime_error("sculpture '" + file + "' has a body " + std::to_string(body) + ", scene '" +
                                scene.name + "' has " + std::to_string(scene.bodies.size()) +
-                               ": expected scene:= with the scene that it is of");
+                               ": expected scene:= with the scene of the sculpture");
     clay.particles.color.push_back(scene.bodies[body].color);
   }
   return clay;

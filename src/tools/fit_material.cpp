@@ -108,7 +108,7 @@ void run(int argc, char** argv) {
       given["out"].empty() ? std::filesystem::path(file).stem().string() + ".yaml" : given["out"];
   const auto existing = given.flag("overwrite") ? files::Existing::replace : files::Existing::keep;
   if (existing == files::Existing::keep && std::filesystem::exists(out))
-    throw std::runtime_error(out + ": is there already, expected a new name, or overwrite:=true");
+    throw std::runtime_error(out + ": exists already, expected a new name, or overwrite:=true");
   PressSetup setup = setupOf(given);
   setup.budget = scene::loadQuality(given["quality"], share);
   const clay::Material start = scene::loadMaterial(given["material"], share);
@@ -131,7 +131,7 @@ void run(int argc, char** argv) {
     if (static_cast<unsigned char>(c) < ' ') c = ' ';
   comments.push_back("  " + arguments);
   std::snprintf(line, sizeof line,
-                "%zu windows of 1/60 s, spacing %.4g m: the force is met within %.1f %% (root mean squares)",
+                "%zu windows of 1/60 s, spacing %.4g m: error of the force %.1f %% (root mean square)",
                 windows.size(), setup.fittedSpacing(), 100.0 * fit.error);
   comments.emplace_back(line);
   files::writeWhole(out, materialFile(fit, comments), existing);

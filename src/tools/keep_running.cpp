@@ -90,7 +90,8 @@ class Folder {
       path_ = made;
       return;
     }
-    throw std::runtime_error("no folder can be made for what " + name + " keeps: " + std::strerror(errno));
+    throw std::runtime_error("the folder for the files of " + name +
+                             " cannot be made: " + std::strerror(errno));
   }
   ~Folder() {
     std::error_code ignored;
@@ -136,10 +137,10 @@ class Program {
   Program(const Options& options, const Signals& signals, const std::string& folder)
       : patience_(options.patience) {
     int ends[2];
-    if (::pipe2(ends, O_NONBLOCK | O_CLOEXEC) != 0) fail("no pipe");
+    if (::pipe2(ends, O_NONBLOCK | O_CLOEXEC) != 0) fail("a pipe cannot be made");
     beats_ = ends[0];
     process_ = ::fork();
-    if (process_ < 0) fail("no process");
+    if (process_ < 0) fail("a process cannot be started");
     if (process_ == 0) {
       signals.letThrough();
       // If the keeper dies, nobody could end or restart the program: so it ends, too.
@@ -203,7 +204,7 @@ struct End {
   int code() const { return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status); }
   std::string words() const {
     if (frozen) return "was frozen";
-    if (WIFEXITED(status)) return "ended though nobody asked it to";
+    if (WIFEXITED(status)) return "ended although nobody asked it to";
     return "was ended by signal " + std::to_string(WTERMSIG(status)) + " (" + ::strsignal(WTERMSIG(status)) +
            ")";
   }
@@ -245,7 +246,8 @@ int keep(const Options& options) {
     const bool wanted = !WIFEXITED(end.status) || (options.again && end.code() == 0);
     if (end.asked || !wanted) return end.code();
     if (::getppid() != parent) {
-      say(options.name + " " + end.words() + ", and is not started again: who started it is gone");
+      say(options.name + " " + end.words() +
+          ", and is not started again: the process that started keep_running is gone");
       return end.code();
     }
     const Clock::time_point now = Clock::now();

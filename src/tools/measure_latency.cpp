@@ -72,7 +72,7 @@ void measure(const std::string& file) {
                              std::to_string(messages) + " messages, expected a recorded run");
   std::printf("%s: %u samples were not answered\n", file.c_str(), told.lost);
   if (told.samples.back() == 0)
-    std::printf("stamps are those of a recording: when the hands moved is not known\n");
+    std::printf("the stamps are those of a recording: it is not known when the hands moved\n");
   std::printf("%-16s %8s %8s %8s %8s\n", "stage", "samples", "p50 ms", "p99 ms", "longest");
   for (std::size_t k = 0; k < told.stages.size(); ++k)
     if (told.samples[k] > 0)

@@ -51,7 +51,7 @@ class Child {
  public:
   template <class Run>
   explicit Child(const Run& run) : process_(::fork()) {
-    if (process_ < 0) throw std::runtime_error("no process");
+    if (process_ < 0) throw std::runtime_error("a process cannot be started");
     if (process_ > 0) return;
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     run();
@@ -215,7 +215,7 @@ int main(int argc, char** argv) {
     int none = 1;
     ros::init(none, argv, "measure_stop", ros::init_options::AnonymousName);
     char folder[] = "/tmp/measure_stop_XXXXXX";
-    if (::mkdtemp(folder) == nullptr) throw std::runtime_error("no folder in /tmp");
+    if (::mkdtemp(folder) == nullptr) throw std::runtime_error("a folder in /tmp cannot be made");
     const int code = measure(arguments, std::string(folder) + "/boards");
     ::rmdir(folder);
     return code;

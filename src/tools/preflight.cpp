@@ -250,7 +250,7 @@ std::string checkAll(const Arguments& arguments) {
 std::FILE* takeOutput() {
   std::FILE* const output = fdopen(dup(STDOUT_FILENO), "w");
   if (output == nullptr || dup2(STDERR_FILENO, STDOUT_FILENO) < 0)
-    throw std::runtime_error(std::string("no output: ") + std::strerror(errno));
+    throw std::runtime_error(std::string("the standard output cannot be used: ") + std::strerror(errno));
   return output;
 }
 
@@ -262,7 +262,7 @@ int main(int argc, char** argv) {
     std::FILE* const output = takeOutput();
     const std::string model = checkAll(parse(argc, argv));
     if (std::fputs(model.c_str(), output) == EOF || std::fclose(output) != 0)
-      throw std::runtime_error(std::string("the robot model is not written: ") + std::strerror(errno));
+      throw std::runtime_error(std::string("the robot model cannot be written: ") + std::strerror(errno));
     return 0;
   } catch (const std::exception& error) {
     std::cerr << "tactile_clay: " << error.what() << std::endl;

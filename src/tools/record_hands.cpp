@@ -92,7 +92,7 @@ class PersonScale {
 /// The bag to write. Its folder is made if it is missing.
 std::string newBag(const std::string& given) {
   namespace fs = std::filesystem;
-  if (given.empty()) throw std::runtime_error("expected the bag to write in out:=");
+  if (given.empty()) throw std::runtime_error("expected the name of a new bag in out:=");
   const char* home = std::getenv("HOME");
   const std::string bag = tactile_clay::tools::requireNewBag(
       tactile_clay::tools::userPath(given, "out", fs::current_path().string(), home == nullptr ? "" : home));
