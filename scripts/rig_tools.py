@@ -167,7 +167,7 @@ def opened(path):
     try:
         return rosbag.Bag(path)
     except rosbag.ROSBagUnindexedException:
-        raise Fault('has no index, as a bag that was cut off: `rosbag reindex` makes one') from None
+        raise Fault('has no index, as an incomplete bag: `rosbag reindex` makes one') from None
     except (OSError, rosbag.ROSBagException, struct.error, ValueError) as error:
         raise Fault('is no readable bag: %s' % error) from None
 

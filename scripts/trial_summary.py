@@ -142,7 +142,7 @@ def trim(path, new, start, end):
     before once for all (latched topics, tf_static). Returns how many messages that are."""
     import rosbag
     if os.path.lexists(new):
-        raise Fault("'%s' is there already, expected the name of a new bag" % new)
+        raise Fault("'%s' exists already, expected the name of a new bag" % new)
     with named(path) as bag:
         topics = bag.get_type_and_topic_info().topics
         hands = next((topic for topic in topics if ('/' + topic).endswith('/' + HANDS)), None)

@@ -40,7 +40,7 @@ inline void requireNoTemperature(const std::string& where,
                                  const std::map<std::string, std::string>& options) {
   if (options.count("temperature") > 0)
     throw std::runtime_error(where +
-                             ": has temperature, expected it as parameter 'temperature' of the node, for the "
+                             ": has the option temperature, expected it as parameter 'temperature' of the node, for the "
                              "device and its safety gate");
 }
 

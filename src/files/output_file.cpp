@@ -41,7 +41,7 @@ mode_t judge(const std::string& file, Existing existing) {
   struct stat status {};
   if (::lstat(file.c_str(), &status) != 0) return usual_mode;
   if (!S_ISREG(status.st_mode)) fail(file, "is no regular file, expected one or a new name");
-  if (existing == Existing::keep) fail(file, "is there already, expected a new name");
+  if (existing == Existing::keep) fail(file, "exists already, expected a new name");
   return status.st_mode & 07777U;
 }
 
@@ -75,7 +75,7 @@ class Part {
     // This file system cannot check and rename in one operation: a file that took the name in the last
     // microseconds may be lost.
     if (error == EINVAL) error = ::rename(name_.c_str(), file_.c_str()) == 0 ? 0 : errno;
-    if (error == EEXIST) fail(file_, "is there already, expected a new name");
+    if (error == EEXIST) fail(file_, "exists already, expected a new name");
     if (error != 0) failToWrite(file_, error);
     renamed_ = true;
   }

@@ -48,7 +48,7 @@ LeftOut RepeatedHands::leaveOutRepeats(std::vector<TrackedHand>& hands, Time now
     if (still >= stands_still)
       out.lines.push_back(
           (hand.side == Side::left ? "left hand " : "right hand ") + std::to_string(hand.id) +
-          " left out: the tracker stands still, all of its joints are the same for " +
+          " left out: the tracker is frozen, all of its joints are the same for " +
           std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(still).count()) +
           " ms, expected another sample with each frame");
   }

@@ -45,7 +45,7 @@ ArrayDriver::ArrayDriver(ros::NodeHandle nh, ros::NodeHandle private_nh)
   const device::Capabilities capabilities = device_->capabilities();
   if (capabilities.input == device::Input::drives && capabilities.layout.size() == 0)
     throw std::runtime_error("array '" + name_ +
-                             "' takes drives but tells no layout, expected its transducers");
+                             "' takes drives but has no layout, expected the positions of its transducers");
   if (capabilities.layout.size() > 0) model_.layout = capabilities.layout;
   for (const std::string& remark : capabilities.remarks) ROS_WARN("%s", remark.c_str());
 

@@ -72,7 +72,7 @@ ultrasound::ArrayLayout layoutOf(const visualization_msgs::MarkerArray& markers)
       const geometry_msgs::Point &within = marker.points[k], &face = marker.points[k + 1];
       layout.position.emplace_back(face.x, face.y, face.z);
       const Eigen::Vector3d way = layout.position.back() - Eigen::Vector3d(within.x, within.y, within.z);
-      if (!way.allFinite() || !(way.norm() > 0.0)) throw std::runtime_error("a transducer points nowhere");
+      if (!way.allFinite() || !(way.norm() > 0.0)) throw std::runtime_error("a transducer has no direction");
       layout.normal.push_back(way.normalized());
     }
   }

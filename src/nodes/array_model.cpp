@@ -12,9 +12,9 @@ namespace tactile_clay::nodes {
 ultrasound::Acoustics acousticsOf(Settings& s) {
   ultrasound::Acoustics acoustics;
   acoustics.temperature =
-      s.number("temperature", acoustics.temperature, -20.0, 60.0, "degrees C, of the air");
+      s.number("temperature", acoustics.temperature, -20.0, 60.0, "temperature of the air, degrees C");
   acoustics.reference_pressure = s.number("reference_pressure", acoustics.reference_pressure, 0.01, 100.0,
-                                          "Pa, of one transducer at 1 m");
+                                          "peak pressure of one transducer at 1 m, Pa");
   acoustics.validate();
   return acoustics;
 }
@@ -29,22 +29,25 @@ ArrayModel::ArrayModel(const ros::NodeHandle& private_nh) {
 void ArrayModel::read(Settings& s) {
   layout = ultrasound::arrayLayouts(s.text("layout", "usx", "transducers of the array"));
   acoustics = acousticsOf(s);
-  options.iterations = s.whole("solver_iterations", options.iterations, 1, 1000, "of the phase solver");
+  options.iterations =
+      s.whole("solver_iterations", options.iterations, 1, 1000, "iterations of the phase solver");
   options.method = ultrasound::phaseMethod(s.text("phase_method", "newton", "the phase solver"));
   options.phase_only = s.truth("phase_only", options.phase_only, "transducers at full amplitude, or silent");
   options.peaks = s.truth("peaks", options.peaks, "each focal point is a peak of the field");
-  options.phase_levels = s.whole("phase_levels", options.phase_levels, 0, 65536, "of a turn; 0: any phase");
-  options.amplitude_levels =
-      s.whole("amplitude_levels", options.amplitude_levels, 0, 65536, "0: any amplitude");
-  options.max_phase_change =
-      s.number("max_phase_change", options.max_phase_change, 0.0, 3.2, "rad a frame; 0: any");
-  field_options.strength = s.number("field_strength", field_options.strength, 0.0, 10.0, "of a field");
+  options.phase_levels =
+      s.whole("phase_levels", options.phase_levels, 0, 65536, "steps per turn; 0: any phase");
+  options.amplitude_levels = s.whole("amplitude_levels", options.amplitude_levels, 0, 65536,
+                                     "steps of the amplitude; 0: any amplitude");
+  options.max_phase_change = s.number("max_phase_change", options.max_phase_change, 0.0, 3.2,
+                                      "maximum change of a phase per frame, rad; 0: any");
+  field_options.strength = s.number("field_strength", field_options.strength, 0.0, 10.0,
+                                    "of a field: a larger value is stronger, and less exact");
   field_options.patterns = s.whole("field_patterns", field_options.patterns, 1, ultrasound::max_patterns,
-                                   "of a field, that take turns");
-  field_options.evaluations =
-      s.whole("field_evaluations", field_options.evaluations, 1, 10000, "maximum of a field's solver");
+                                   "of a field: patterns that take turns");
+  field_options.evaluations = s.whole("field_evaluations", field_options.evaluations, 1, 10000,
+                                      "of a field: maximum number of evaluations of its solver");
   field_options.blur =
-      s.number("field_blur", field_options.blur, 0.0, 0.1, "m, by which skin blurs a field; 0: none");
+      s.number("field_blur", field_options.blur, 0.0, 0.1, "of a field: blur by the skin, m; 0: none");
   field_options.phase_levels = options.phase_levels;
   field_options.amplitude_levels = options.amplitude_levels;
   field_options.max_phase_change = options.max_phase_change;

@@ -31,11 +31,11 @@ device::StampCheck::Age Arrivals::ageOf(const ros::Time& stamp) {
   const bool before = stamps_.ofRecording();
   const device::StampCheck::Age age = stamps_(behind, isPlayer(hands_publisher_));
   if (stamps_.ofRecording() && !before)
-    ROS_WARN_THROTTLE(1.0,
-                      "array '%s': stamps of focal points are %.1f s behind this computer's clock; they are "
-                      "taken for those of a recording that is played, and not asked for their age. If they "
-                      "are live, compare the hosts' clocks",
-                      device_.c_str(), behind);
+    ROS_WARN_THROTTLE(
+        1.0,
+        "array '%s': stamps of focal points are %.1f s behind this computer's clock, so they are taken for "
+        "those of a recording, and their age is not checked. If they are live, compare the hosts' clocks",
+        device_.c_str(), behind);
   return age;
 }
 

@@ -67,7 +67,7 @@ std::string Chain::whereIs(ros::Time stamp) const {
     const std::string& got = links_[i - 1].topic;
     const std::string& sent = links_[i].topic;
     const std::vector<std::string> nodes = publishersOf(sent);
-    if (nodes.empty()) return "it came as " + got + ", and nobody publishes " + sent + " any more";
+    if (nodes.empty()) return "it arrived as " + got + ", and nobody publishes " + sent + " any more";
     std::string names = nodes.front();
     for (std::size_t k = 1; k < nodes.size(); ++k) names += " or " + nodes[k];
     return names + " got it as " + got + " and has not sent " + sent;

@@ -39,7 +39,7 @@ void Checkpoint::run() {
     try {
       clay::save(clay, file_, files::Existing::replace);
     } catch (const std::exception& error) {
-      ROS_WARN_THROTTLE(60.0, "checkpoint of the clay: %s", error.what());
+      ROS_WARN_THROTTLE(60.0, "no checkpoint of the clay was saved: %s", error.what());
     }
     lock.lock();
   }

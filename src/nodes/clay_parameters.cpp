@@ -42,16 +42,17 @@ ClayChoice readClay(Settings& settings, const clay::ClayConfig& config,
   if (const auto solver = settings.text("solver", "", "minimise or paper; empty: the preset's");
       !solver.empty())
     budget.method = clay::methodNamed(solver);
-  if (const int n = settings.whole("substeps", 0, 0, 1000, "of a frame; 0: the preset's"))
+  if (const int n = settings.whole("substeps", 0, 0, 1000, "substeps per frame; 0: the preset's"))
     budget.substeps = n;
-  if (const int n = settings.whole("iterations", 0, 0, 1000, "maximum of a substep; 0: the preset's"))
+  if (const int n = settings.whole("iterations", 0, 0, 1000,
+                                   "maximum number of iterations per substep; 0: the preset's"))
     budget.iterations = n;
   if (budget.substeps != preset.substeps || budget.iterations != preset.iterations)
     choice.quality = std::to_string(budget.substeps) + " x " + std::to_string(budget.iterations);
   choice.config.tolerance =
-      settings.number("tolerance", config.tolerance, 0.0, any, "m/s^2, at which iterations stop");
+      settings.number("tolerance", config.tolerance, 0.0, any, "residual at which iterations stop, m/s^2");
   choice.config.sleeping =
-      settings.truth("sleeping", true, "leave clay at rest alone until something comes near");
+      settings.truth("sleeping", true, "clay at rest is not simulated until something comes near");
   clay::validate(choice.config);
   for (std::size_t k = 0; k < materials.size(); ++k) {
     settings.group(groupOf(materials, k));

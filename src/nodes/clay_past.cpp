@@ -37,10 +37,10 @@ void ClayPast::goOn(clay::Clay& clay) {
   if (isMarked(file_)) {
     try {
       clay.restore(woken(clay::loadSculpture(file_)));
-      ROS_WARN("clay_simulator: was started again; the clay goes on from its checkpoint at %.2f s",
+      ROS_WARN("clay_simulator: was started again; the clay continues from its checkpoint at %.2f s",
                clay.time());
     } catch (const std::exception& error) {
-      ROS_ERROR("clay_simulator: was started again, and the scene with it: %s", error.what());
+      ROS_ERROR("clay_simulator: was started again; the scene starts again, too: %s", error.what());
     }
   }
   checkpoint_ = std::make_unique<Checkpoint>(file_);

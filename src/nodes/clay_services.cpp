@@ -47,7 +47,7 @@ bool ClayServices::load(SculptureFile::Request& request, SculptureFile::Response
   answer(response, [&] {
     requireAbsolute("sculpture", request.file);
     run_->restore(clay::loadSculpture(request.file));
-    return "scene '" + run_->scene().name + "' goes on from " + request.file;
+    return "scene '" + run_->scene().name + "' continues from " + request.file;
   });
   return true;
 }
@@ -57,7 +57,7 @@ bool ClayServices::undo(Undo::Request& request, Undo::Response& response) {
     const ClayRun::Undone undone = run_->undo(request.seconds);
     response.went_back = undone.went_back;
     char text[80];
-    std::snprintf(text, sizeof text, "the clay is what it was %.2f s ago, at %.2f s", undone.went_back,
+    std::snprintf(text, sizeof text, "the clay is as it was %.2f s ago, at %.2f s", undone.went_back,
                   undone.time);
     return std::string(text);
   });

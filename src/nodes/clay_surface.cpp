@@ -81,7 +81,8 @@ void ClaySurface::write(const std::string& file, files::Existing existing,
     const Cloud::ConstPtr cloud =
         ros::topic::waitForMessage<Cloud>(topic::clay_particles, nh_, export_patience);
     if (!cloud)
-      throw std::runtime_error("mesh '" + file + "': no clay/particles within 5 s, expected a running clay");
+      throw std::runtime_error("mesh '" + file +
+                               "': no clay/particles within 5 s, expected a running clay_simulator");
     if (const std::string fault = faultOf(*cloud); !fault.empty()) throw std::runtime_error(fault);
     const SurfaceParticles particles = surfaceParticles(*cloud);
     const surface::TriangleMesh mesh = surface_.update(particles.position, particles.color);
@@ -92,7 +93,7 @@ void ClaySurface::write(const std::string& file, files::Existing existing,
 
 void ClaySurface::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
   using Level = diagnostic_msgs::DiagnosticStatus;
-  status.summary(Level::OK, subscriber_ ? times_.frames > 0 ? "showing" : "no particles" : "nobody looks");
+  status.summary(Level::OK, subscriber_ ? times_.frames > 0 ? "showing" : "no particles" : "no subscriber");
   times_.report(status);
   status.add("triangles", triangles_);
   times_ = {};

@@ -13,12 +13,12 @@ hand::CleanConfig cleanConfig(Settings& s) {
                                            std::tuple("orientation", &config.orientation, "rad")}) {
     const std::string prefix = name;
     filter->min_cutoff = s.number(prefix + "_min_cutoff", filter->min_cutoff, 0.0, any,
-                                  "Hz, of the One-Euro filter at rest: less is smoother, and later");
+                                  "cutoff of the One-Euro filter at rest, Hz: lower is smoother, and later");
     filter->beta = s.number(prefix + "_beta", filter->beta, 0.0, any,
-                            std::string("1/") + unit + ", by which its cutoff grows with the speed");
+                            std::string("1/") + unit + ": how its cutoff grows with the speed");
   }
   config.prediction = s.number("prediction", config.prediction, 0.0, hand::max_prediction,
-                               "s that tracked hands are predicted ahead");
+                               "how far tracked hands are predicted ahead, s");
   validate(config);
   return config;
 }

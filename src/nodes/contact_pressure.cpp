@@ -54,7 +54,8 @@ sensor_msgs::PointCloud2Ptr ContactPressure::pressure(const Cloud& skin, const C
     if (!array) throw std::runtime_error("the pose of the array is not known");
     const Skin pressed = pressureSkin(skin);
     if (!onSkin(contacts, pressed))
-      throw std::runtime_error("they are not on the skin of their stamp, expected one skin with each stamp");
+      throw std::runtime_error(
+          "they do not fit to the skin of the same stamp, expected one skin for each stamp");
     std::size_t dropped = 0;
     samples = contact::pressureField(pressed, forces, array->translation().cast<float>(), &dropped);
     dropped_ += dropped;

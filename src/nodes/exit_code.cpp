@@ -33,7 +33,7 @@ void failWhenReplaced() {
     const std::string reason = told ? static_cast<std::string>(call[1]) : "none is given";
     const bool replaced = reason.find("new node registered with same name") != std::string::npos;
     if (replaced)
-      ROS_FATAL("another node took the name %s: this one ends", ros::this_node::getName().c_str());
+      ROS_FATAL("another node took the name %s: this node ends", ros::this_node::getName().c_str());
     else
       ROS_WARN("Shutdown request received. Reason given for shutdown: [%s]", reason.c_str());
     finish(replaced ? 1 : 0);

@@ -26,7 +26,7 @@ void answer(Response& response, const Work& work) {
     response.success = true;
   } catch (const std::exception& error) {
     response.message = printableLine(error.what());
-    if (response.message.find("is there already") != std::string::npos)
+    if (response.message.find("exists already") != std::string::npos)
       response.message += ", or a call of the service overwrite";
   }
 }

@@ -27,24 +27,24 @@ ultrasound::FocalPointConfig focalPointConfig(Settings& s) {
   config.modulation = ultrasound::modulation(
       s.text("modulation", "am", "how points are made felt", ultrasound::modulationNames()));
   number("full_scale_pressure", config.full_scale_pressure, any,
-         "Pa of the clay that ask for all that the array can give: less is a larger gain");
+         "pressure of the clay for which the array plays at full strength, Pa");
   number("compression_knee", config.compression_knee, 1.0,
-         "share of that up to which pressures are in proportion");
+         "share of the maximum up to which the sound is proportional to the pressure");
   number("side_lobe_floor", config.side_lobe_floor, 1.0, "minimum amplitude of a point, over the strongest");
-  number("minimum_pressure", config.minimum_pressure, any, "Pa; samples below it are not rendered");
-  number("minimum_force", config.minimum_force, any, "N; contacts that press less get no point");
-  number("min_separation", config.min_separation, any, "m, minimum distance of two points");
+  number("minimum_pressure", config.minimum_pressure, any, "samples with less pressure are not rendered, Pa");
+  number("minimum_force", config.minimum_force, any, "contacts with less force get no point, N");
+  number("min_separation", config.min_separation, any, "minimum distance of two points, m");
   number("min_resolution", config.min_resolution, any, "minimum separation of two points for the array");
-  number("sigma", config.sigma, any, "m, of the Gaussian that stands for a focus");
+  number("sigma", config.sigma, any, "standard deviation of the Gaussian that represents a focus, m");
   number("follow_distance", config.follow_distance, any,
-         "m, how far a point may move in a frame and keep its id");
+         "how far a point may move in a frame and keep its id, m");
   config.perceptual_weights =
       s.truth("perceptual_weights", config.perceptual_weights, "whether sensitive skin is favoured");
-  count("path_points", config.path_points, 256, "of stm, maximum number of places of its path");
-  number("path_spacing", config.path_spacing, any, "m, of stm, minimum distance of two places of its path");
+  count("path_points", config.path_points, 256, "of stm: maximum number of places of its path");
+  number("path_spacing", config.path_spacing, any, "of stm: minimum distance of two places of its path, m");
   config.field_weights = s.truth("field_weights", config.field_weights,
-                                 "of field, whether the error counts more where skin is sensitive");
-  count("field_samples", config.field_samples, 2000, "of field, maximum number of samples of skin");
+                                 "of field: whether the error of sensitive skin counts more");
+  count("field_samples", config.field_samples, 2000, "of field: maximum number of skin samples");
   const std::string fit = s.text("intensity_fit", "least_squares",
                                  "how a point's pressure follows from samples", {"least_squares", "paper"});
   config.fit = fit == "paper" ? ultrasound::IntensityFit::paper : ultrasound::IntensityFit::least_squares;
@@ -55,21 +55,21 @@ ultrasound::FocalPointConfig focalPointConfig(Settings& s) {
 
 void readPerson(Settings& s, ultrasound::FocalPointConfig& config) {
   constexpr double milli = 1e-3;
-  config.felt_gain = s.number("felt_gain", config.felt_gain, 0.1, 10.0, "of a person, over that of others");
+  config.felt_gain =
+      s.number("felt_gain", config.felt_gain, 0.1, 10.0, "gain of a person, over that of others");
   config.felt_threshold =
       milli * s.number("felt_threshold", config.felt_threshold / milli, 0.0, 50.0,
-                       "mN, minimum force of a focal point that a person feels; 0: not known");
+                       "minimum force of a focal point that a person feels, mN; 0: not known");
 }
 
 double modulationFrequency(Settings& settings) {
   return settings.number("modulation_frequency", 0.0, 0.0, 1000.0,
-                         "Hz, at which points are modulated; 0: that of the modulation");
+                         "frequency of the modulation, Hz; 0: its usual one");
 }
 
 double slipGain(Settings& settings) {
-  return settings.number(
-      "slip_gain", 0.0, 0.0, 1000.0,
-      "s/m, share of the pressure that vibrates for each m/s at which clay slides; 0: none");
+  return settings.number("slip_gain", 0.0, 0.0, 1000.0,
+                         "share of the pressure that vibrates, per m/s at which clay slides, s/m; 0: none");
 }
 
 LiveParameters::Apply FocalPointRenderer::read(Settings& settings) {

@@ -134,7 +134,7 @@ void HandSimulator::showBones(const hand::TrackedFrame& frame, const std_msgs::H
 void HandSimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
   using Level = diagnostic_msgs::DiagnosticStatus;
   if (repeated_hands_ > 0)
-    status.summary(Level::WARN, "the tracker stands still: it repeats its hands");
+    status.summary(Level::WARN, "the tracker is frozen: it repeats its hands");
   else if (bad_hands_ > 0 || bad_fingers_ > 0)
     status.summary(Level::WARN, "hands or fingers left out");
   else if (bad_forces_ > 0)
@@ -147,7 +147,7 @@ void HandSimulator::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
   status.add("processor time for a frame, mean, ms", 1e3 * times_.mean(processor_time_));
   status.add("hands left out", bad_hands_);
   status.add("fingers left out", bad_fingers_);
-  status.add("hands only repeated", repeated_hands_);
+  status.add("hands repeated", repeated_hands_);
   if (soft_) {
     status.add("forces left out", bad_forces_);
     for (const hand::Side side : {hand::Side::left, hand::Side::right}) {

@@ -120,12 +120,12 @@ void HandSkeleton::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status)
     State& state = sides_[static_cast<int>(side)];
     const std::string hand = name(side) + " hand";
     status.add(hand, !state.skeleton ? "not measured yet" : state.pose ? "seen" : "not seen");
-    if (state.skeleton) status.add(hand + ", size to an adult's", state.skeleton->scale);
+    if (state.skeleton) status.add(hand + ", size over that of an adult", state.skeleton->scale);
     if (state.frames == 0) continue;
     const double error = state.error_sum / state.frames;
     status.add(hand + ", mean error of its joints, mm", 1e3 * error);
     if (error > other_size)
-      status.summary(Level::WARN, "the " + hand + " is not the one that was measured: start again");
+      status.summary(Level::WARN, "the " + hand + " is not the one that was measured: start the rig again");
     state.error_sum = 0.0;
     state.frames = 0;
   }

@@ -241,7 +241,7 @@ void HandSurface::show() {
 void HandSurface::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
   using Level = diagnostic_msgs::DiagnosticStatus;
   status.summary(Level::OK,
-                 tracked_subscriber_ ? times_.frames > 0 ? "showing" : "no hands" : "nobody looks");
+                 tracked_subscriber_ ? times_.frames > 0 ? "showing" : "no hands" : "no subscriber");
   times_.report(status);
   times_ = {};
   inbox_.report(status);

@@ -190,9 +190,8 @@ void HandTracking::clean(hand::TrackedFrame& frame) {
   counts_ = cleaner_->counts();
   if (counts_.jumps > jumps)
     ROS_WARN_THROTTLE(1.0,
-                      "hand_tracking: the palm of a hand jumped, expected at most 20 m/s, and %g m under a "
-                      "new id; it is taken for "
-                      "another hand",
+                      "hand_tracking: the palm of a hand jumped, so it is taken for another hand; expected "
+                      "at most 20 m/s, and %g m with a new id",
                       hand::CleanConfig().same_hand_distance);
 }
 
@@ -235,7 +234,7 @@ void HandTracking::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status)
   else if (report.frames == 0)
     status.summary(is_live_ ? Level::ERROR : Level::WARN, "no frames from source '" + source_name_ + "'");
   else if (stands_still_)
-    status.summary(Level::WARN, "the tracker stands still: it repeats its hands");
+    status.summary(Level::WARN, "the tracker is frozen: it repeats its hands");
   else if (bad_hands_ > 0 || bad_fingers_ > 0 || clock_.repaired() > 0)
     status.summary(Level::WARN, "hands or fingers left out, or stamps repaired");
   else
@@ -258,7 +257,7 @@ void HandTracking::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status)
   status.add("second hands of a side", counts_.doubles);
   status.add("hands left out", bad_hands_.load());
   status.add("fingers left out", bad_fingers_.load());
-  status.add("hands only repeated", repeated_hands_.load());
+  status.add("hands repeated", repeated_hands_.load());
   status.add("stamps repaired", clock_.repaired());
   status.add("restarts of the device clock", clock_.restarts());
   status.add("faults of the source", faults_.load());

@@ -20,11 +20,12 @@ void requireSane(const sensor_msgs::JointState& state) {
     if (state.name[i].size() > max_frame_id)
       throw std::runtime_error("joint with a name of more than 256 characters");
     if (!std::isfinite(state.position[i]))
-      throw std::runtime_error("joint '" + state.name[i] + "' at no finite position, expected a number");
+      throw std::runtime_error("joint '" + state.name[i] +
+                               "' at a position that is not finite, expected a number");
   }
   if (isOfTheFuture(state.header.stamp, ros::Time::now()))
-    throw std::runtime_error("stamp of the future, " + std::to_string(state.header.stamp.sec) +
-                             " s, expected one of the past");
+    throw std::runtime_error("stamp in the future, " + std::to_string(state.header.stamp.sec) +
+                             " s, expected one in the past");
 }
 
 }  // namespace

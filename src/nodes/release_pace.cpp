@@ -78,7 +78,7 @@ void ReleasePace::waitForGraph() {
       throw std::runtime_error("lockstep: the graph is not connected after " + seconds(answer_patience_) +
                                ": " + missing);
     if (!lockstep_ && now - start > graph_patience) {
-      ROS_WARN("hand_tracking: starts although the graph is not connected: %s", missing.c_str());
+      ROS_WARN("hand_tracking: starts, although the graph is not connected: %s", missing.c_str());
       return;
     }
     ros::WallDuration(0.05).sleep();
@@ -128,7 +128,7 @@ void ReleasePace::awaitLastAnswer(const ros::Time& stamp) {
 void ReleasePace::awaitRecorder(const ros::Time& stamp) {
   if (recorded_subscriber_.getNumPublishers() == 0) return;
   if (!recorded_.wait(stamp, answer_patience_, stopped_) && !stopped_())
-    throw std::runtime_error("lockstep: " + nh_.resolveName(topic::recorded) + " does not tell within " +
+    throw std::runtime_error("lockstep: " + nh_.resolveName(topic::recorded) + " does not confirm within " +
                              seconds(answer_patience_) + " that a sample is in the bag");
 }
 

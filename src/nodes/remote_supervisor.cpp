@@ -52,7 +52,8 @@ std::unique_ptr<RemoteSupervisor> RemoteSupervisor::master() {
   Question question;
   question.method = "lookupNode";
   question.arguments[0] = question.arguments[1] = ros::this_node::getName();
-  question.refused = "does not know this node any more, for it was started anew: start the rig again";
+  question.refused =
+      "does not know this node any more, because the master was started again: start the rig again";
   return std::make_unique<RemoteSupervisor>("the master", ros::master::getURI(), question);
 }
 

@@ -29,7 +29,7 @@ class SignsOfLife {
           beat(node);
           const std::string silent = silentFor(silence_to_tell);
           if (!silent.empty())
-            ROS_WARN_THROTTLE(5.0, "no sign of life for %.0f s of %s", silence_to_tell, silent.c_str());
+            ROS_WARN_THROTTLE(5.0, "no sign of life for %.0f s from %s", silence_to_tell, silent.c_str());
         })) {}
   ~SignsOfLife() {
     timer_.stop();

@@ -42,7 +42,7 @@ std::chrono::nanoseconds SampleClock::ofRecording(const hand::TrackedFrame& fram
   const auto stamp = recording_(frame.stamp);
   if (recording_.repaired() > repaired_) {
     repaired_ = recording_.repaired();
-    ROS_WARN_THROTTLE(5.0, "hand_tracking: stamp %.6f s does not follow the one before: taken as %.6f s",
+    ROS_WARN_THROTTLE(5.0, "hand_tracking: stamp %.6f s is not after the one before: replaced by %.6f s",
                       1e-9 * static_cast<double>(frame.stamp.count()),
                       1e-9 * static_cast<double>(stamp.count()));
   }
@@ -69,7 +69,7 @@ void SampleClock::tellStanding() {
   } else if (real - clock_moved_ > standing_clock) {
     clock_moved_ = real;
     ROS_WARN(
-        "hand_tracking: use_sim_time is true, and /clock stands still: samples have one and the same time");
+        "hand_tracking: use_sim_time is true, but /clock does not advance: all samples get the same time");
   }
 }
 

@@ -11,7 +11,8 @@ std::function<std::string()> marking(const std::function<std::string()>& action,
                                      bool marked) {
   return [=] {
     const std::string answer = action();
-    if (!mark(file, marked)) ROS_WARN("emergency stop: a new start of this node would not know of it");
+    if (!mark(file, marked))
+      ROS_WARN("the emergency stop cannot be saved: this node would not know of it after a restart");
     return answer;
   };
 }
@@ -24,7 +25,7 @@ StopSwitch::StopSwitch(ros::NodeHandle nh, ros::NodeHandle private_nh, std::func
   const std::string file = keptFile(private_nh.getNamespace(), ".stopped");
   if (isMarked(file)) {
     stop();
-    ROS_WARN("the array was started again: the emergency stop of before holds until it is reset");
+    ROS_WARN("the array was started again: the earlier emergency stop is in force until it is reset");
   }
   stop = marking(stop, file, true);
   reset = marking(reset, file, false);

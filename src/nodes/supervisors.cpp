@@ -50,7 +50,7 @@ std::string Supervisors::missing() {
     const std::string line = watched.supervisor->missing();
     if (line != watched.told) {
       if (line.empty())
-        ROS_WARN("%s is there again", watched.name.c_str());
+        ROS_WARN("%s is back", watched.name.c_str());
       else if (!watched.required)
         ROS_WARN("%s; the array goes on, as ~supervisors says", line.c_str());
       watched.told = line;

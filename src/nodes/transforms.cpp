@@ -31,9 +31,9 @@ std::string faultOf(const geometry_msgs::TransformStamped& transform) {
     return "transform from '" + parent + "' to '" + child + "', expected the names of two frames";
   // Written so that NaN fails.
   if (!(std::abs(p.x) < farthest && std::abs(p.y) < farthest && std::abs(p.z) < farthest))
-    return "frame '" + child + "' at no finite place, expected numbers of metres";
+    return "frame '" + child + "' at a position that is not finite, expected numbers in m";
   if (!(std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) <= unit_tolerance))
-    return "frame '" + child + "' with an orientation that is none, expected a unit quaternion";
+    return "frame '" + child + "' has no valid orientation, expected a unit quaternion";
   return "";
 }
 

@@ -35,7 +35,7 @@ bool shareFace(unsigned a, unsigned b) {
   return false;
 }
 
-/// Cuts polygon [first, last] of `loop`, whose side from last to first is there already, into triangles.
+/// Cuts polygon [first, last] of `loop`, whose side from last to first exists already, into triangles.
 bool cut(const std::vector<unsigned>& loop, std::size_t first, std::size_t last,
          std::vector<Triangle>& triangles) {
   if (last - first < 2) return true;

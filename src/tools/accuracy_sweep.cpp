@@ -107,7 +107,7 @@ Outcome Player::operator()(const Sweep& sweep, const Play& play) {
   if (!options_.outcomes.empty()) outcome = loadOutcome(file, key);
   if (!outcome) {
     if (options_.merge)
-      throw std::runtime_error("outcome '" + file + "' is missing, or of something else: " + key);
+      throw std::runtime_error("outcome '" + file + "' is missing, or is not the outcome of " + key);
     tell(sweep, play);
     const auto start = std::chrono::steady_clock::now();
     const SweepSkin& skin = sweep.skins[play.skin];
@@ -139,7 +139,7 @@ std::string Player::fileOf(const Sweep& sweep, const Play& play) const {
 
 void Player::tell(const Sweep& sweep, const Play& play) const {
   std::string left;
-  if (played_ > 0.0) left = ", some " + std::to_string(std::lround(seconds_ / played_ * left_)) + " s left";
+  if (played_ > 0.0) left = ", about " + std::to_string(std::lround(seconds_ / played_ * left_)) + " s left";
   const std::string what = options_.scene + " " + play.what;
   std::fprintf(stderr, "speed_accuracy: %d of %d%s: %s at %g mm\n", done_, count_, left.c_str(), what.c_str(),
                1e3 * sweep.played.spacing);

@@ -19,14 +19,14 @@
 
 namespace {
 
-constexpr char usage[] = R"(Stops every array of a graph at a key or a foot switch:
+constexpr char usage[] = R"(Stops every array of a graph by a key or a foot switch.
 
   array_stop [switch:=FILE] [__ns:=NAMESPACE]
 
-It is connected to the arrays before anything happens, so that a stop is one small message. Any key stops,
-`r` resets, Ctrl-C stops and leaves; what else may be read is in tools/stop_input.h. A stop is sent until
-each array has answered in `array/state`, and to arrays that come later; in the end, however it comes, the
-arrays are stopped. Exits with 0 where the last stop was answered.
+Any key stops the arrays, `r` resets them, Ctrl-C stops them and ends the program. FILE is a foot switch: an input
+device, a serial line or a FIFO. The program connects to the arrays at its start, so a stop is one small message. It
+sends a stop until each array has answered in `array/state`, and also to arrays that start later. It stops the arrays
+before it ends. Exits with 0 if the last stop was answered, otherwise with 1.
 )";
 
 using tactile_clay::ArrayState;
@@ -150,7 +150,7 @@ int serve(const std::string& path) {
   ros::AsyncSpinner spinner(1);
   spinner.start();
   auto keys = std::make_unique<Keys>(STDIN_FILENO);
-  say("any key stops, r resets, Ctrl-C stops and leaves");
+  say("any key stops, r resets, Ctrl-C stops and ends");
   while (true) {
     Wish wish = waitForWish(keys.get(), foot.get());
     if (wish == Wish::ended) {
@@ -160,7 +160,7 @@ int serve(const std::string& path) {
     if (wish == Wish::stop || wish == Wish::stop_and_leave) line.stop();
     if (wish == Wish::reset) line.reset();
     if (wish == Wish::stop_and_leave) break;
-    if (foot && foot->descriptor() < 0 && foot->reopen()) say("the switch is there again");
+    if (foot && foot->descriptor() < 0 && foot->reopen()) say("the switch is back");
     line.look();
   }
   const ros::WallTime until = ros::WallTime::now() + leave_patience;

@@ -30,18 +30,22 @@ using namespace tactile_clay;
 using Clock = std::chrono::steady_clock;
 
 constexpr char usage[] =
-    "array_test device:=NAME [port:=FILE] [device_options:='key=value ...'] [test:=all] "
-    "[microphone:='0 0 0.2']\n"
-    "           [channel:=all] [dwell:=0.5] [modulation_frequency:=200] [layout:=usx] [temperature:=20]\n"
-    "           [head_point:='-0.4 0 0.6'] [pressure_cap:=2000] [head_spl_cap:=110]\n\n"
-    "Plays on an array, without a graph, and says what a microphone should read (Pa peak at 40 kHz while the "
-    "sound is on).\n"
-    "test: channels (one transducer after the other), focus (one focus at the microphone, for ten times "
-    "`dwell`), sweep\n"
-    "(a focus that passes the microphone along x, 40 mm to either side), or all of them. Places in m, frame "
-    "of the array:\n"
-    "x and y along its sides, z away from it. The safety gate of the rig has the last word. Ctrl-C: "
-    "silence.\n";
+    R"(Plays on an array without a graph, and prints what a microphone should read (Pa peak at 40 kHz, while the
+sound is on).
+
+  array_test device:=NAME [port:=FILE] [device_options:='key=value ...'] [test:=all] [microphone:='0 0 0.2']
+             [channel:=all] [dwell:=0.5] [modulation_frequency:=200] [layout:=usx] [temperature:=20]
+             [head_point:='-0.4 0 0.6'] [pressure_cap:=2000] [head_spl_cap:=110]
+
+Tests:
+  channels  one transducer after the other
+  focus     a focus at the microphone, for ten times `dwell`
+  sweep     a focus that passes the microphone along x, 40 mm to either side
+  all       all of them
+
+Positions are in m in the coordinate frame of the array: x and y along its sides, z out of its face. The safety gate
+of the rig judges each sound. Ctrl-C silences the array and ends the program.
+)";
 
 constexpr auto renewal = std::chrono::microseconds(16667);  // as often as the rig
 constexpr double sweep_half = 0.04;                         // m
@@ -55,7 +59,7 @@ Eigen::Vector3d place(const tools::Arguments& arguments, const std::string& key)
   std::vector<double> numbers;
   for (std::string word; words >> word;) numbers.push_back(tools::numberOf(key, word, -10.0, 10.0));
   if (numbers.size() != 3)
-    throw std::runtime_error(key + " '" + arguments[key] + "': expected three numbers of m");
+    throw std::runtime_error(key + " '" + arguments[key] + "': expected three numbers in m");
   return {numbers[0], numbers[1], numbers[2]};
 }
 
@@ -98,7 +102,7 @@ class Bench {
 
   void channels(const std::string& which) {
     if (!takes_drives_) {
-      std::printf("channels: array '%s' takes focal points, its channels cannot be played alone\n",
+      std::printf("channels: array '%s' takes focal points, so its channels cannot be played one by one\n",
                   name_.c_str());
       return;
     }

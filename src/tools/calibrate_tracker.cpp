@@ -22,16 +22,15 @@
 namespace {
 
 constexpr char usage[] =
-    R"(Finds where the tracker stands in the world: touch three or more marked points of the table, one after the
-other, with the tip of an index finger from above, and rest on each until the program says so.
+    R"(Finds where the tracker is in the world. Touch three or more marked points of the table from above, one after the
+other, with the tip of an index finger. Keep the fingertip still on each point until the program has found it.
 
   calibrate_tracker points:="x y z, x y z, x y z" [out:=rig.yaml] [hands:=leap_websocket] [url:=...]
-  [file:=...]
-                    [topic:=...] [rest:=0.7] [maximum:=0.01]
+                    [file:=...] [topic:=...] [rest:=0.7] [maximum:=0.01]
 
-`points` are in frame world, m. `out` gets the line `tracker_pose: [...]` in the format of config/rig.yaml;
-in a file that is there, only that line changes. Touches that do not fit to `maximum` m are an error, and
-nothing is written.
+`points` are in m in the coordinate frame `world`. `rest` is the time in s for which the fingertip has to stay still.
+The program writes the line `tracker_pose: [...]` to `out`, in the format of config/rig.yaml. If that file exists,
+only this line changes. If a touched point is more than `maximum` m off, that is an error, and nothing is written.
 )";
 
 namespace files = tactile_clay::files;
@@ -49,7 +48,7 @@ std::vector<Vector3d> points(const std::string& text) {
     Vector3d point;
     if (!(numbers >> point.x() >> point.y() >> point.z()) || !(numbers >> std::ws).eof())
       throw std::runtime_error("points '" + text +
-                               "': expected \"x y z, x y z, x y z\" in m, three at least");
+                               "': expected \"x y z, x y z, x y z\", at least three points in m");
     found.push_back(point);
   }
   // Reports errors in the points before anybody touches a mark.
@@ -82,8 +81,8 @@ Touches touch(hand::HandSource& source, const std::vector<Vector3d>& marks,
   std::string told;
   const auto ask = [&] {
     const Vector3d& mark = marks[touched.size()];
-    std::printf("touch point %zu, at (%g, %g, %g), and rest there\n", touched.size() + 1, mark.x(), mark.y(),
-                mark.z());
+    std::printf("touch point %zu, at (%g, %g, %g), and keep the fingertip still\n", touched.size() + 1,
+                mark.x(), mark.y(), mark.z());
     std::fflush(stdout);
   };
   ask();
@@ -110,7 +109,7 @@ Touches touch(hand::HandSource& source, const std::vector<Vector3d>& marks,
     // The joint is the centre of a fingertip that lies on the mark.
     touches.targets.push_back(marks[touched.size()] + tip->radius * Vector3d::UnitZ());
     touched.push_back(*place);
-    std::printf("  found at (%.4f, %.4f, %.4f) of frame %s\n", place->x(), place->y(), place->z(),
+    std::printf("  found at (%.4f, %.4f, %.4f) in frame %s\n", place->x(), place->y(), place->z(),
                 frame.frame_id.c_str());
     if (touched.size() < marks.size()) ask();
   }
@@ -140,12 +139,12 @@ void run(const tactile_clay::tools::Arguments& arguments) {
 
   const Touches touches = touch(*source, marks, config, arguments["rest"]);
   const hand::RigidFit fit = hand::fitRigid(touches.touched, touches.targets);
-  std::printf("%s\nthe points are met to %.1f mm rms, %.1f mm at most\n",
+  std::printf("%s\nerrors of the points: %.1f mm rms, %.1f mm at most\n",
               hand::trackerPoseLine(fit.pose).c_str(), 1e3 * fit.rms, 1e3 * fit.worst);
   if (fit.worst > maximum) {
     std::ostringstream line;
-    line << "a point is missed by " << fit.worst << " m, expected at most " << maximum
-         << ": were they touched in their order?";
+    line << "the error of a point is " << fit.worst << " m, expected at most " << maximum
+         << " m: were the points touched in this order?";
     throw std::runtime_error(line.str());
   }
   if (!arguments["out"].empty()) writePose(arguments["out"], fit.pose);

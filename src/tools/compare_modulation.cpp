@@ -27,12 +27,14 @@
 namespace {
 
 constexpr char usage[] =
-    R"(How well modulations render contacts, as the tables of doc/logbook/rendering.md:
+    R"(Measures how well each modulation renders contacts: the tables of doc/logbook/rendering.md.
+
   compare_modulation [step=5] [layout=usx] [samples=1600] [strength=0.03,...] [patterns=1,...]
-  [evaluations=40] [blur=0,...] [weights=0] [random=0] RUN.bag...
-where each bag was written by `scripts/rig lockstep:=true record:=RUN.bag`. Every N-th frame that is
-touched counts; fields are solved in all of them, as in the rig. random=N: N random contacts too, of
-finger tips and palms, which are the same on every computer.
+                     [evaluations=40] [blur=0,...] [weights=0] [random=0] RUN.bag...
+
+Record each bag with `scripts/rig lockstep:=true record:=RUN.bag`. step=N: every N-th frame with a contact counts.
+Fields are solved in all frames, as in the rig. random=N: N random contacts of fingertips and palms are compared, too.
+They are the same on every computer.
 )";
 
 using namespace tactile_clay;
@@ -93,11 +95,13 @@ void compare(const std::string& file, std::size_t step, const Array& array, std:
     for (ModulationWay& way : ways) renderFrame(array, pressed, all, skin ? &*skin : nullptr, way);
   }
   if (frames == 0)
-    throw std::runtime_error(file +
-                             ": no /hands/pressure with a /hands/skin of its stamp, expected a recorded run");
+    throw std::runtime_error(
+        file +
+        ": no message on /hands/pressure has the stamp of one on /hands/skin, expected a recorded run");
   const std::size_t counted = (touched + step - 1) / step;
   std::printf(
-      "%s, %zu touched frames, in the mean %zu samples of skin that faces the array within %.0f mm\n\n",
+      "%s: %zu frames with a contact, on average %zu samples of the skin that faces the array, at most %.0f "
+      "mm from the contact\n\n",
       file.c_str(), touched, samples / std::max<std::size_t>(counted, 1), 1e3 * tools::skin_around_contacts);
   printTable(ways);
 }
@@ -131,7 +135,7 @@ std::vector<double> numbers(const std::string& word, const std::string& list) {
       end = 0;
     }
     if (end == 0 || end != part.size() || !std::isfinite(value))
-      throw std::runtime_error("'" + word + "': expected numbers with commas between them");
+      throw std::runtime_error("'" + word + "': expected numbers, separated by commas");
     values.push_back(value);
   }
   if (values.empty()) throw std::runtime_error("'" + word + "': expected a number");

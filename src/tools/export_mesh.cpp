@@ -29,10 +29,10 @@ constexpr char usage[] = R"(Writes the surface of the clay as a mesh: a closed m
 
   export_mesh in:=FILE out:=FILE [scene:=kindergarten] [time:=S] [topic:=clay/particles] [overwrite:=false]
 
-`in` is a sculpture (`save` of clay_simulator), or a bag with `clay/particles` (`record:=` of the rig), of
-which the cloud at `time` s after the first is taken, by default the last one. `out` ends in .ply (metres,
-with colours) or .stl (millimetres). `scene` is that of the clay: it tells the colours of its bodies to a
-sculpture, and the spacing of the particles to a bag.
+`in` is a sculpture (`save` of clay_simulator), or a bag with `clay/particles` (`record:=` of the rig). The program
+takes the cloud of a bag that is `time` s after the first one; by default the last one. `out` ends in .ply (m, with
+colours) or in .stl (mm). `scene` is the scene of the clay: a sculpture gets the colours of its bodies from it, a bag
+gets the spacing of the particles.
 )";
 
 using namespace tactile_clay;
@@ -49,7 +49,7 @@ Clay ofSculpture(const std::string& file, const scene::Scene& scene) {
     if (body >= scene.bodies.size())
       throw std::runtime_error("sculpture '" + file + "' has a body " + std::to_string(body) + ", scene '" +
                                scene.name + "' has " + std::to_string(scene.bodies.size()) +
-                               ": expected scene:= with the scene that it is of");
+                               ": expected scene:= with the scene of the sculpture");
     clay.particles.color.push_back(scene.bodies[body].color);
   }
   return clay;

@@ -22,24 +22,25 @@ using namespace tactile_clay::tools;
 
 constexpr const char* usage = R"(usage: fit_material CURVE.csv [OPTION:=VALUE]...
 
-Fits a material to a measurement: a tool is pressed from above into a block or cylinder of clay on a table.
-CURVE.csv has a line `time,depth,force` (s, m, N) a moment: depth of the tool's lowest point under the top of
-the sample, 0 where it touches, force upward on the tool. Writes a material file.
+Fits a material to a measurement: a tool was pressed from above into a block or a cylinder of clay on a table. Writes
+a material file. CURVE.csv has a line `time,depth,force` (s, m, N) for each moment. The depth is how far the lowest
+point of the tool is below the top of the sample, 0 where it touches. The force is upward, on the tool.
 
   out:=FILE         material file to write                   [the curve's name, with .yaml]
-  overwrite:=true|false  an old one                                               [false]
-  tool:=WHAT        disc or sphere (of radius), or plate, wider than the sample    [disc]
-  radius:=M         of disc or sphere                                             [0.008]
+  overwrite:=true|false  whether to replace a file                                [false]
+  tool:=WHAT        disc, sphere, or plate, which is wider than the sample         [disc]
+  radius:=M         of the disc or sphere, m                                      [0.008]
   block:="X Y Z"    edges of the sample, m                             [0.06 0.06 0.04]
   cylinder:="R H"   radius and height of the sample, m, instead of a block
-  fit:=NAMES        of stiffness, yield_stress, viscosity, relaxation_time, friction
-                                                        [stiffness,yield_stress,viscosity]
-  material:=NAME    what is not fitted: of config/materials, or a file  [modelling_clay]
-  spacing:=M        between particles; 0: a sixth of the sample's height, half of the
-                    radius of disc or sphere where that is less                       [0]
+  fit:=NAMES        parameters to fit, of stiffness, yield_stress, viscosity,
+                    relaxation_time, friction         [stiffness,yield_stress,viscosity]
+  material:=NAME    of config/materials, or a file: has the other parameters
+                                                                        [modelling_clay]
+  spacing:=M        distance of the particles, m; 0: a sixth of the sample's height, or
+                    half of the radius of the disc or sphere if that is less          [0]
   quality:=NAME     of config/quality.yaml                                     [balanced]
-  evaluations:=N    at most, about                                                  [150]
-  share:=FOLDER     that holds config/           [found from the program's place]
+  evaluations:=N    maximum number of simulated presses, roughly                    [150]
+  share:=FOLDER     folder with config/          [found from the program's place]
 )";
 
 std::vector<double> numbersOf(const std::string& name, const std::string& text, std::size_t count) {
@@ -107,7 +108,7 @@ void run(int argc, char** argv) {
       given["out"].empty() ? std::filesystem::path(file).stem().string() + ".yaml" : given["out"];
   const auto existing = given.flag("overwrite") ? files::Existing::replace : files::Existing::keep;
   if (existing == files::Existing::keep && std::filesystem::exists(out))
-    throw std::runtime_error(out + ": is there already, expected a new name, or overwrite:=true");
+    throw std::runtime_error(out + ": exists already, expected a new name, or overwrite:=true");
   PressSetup setup = setupOf(given);
   setup.budget = scene::loadQuality(given["quality"], share);
   const clay::Material start = scene::loadMaterial(given["material"], share);
@@ -130,7 +131,7 @@ void run(int argc, char** argv) {
     if (static_cast<unsigned char>(c) < ' ') c = ' ';
   comments.push_back("  " + arguments);
   std::snprintf(line, sizeof line,
-                "%zu windows of 1/60 s, spacing %.4g m: the force is met within %.1f %% (root mean squares)",
+                "%zu windows of 1/60 s, spacing %.4g m: error of the force %.1f %% (root mean square)",
                 windows.size(), setup.fittedSpacing(), 100.0 * fit.error);
   comments.emplace_back(line);
   files::writeWhole(out, materialFile(fit, comments), existing);

@@ -23,16 +23,17 @@
 namespace {
 
 constexpr char usage[] =
-    R"(Runs a program as a node, and starts it again when it was killed, has crashed, or is frozen:
+    R"(Runs a program as a node. Starts it again if it was killed, has crashed, or is frozen.
 
   keep_running [--again] [--patience S] PROGRAM ARGUMENTS...
 
-  --again       also when it ended with code 0 though nobody asked it to, as a nodelet without its manager
-  --patience S  without a sign of life after which it counts as frozen         [5]
+  --again       also starts the program again if it ended with code 0 and nobody asked it to end, such as a nodelet
+                without its manager
+  --patience S  time without a sign of life after which the program counts as frozen, s            [5]
 
-A program that ends by itself is not started again: keep_running ends with its exit code. So it does when
-whoever started it is gone, and after 5 starts within a minute (code 128 + signal).
-rig.launch has it before each program of a live run (launch-prefix).
+A program that ends by itself is not started again: keep_running exits with its exit code. A program that was killed
+or frozen is not started again if the process that started keep_running is gone, or after 5 starts within a minute:
+keep_running exits with 128 + signal. rig.launch runs each program of a live run with it (launch-prefix).
 )";
 
 namespace nodes = tactile_clay::nodes;
@@ -89,7 +90,8 @@ class Folder {
       path_ = made;
       return;
     }
-    throw std::runtime_error("no folder can be made for what " + name + " keeps: " + std::strerror(errno));
+    throw std::runtime_error("the folder for the files of " + name +
+                             " cannot be made: " + std::strerror(errno));
   }
   ~Folder() {
     std::error_code ignored;
@@ -135,10 +137,10 @@ class Program {
   Program(const Options& options, const Signals& signals, const std::string& folder)
       : patience_(options.patience) {
     int ends[2];
-    if (::pipe2(ends, O_NONBLOCK | O_CLOEXEC) != 0) fail("no pipe");
+    if (::pipe2(ends, O_NONBLOCK | O_CLOEXEC) != 0) fail("a pipe cannot be made");
     beats_ = ends[0];
     process_ = ::fork();
-    if (process_ < 0) fail("no process");
+    if (process_ < 0) fail("a process cannot be started");
     if (process_ == 0) {
       signals.letThrough();
       // If the keeper dies, nobody could end or restart the program: so it ends, too.
@@ -202,7 +204,7 @@ struct End {
   int code() const { return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status); }
   std::string words() const {
     if (frozen) return "was frozen";
-    if (WIFEXITED(status)) return "ended though nobody asked it to";
+    if (WIFEXITED(status)) return "ended although nobody asked it to";
     return "was ended by signal " + std::to_string(WTERMSIG(status)) + " (" + ::strsignal(WTERMSIG(status)) +
            ")";
   }
@@ -244,7 +246,8 @@ int keep(const Options& options) {
     const bool wanted = !WIFEXITED(end.status) || (options.again && end.code() == 0);
     if (end.asked || !wanted) return end.code();
     if (::getppid() != parent) {
-      say(options.name + " " + end.words() + ", and is not started again: who started it is gone");
+      say(options.name + " " + end.words() +
+          ", and is not started again: the process that started keep_running is gone");
       return end.code();
     }
     const Clock::time_point now = Clock::now();

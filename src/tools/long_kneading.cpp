@@ -146,7 +146,7 @@ class Yardstick {
 
 void kneadLong(const scene::Scene& scene, const scene::Solids& solids, const std::vector<HandSample>& samples,
                const LongKneading& how, const std::function<void(const Stretch&)>& tell) {
-  if (samples.empty()) throw std::invalid_argument("long kneading: no hand sample, expected one at least");
+  if (samples.empty()) throw std::invalid_argument("long kneading: no hand sample, expected at least one");
   clay::Clay clay(scene.config, scene.materials, scene.particles);
   clay::LivePace pace(scene.config.frame, scene.config.timeStep());
   Yardstick yardstick(scene);

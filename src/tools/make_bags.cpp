@@ -15,12 +15,12 @@
 namespace {
 
 constexpr char usage[] =
-    R"(Writes the bags of test/bags: scripted hands on topic /hands/tracked, in frame `world`, 60 samples a
-second.
+    R"(Writes the bags of test/bags: scripted hands on the topic /hands/tracked, in the coordinate frame `world`, 60
+samples per second.
 
   make_bags FOLDER
 
-The same program writes the same messages every time; test/bags/README.md tells each bag's story.
+The program writes the same messages every time. test/bags/README.md describes each bag.
 )";
 
 namespace hand = tactile_clay::hand;

@@ -81,8 +81,7 @@ void requireClock(const nodes::Address& master, const Arguments& arguments) {
   for (int i = 0; i < publishers.size(); ++i)
     if (static_cast<std::string>(publishers[i][0]) == "/clock") return;
   throw std::runtime_error(
-      "use_sim_time is true on this master, and nobody publishes /clock: all times would stand still. Start "
-      "the clock "
+      "use_sim_time is true on this master, and nobody publishes /clock: no time would pass. Start the clock "
       "first, or `rosparam delete /use_sim_time`");
 }
 

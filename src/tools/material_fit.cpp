@@ -233,7 +233,8 @@ std::string materialFile(const MaterialFit& fit, const std::vector<std::string>&
                     number(p.value).c_str());
     text += line;
   }
-  text += "# the others are of material '" + m.name + "'; bulk_modulus is ten times the stiffness at least\n";
+  text += "# the other values are those of material '" + m.name +
+          "'; bulk_modulus is at least ten times the stiffness\n";
   for (const clay::Coefficient& c : clay::coefficients)
     text += std::string(c.name) + ": " + number(m.*c.value) + "\n";
   return text;

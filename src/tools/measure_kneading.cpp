@@ -20,24 +20,33 @@ using namespace tactile_clay::tools;
 
 constexpr const char* usage = R"(usage: measure_kneading [OPTION:=VALUE]...
 
-Hands knead a scene again and again. Prints CSV, one line a stretch of simulated time.
+Hands knead a scene again and again. Prints CSV: one line for each stretch of simulated time.
 
-  scene:=NAME       a scene of config/scenes, or a file       [kindergarten]
-  hands:=WHICH      knead, potter, press, or a Leap recording         [knead]
-  minutes:=M        of simulated time                                     [1]
-  stretch:=S        simulated seconds a line                             [10]
-  quality:=NAME     of config/quality.yaml                         [balanced]
-  spacing:=M        between particles; 0: the scene's                     [0]
-  live:=true|false  frames follow the wall clock; otherwise lockstep  [false]
-  slowness:=S       live, on a computer whose frames take S times what they simulate, the
-                    same on every run; 0: this computer's clock             [0]
-  share:=FOLDER     that holds config/      [found from the program's place]
+  scene:=NAME       a scene of config/scenes, or a file             [kindergarten]
+  hands:=WHICH      knead, potter, press, or a Leap recording              [knead]
+  minutes:=M        simulated time, min                                        [1]
+  stretch:=S        simulated time per line, s                                [10]
+  quality:=NAME     of config/quality.yaml                              [balanced]
+  spacing:=M        distance of the particles, m; 0: the spacing of the scene  [0]
+  live:=true|false  frames follow the wall clock; false: lockstep          [false]
+  slowness:=S       live, on an imitated computer whose frames take S times what they
+                    simulate, the same on every run; 0: the clock of this computer   [0]
+  share:=FOLDER     folder with config/          [found from the program's place]
 
-Columns: s at the end of the stretch; ms of a frame, median and 99th percentile; yardstick: the
-same of the first second of the run, median, played once more after the stretch, since computers
-get faster and slower; ms of all processors a frame, mean; s dropped (live); means over the
-frames of awake particles, contacts, iterations and rounds a substep, lumps, crumbs; at the end bonds and neighbours a
-particle, volume in cm^3, strays (particles that left the scene), MB of memory; then ms of a frame by stage.
+Columns:
+  s                 simulated time at the end of the stretch
+  ms, ms_p99        time of a frame, median and 99th percentile
+  yardstick_ms      median time of a frame of the first second of the run, which is played again after
+                    the stretch, because the speed of a computer changes
+  cpu_ms            time of a frame, sum over all threads, mean
+  dropped_s         time that was dropped (live)
+  awake ... crumbs  means over the frames: particles that are awake, contacts, iterations and rounds per
+                    substep, lumps, crumbs
+  bonds, neighbours per particle, at the end
+  volume_cm3        at the end
+  strays            particles that left the scene
+  memory_mb         memory of the program, MB
+  ..._ms            time of a frame by stage
 )";
 
 void run(int argc, char** argv) {

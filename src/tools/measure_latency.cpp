@@ -20,13 +20,13 @@ namespace {
 using namespace tactile_clay;
 
 constexpr char usage[] =
-    "measure_latency RUN.bag...\n\n"
-    "Latency from motion to touch of runs that were recorded live (record:=RUN.bag): how long each stage "
-    "took, by\n"
-    "when its message came to the recorder, with p50, p99 and a histogram. doc/reference/latency.md tells "
-    "what "
-    "is measured.\n"
-    "rig/latency has the same live.\n";
+    R"(Measures the latency from motion to touch of runs that were recorded live (record:=RUN.bag).
+
+  measure_latency RUN.bag...
+
+Prints how long each stage took, until its message came to the recorder: p50, p99 and a histogram.
+doc/reference/latency.md explains what is measured. The topic rig/latency has the same numbers of a running rig.
+)";
 constexpr double whole_bag = 1e9;  // s
 constexpr int longest_bar = 50;    // characters
 
@@ -72,7 +72,7 @@ void measure(const std::string& file) {
                              std::to_string(messages) + " messages, expected a recorded run");
   std::printf("%s: %u samples were not answered\n", file.c_str(), told.lost);
   if (told.samples.back() == 0)
-    std::printf("stamps are those of a recording: when the hands moved is not known\n");
+    std::printf("the stamps are those of a recording: it is not known when the hands moved\n");
   std::printf("%-16s %8s %8s %8s %8s\n", "stage", "samples", "p50 ms", "p99 ms", "longest");
   for (std::size_t k = 0; k < told.stages.size(); ++k)
     if (told.samples[k] > 0)

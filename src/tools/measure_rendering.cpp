@@ -20,12 +20,13 @@
 namespace {
 
 constexpr char usage[] =
-    R"(What rendering makes of the contacts of recorded runs, as the tables of doc/logbook/rendering.md:
-  measure_rendering [step=N] [full_scale_pressure=PA] [min_resolution=X] [side_lobe_floor=X] [peaks=0]
-  RUN.bag...
-where each bag was written by `scripts/rig lockstep:=true record:=RUN.bag`. Times and pressures are of
-every frame that is touched; peaks are searched in every N-th, uphill in the plane of a point, in the field
-(summed in double precision) of the SonicSurface board at 32 levels of phase.
+    R"(Measures how well the contacts of recorded runs are rendered: the tables of doc/logbook/rendering.md.
+
+  measure_rendering [step=N] [full_scale_pressure=PA] [min_resolution=X] [side_lobe_floor=X] [peaks=0] RUN.bag...
+
+Record each bag with `scripts/rig lockstep:=true record:=RUN.bag`. Times and pressures are those of every frame with a
+contact. In every N-th of these frames the program searches the peak beside each focal point, uphill in the plane of
+the point. The sound is that of the SonicSurface board with 32 levels of phase, summed in double precision.
 )";
 
 using namespace tactile_clay;

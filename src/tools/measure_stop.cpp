@@ -25,16 +25,15 @@
 
 namespace {
 
-constexpr char usage[] = R"(How long an emergency stop takes, from the call to silence at the boards:
+constexpr char usage[] =
+    R"(Measures how long an emergency stop takes, from the call until the boards are silent.
 
-  measure_stop [rounds:=100] [busy:=2] [by:=service|topic] [device_options:='...']
-  [modulation_frequency:=200]
+  measure_stop [rounds:=100] [busy:=2] [by:=service|topic] [device_options:='...'] [modulation_frequency:=200]
 
-Makes simulated SonicSurface boards behind a serial port, starts an `array_driver` on it and busy loops
-beside it, sends focal points that move at 60 Hz, and stops and resets the array again and again, over a
-connection that stays. Bytes count as come when the wire of the boards would have brought them. Says LATE
-where 99 of 100 stops took longer than `silence_times::stop`, and exits with 1 where the boards sounded
-after a stop. Needs a master.
+Simulates SonicSurface boards behind a serial port. Starts an `array_driver` for them, and busy loops beside it. Sends
+focal points that move, at 60 Hz. Stops and resets the array again and again, over a connection that stays open. A
+byte counts as received when the wire of real boards would have transmitted it. Prints LATE if the 99th percentile is
+longer than `silence_times::stop`. Exits with 1 if the boards sounded after a stop. Needs a master.
 )";
 
 using namespace std::chrono_literals;
@@ -52,7 +51,7 @@ class Child {
  public:
   template <class Run>
   explicit Child(const Run& run) : process_(::fork()) {
-    if (process_ < 0) throw std::runtime_error("no process");
+    if (process_ < 0) throw std::runtime_error("a process cannot be started");
     if (process_ > 0) return;
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     run();
@@ -216,7 +215,7 @@ int main(int argc, char** argv) {
     int none = 1;
     ros::init(none, argv, "measure_stop", ros::init_options::AnonymousName);
     char folder[] = "/tmp/measure_stop_XXXXXX";
-    if (::mkdtemp(folder) == nullptr) throw std::runtime_error("no folder in /tmp");
+    if (::mkdtemp(folder) == nullptr) throw std::runtime_error("a folder in /tmp cannot be made");
     const int code = measure(arguments, std::string(folder) + "/boards");
     ::rmdir(folder);
     return code;

@@ -52,8 +52,7 @@ std::size_t sizeOf(std::istream& in, const std::string& name) {
   constexpr std::size_t maximum = 100'000'000;
   expect(in, name);
   std::size_t size = 0;
-  if (!(in >> size) || size > maximum)
-    throw std::runtime_error("expected how many of '" + name + "' there are");
+  if (!(in >> size) || size > maximum) throw std::runtime_error("expected the number of '" + name + "'");
   return size;
 }
 
@@ -146,7 +145,7 @@ std::optional<Outcome> loadOutcome(const std::string& file, const std::string& k
   try {
     return read(in);
   } catch (const std::runtime_error& error) {
-    throw std::runtime_error("outcome '" + file + "' is broken off: " + error.what() + "; remove it");
+    throw std::runtime_error("outcome '" + file + "' is incomplete: " + error.what() + "; remove it");
   }
 }
 

@@ -40,14 +40,14 @@
 namespace {
 
 constexpr char usage[] =
-    R"(Checks the arguments of rig.launch before anything starts, with the loaders that the nodes use. Prints the
-robot model of the scene, or one line about what is wrong, and then exits with 1.
+    R"(Checks the arguments of rig.launch with the loaders of the nodes, before anything starts. Prints the robot model
+of the scene. If something is wrong, prints one line and exits with 1.
 
   preflight [scene:=NAME] [quality:=NAME] [hands:=SOURCE] [file:=PATH] [device:=NAME] [record:=BAG] [...]
 
-Arguments of rig.launch that need no check are passed over. NODE/NAME:=VALUE is a parameter of a node,
-which is checked as well. One word may hold several, one a line. Names of files are those of the working
-directory. With starts:=true, a rig is about to start: the master must have room for it.
+NODE/NAME:=VALUE is a parameter of a node, and is checked, too. Other arguments of rig.launch are ignored. One word
+may have several arguments, one per line. Names of files are relative to the working directory. starts:=true means
+that a rig is about to start: the program also checks that no other rig runs on the master.
 )";
 
 using Arguments = std::map<std::string, std::string>;
@@ -267,7 +267,7 @@ std::string checkAll(const Arguments& arguments) {
 std::FILE* takeOutput() {
   std::FILE* const output = fdopen(dup(STDOUT_FILENO), "w");
   if (output == nullptr || dup2(STDERR_FILENO, STDOUT_FILENO) < 0)
-    throw std::runtime_error(std::string("no output: ") + std::strerror(errno));
+    throw std::runtime_error(std::string("the standard output cannot be used: ") + std::strerror(errno));
   return output;
 }
 
@@ -279,7 +279,7 @@ int main(int argc, char** argv) {
     std::FILE* const output = takeOutput();
     const std::string model = checkAll(parse(argc, argv));
     if (std::fputs(model.c_str(), output) == EOF || std::fclose(output) != 0)
-      throw std::runtime_error(std::string("the robot model is not written: ") + std::strerror(errno));
+      throw std::runtime_error(std::string("the robot model cannot be written: ") + std::strerror(errno));
     return 0;
   } catch (const std::exception& error) {
     std::cerr << "tactile_clay: " << error.what() << std::endl;

@@ -121,7 +121,7 @@ PressCurve readPressCurve(const std::string& file) {
       fail(e.what());
     }
     if (!curve.empty() && !(sample.time > curve.back().time))
-      fail("time " + cells[0] + " s is not after the one before, expected times that ascend");
+      fail("time " + cells[0] + " s is not after the one before, expected ascending times");
     if (!curve.empty() && sample.time - curve.front().time > longest)
       fail("time " + cells[0] + " s is more than " + std::to_string(static_cast<int>(longest)) +
            " s after the first, expected a shorter curve");
@@ -176,14 +176,14 @@ void check(const PressSetup& setup, const PressCurve& curve) {
   if (std::none_of(curve.begin(), curve.end(), [](const PressSample& s) { return s.force > 0.0; }))
     fail("the clay never presses the tool, expected a force above 0 N: upward, on the tool");
   if (setup.height() < 2.0 * setup.spacing) {
-    line << "spacing " << setup.spacing << " m, expected half of the height of the sample, " << setup.height()
-         << " m, at most";
+    line << "spacing " << setup.spacing << " m, expected at most half of the height of the sample, "
+         << setup.height() << " m";
     fail(line.str());
   }
   const double particles = scene::cellsAround(setup.sample, setup.fittedSpacing());
   if (particles > max_particles) {
-    line << "spacing " << setup.spacing << " m makes " << std::lround(particles) << " particles, expected "
-         << std::lround(max_particles) << " at most";
+    line << "spacing " << setup.spacing << " m makes " << std::lround(particles)
+         << " particles, expected at most " << std::lround(max_particles);
     fail(line.str());
   }
 }

@@ -37,15 +37,15 @@
 
 namespace {
 
-constexpr char usage[] = R"(Turns any source of hands into a bag that `hands:=bag` plays.
+constexpr char usage[] = R"(Records any source of hands into a new bag for `hands:=bag`.
 
   record_hands out:=FILE hands:=SOURCE [file:=...] [url:=...] [topic:=...] [duration:=S] [clean:=true]
                [tracker_pose:="x y z roll pitch yaw"]
 
-The bag holds `/hands/tracked` in the source's own frame, `/tf_static` with the calibration (by default
-that of config/rig.yaml), and `/hands/recording`, a std_msgs/String of YAML: source, where it came from,
-person_scale, tracker_pose, whether the hands were cleaned, and what they went through. Ends with the
-source, after `duration`, or with Ctrl-C. It must be a new bag; its folder is made.
+The bag has three topics. `/hands/tracked` has the hands in the coordinate frame of the source. `/tf_static` has the
+calibration, by default that of config/rig.yaml. `/hands/recording` is a std_msgs/String in YAML: the source and its
+file or address, person_scale, tracker_pose, whether the hands were cleaned, and what the cleaning changed. The
+program ends with the source, after `duration` s, or with Ctrl-C. It makes the folder of the bag.
 )";
 
 namespace hand = tactile_clay::hand;
@@ -92,7 +92,7 @@ class PersonScale {
 /// The bag to write. Its folder is made if it is missing.
 std::string newBag(const std::string& given) {
   namespace fs = std::filesystem;
-  if (given.empty()) throw std::runtime_error("expected the bag to write in out:=");
+  if (given.empty()) throw std::runtime_error("expected the name of a new bag in out:=");
   const char* home = std::getenv("HOME");
   const std::string bag = tactile_clay::tools::requireNewBag(
       tactile_clay::tools::userPath(given, "out", fs::current_path().string(), home == nullptr ? "" : home));

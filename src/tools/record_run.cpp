@@ -33,14 +33,14 @@ using Message = topic_tools::ShapeShifter;
 
 constexpr const char* usage = R"(usage: record_run [_PARAMETER:=VALUE]...
 
-Records the topics of the rig of its namespace into a bag. Unlike `rosbag record` it drops no message, however long
-the disk or the compression takes, and a rig in lockstep waits for it. record.launch starts it.
+Records the topics of the rig of its namespace into a bag. Unlike `rosbag record` it drops no message, even if the
+disk or the compression is slow. A rig in lockstep waits for it. record.launch starts it.
 
   _bag:=FILE         the new bag, whose folder is made; empty: tactile_clay_DATE.bag in ~folder
-  _folder:=FOLDER    for that                                                  [.]
+  _folder:=FOLDER    folder of that bag                                        [.]
   _skin:=true|false  whether hands/skin is recorded                         [true]
   _compression:=HOW  none, lz4 or bz2                                       [none]
-  _topics:="A B"     these topics, instead of those of the rig                   []
+  _topics:="A B"     these topics, instead of those of the rig                  []
 )";
 
 // Topics below the namespace of the rig. {skin} may be left out.

@@ -21,7 +21,7 @@ inline std::string shareFolder(const std::string& given) {
     }
   }
   throw std::runtime_error(
-      "the package's folder with config/scenes is not above this program, expected it there or as an "
+      "no folder above this program has config/scenes, expected the folder of the package there, or as an "
       "argument");
 }
 

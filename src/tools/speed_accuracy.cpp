@@ -24,47 +24,47 @@ using namespace tactile_clay::tools;
 
 constexpr const char* usage = R"(usage: speed_accuracy [--OPTION VALUE]...
 
-Plays a scene for every setting of a grid and compares it with a reference of many small steps. Prints a table in
-markdown, writes CSV.
+Plays a scene with every setting of a grid, and compares it with a reference of many small steps. Prints a table in
+Markdown, and writes CSV.
 
   --scene NAME         a scene of config/scenes, or a file                      [incline]
   --hands WHICH        none, knead, potter, press, or a Leap recording          [none]
                        (.ndjson or .ndjson.gz, placed by config/rig.yaml)
-  --duration S         simulated time                     [the hand's; 1.2 without]
+  --duration S         simulated time, s           [that of the hands; without hands 1.2]
   --solver LIST        minimise, paper                            [minimise,paper]
-  --substeps LIST      of a frame of 1/60 s                                [1,2,4]
-  --iterations LIST    of a substep                                       [4,8,16]
-  --also LIST          single settings beside the grid, as in paper:1x5     [none]
-  --spacing LIST       m between particles; 0 is the scene's                   [0]
-  --material LIST      of all bodies, as putty,hard_wax                 [the scene's]
+  --substeps LIST      per frame of 1/60 s                                 [1,2,4]
+  --iterations LIST    per substep                                        [4,8,16]
+  --also LIST          single settings in addition to the grid, such as paper:1x5  [none]
+  --spacing LIST       distance of the particles, m; 0: the spacing of the scene    [0]
+  --material LIST      of all bodies, such as putty,hard_wax              [the scene's]
   --hand LIST          kinematic, soft                                    [kinematic]
-  --skin LIST          m between samples of the hands' skin; 0 is the spacing  [0]
-  --render LIST        pressure on the skin as focal points or as a field, as in
+  --skin LIST          distance of the skin samples, m; 0: the spacing              [0]
+  --render LIST        pressure on the skin as focal points or as a field, such as
                        points:4,points:8,field:1 (patterns)                    [none]
-  --reference SETTING  the reference's step is half of this         [minimise:32x64]
-                       It is played three times more with the clay a micrometre
-                       aside, along x, y and z: no error can be smaller than what
-                       that does.
-  --threads N          of the clay                                             [2]
+  --reference SETTING  the step of the reference is half of this         [minimise:32x64]
+                       The reference is played three more times, with the clay moved
+                       by a micrometre along x, y and z. No error can be smaller than
+                       the difference that this makes.
+  --threads N          of the clay                                                  [2]
   --csv FILE           one line for each setting and reference              [none]
-  --outcomes FOLDER    keeps what was played there, and plays nothing again that is
-                       there: a sweep that was stopped goes on             [none]
+  --outcomes FOLDER    keeps each result there, and plays nothing whose result is
+                       there: a sweep that was stopped continues           [none]
   --shard I/N          plays a share of the sweep into --outcomes, and prints no
-                       table: I of N computers                              [1/1]
-  --merge yes|no       plays nothing: the table is of --outcomes             [no]
-  --share FOLDER       that holds config/              [found from the program's place]
+                       table: computer I of N                               [1/1]
+  --merge yes|no       plays nothing: makes the table from --outcomes        [no]
+  --share FOLDER       folder with config/             [found from the program's place]
 
-Each spacing, material and hand has a reference of its own, with the finest skin of the list. Columns of the table;
-errors are differences from that reference:
+Each spacing, material and hand has its own reference, with the finest skin of the list. Columns of the table (errors
+are differences from that reference):
   ms a frame      wall time of the steps of 1/60 s, median and 99th percentile
-  displacement    root mean square over the particles of their distance from the reference's, at the end, spacings
-  height          of the highest particle over the solids below it, at the end, mm; and its error
-  force           of the clay on each hand, or on the solids if there is none, means of 0.1 s: root mean square of
-                  the error over that of the reference; nan if the reference touches nothing
+  displacement    distance of the particles from those of the reference at the end, root mean square, spacings
+  height          of the highest particle above the solids below it, at the end, mm; and its error
+  force           of the clay on each hand, or on the solids without hands, means of 0.1 s: root mean square of the
+                  error over that of the reference; nan if nothing is touched in the reference
   density         mean of max(rho / rho_0 - 1, 0) over particles and time
-  pressure        of what the array renders on the skin (--render, layout usx): root mean square error over what
-                  the clay presses there, at the best common scale, ten times a second; and ms that it took
-  volume          within the surface where the smoothed clay is half as dense, end over start - 1
+  pressure        that the array renders on the skin (--render, layout usx), ten times a second: root mean square error
+                  over the pressure of the clay there, at the best common scale; and the time that rendering took, ms
+  volume          inside the surface where the smoothed clay has half of its density, end over start - 1
 )";
 
 std::ofstream openCsv(const std::string& path) {

@@ -12,11 +12,11 @@
 namespace {
 
 constexpr char usage[] =
-    R"(Starts a program as a node unless a node of its name runs, which the master would end in its favour:
+    R"(Starts a program as a node, unless a node of its name runs: the master would end that node.
 
   unless_running PROGRAM ARGUMENTS... __name:=NAME ...
 
-rig.launch has it before each of its programs (launch-prefix).
+rig.launch starts each of its programs with it (launch-prefix).
 )";
 
 namespace nodes = tactile_clay::nodes;

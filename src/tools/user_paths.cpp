@@ -41,10 +41,10 @@ void requireText(const std::string& name, const std::string& what) {
   while (i < name.size()) {
     const std::size_t length = sequenceLength(name, i);
     if (length == 0)
-      throw std::runtime_error(what + " '" + name + "': its name is no UTF-8, which ROS cannot hand on");
+      throw std::runtime_error(what + " '" + name + "': its name is not UTF-8, so ROS cannot pass it on");
     if (length == 1 && (static_cast<unsigned char>(name[i]) < 0x20 || name[i] == 0x7F))
       throw std::runtime_error(what + " '" + name +
-                               "': its name has a control character, which ROS cannot hand on");
+                               "': its name has a control character, so ROS cannot pass it on");
     i += length;
   }
 }
@@ -63,7 +63,7 @@ std::vector<std::string> argumentLines(const std::string& word) {
     const std::size_t end = std::min(word.find('\n', begin), word.size());
     lines.push_back(word.substr(begin, end - begin));
     if (lines.size() > 1 && lines.back().find(":=") == std::string::npos)
-      throw std::runtime_error("'" + word.substr(0, word.find('\n')) + "' goes on in a new line '" +
+      throw std::runtime_error("'" + word.substr(0, word.find('\n')) + "' continues on a new line '" +
                                lines.back() + "', expected a value without line breaks");
     begin = end + 1;
   }
@@ -95,20 +95,20 @@ std::string requireNewBag(const std::string& name) {
   };
   std::error_code error;
   if (name.empty() || name.back() == '/' || fs::is_directory(name, error))
-    fail("is a folder, expected the bag to write");
+    fail("is a folder, expected the name of a new bag");
   const std::string ending = ".bag";
   const bool ended =
       name.size() >= ending.size() && name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
   std::string bag = ended ? name : name + ending;
-  if (isThere(bag)) fail("'" + bag + "' is there already, expected the name of a new bag");
+  if (isThere(bag)) fail("'" + bag + "' exists already, expected the name of a new bag");
   if (isThere(bag + ".active"))
     fail("'" + bag +
-         ".active' is there already: it is being recorded, or was cut off and wants rosbag reindex");
+         ".active' exists already: it is being recorded, or is incomplete and needs `rosbag reindex`");
   // The recorder makes the missing folders inside the nearest folder that exists.
   fs::path folder = fs::path(bag).parent_path();
   while (!fs::exists(fs::symlink_status(folder, error)) && folder.has_relative_path())
     folder = folder.parent_path();
-  if (!fs::is_directory(folder, error)) fail("'" + folder.string() + "' is no folder");
+  if (!fs::is_directory(folder, error)) fail("'" + folder.string() + "' is not a folder");
   if (::access(folder.c_str(), W_OK | X_OK) != 0)
     fail("folder '" + folder.string() + "': " + std::strerror(errno));
   return bag;

@@ -133,7 +133,7 @@ class BadInput(unittest.TestCase):
                 ('sonic_surface', '', '', 'no port, expected'),
                 ('sonic_surface', '/dev/nowhere', 'firmware=own', "firmware is 'own', expected one of stock, tactile"),
                 ('sonic_surface', '/dev/nowhere', 'corrections=nowhere.csv', "corrections 'nowhere.csv'"),
-                ('sonic_surface', '/dev/nowhere', 'temperature=30', "device_options: has temperature"),
+                ('sonic_surface', '/dev/nowhere', 'temperature=30', "device_options: has the option temperature"),
                 ('debug', '', 'log_rate', "device_options: 'log_rate', expected key=value"),
                 ('debug', '', 'log_rate=often', "log_rate is 'often'")):
             with self.subTest(device + ' ' + options):

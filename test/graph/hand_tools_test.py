@@ -189,7 +189,7 @@ class CalibrateTracker(Folder):
         code, _, errors = self.calibrate(self.touches([self.MARKS[1], self.MARKS[0], self.MARKS[2]]), 'out:=' + out)
         self.assertEqual(code, 1)
         self.assertEqual(len(errors.splitlines()), 1, errors)
-        self.assertIn('were they touched in their order?', errors)
+        self.assertIn('were the points touched in this order?', errors)
         self.assertFalse(os.path.exists(out))
 
     def test_a_touch_is_missing(self):

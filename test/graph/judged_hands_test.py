@@ -129,7 +129,7 @@ class Judged(unittest.TestCase):
         self.assertEqual(still[-1][1], 0)
         time.sleep(1.1)  # lines are throttled
         self.send([self.hand], moved=3e-3)
-        self.assertIn('the tracker stands still', self.told())
+        self.assertIn('the tracker is frozen', self.told())
         # A device without a clock: the same stamp for ever.
         stamp = rospy.Time(7)
         standing = widths(lambda: stamp, lambda k: 3.5e-3)

@@ -86,7 +86,7 @@ class Story(unittest.TestCase):
                 self.lose(node)
         with self.subTest('frozen'):
             self.lose('clay_simulator', signal.SIGSTOP)
-        self.assertEqual(len(re.findall(r'the clay goes on from its checkpoint at [1-9]', self.graph.words())), 2)
+        self.assertEqual(len(re.findall(r'the clay continues from its checkpoint at [1-9]', self.graph.words())), 2)
 
         lowered = re.findall(r"clay_simulator: frames took longer than .*: "
                              r"quality '(\w+)' instead of '(\w+)'; errors to expect",
@@ -102,7 +102,7 @@ class Story(unittest.TestCase):
         wait_until(lambda: self.pid('array_driver') not in (None, driver), 20, 'a driver')
         time.sleep(2.0)
         self.assertFalse([swap for swap in self.emulator.since(since) if swap.sounds])
-        self.assertIn('the emergency stop of before holds until it is reset', self.graph.words())
+        self.assertIn('the earlier emergency stop is in force until it is reset', self.graph.words())
         self.command('/array/reset')
         wait_until(self.emulator.sounds, 30, 'a sound')
 

@@ -181,7 +181,7 @@ class LiveParameters(unittest.TestCase):
                       'parameter /hand_tracking/prediction: expected a number from 0 to 0.02, got 0.03'):
             lines = [line for line in self.words.splitlines() if words in line]
             self.assertEqual(len(lines), 1, words)
-            self.assertIn('nothing is changed', lines[0])
+            self.assertIn('no parameter was changed', lines[0])
         for values in self.changes['clay_simulator']:
             self.assertNotIn('substeps', values[1])
         with rig_run.Graph() as graph:

@@ -151,7 +151,7 @@ class Live(unittest.TestCase):
             after = [time - when[loss] for time, emitting, _ in states if emitting and when[loss] < time < until]
             print('%s: felt for %.0f ms more' % (loss, 1e3 * max(after, default=0.0)))
             self.assertLess(max(after, default=0.0), SILENT, loss)
-        self.assertIn('the tracker stands still', words)
+        self.assertIn('the tracker is frozen', words)
         reasons = {reason for time, emitting, reason in states
                    if when['still'] + SILENT < time < when['again still'] and not emitting}
         self.assertIn('no focal points: no hand is tracked', reasons)

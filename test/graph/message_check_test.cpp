@@ -192,7 +192,7 @@ TEST(TransformCheck, SaysWhatIsWrong) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   auto bad = transform();
   bad.transform.translation.x = nan;
-  EXPECT_NE(faultOf(bad).find("'tracker' at no finite place"), std::string::npos);
+  EXPECT_NE(faultOf(bad).find("'tracker' at a position that is not finite"), std::string::npos);
   bad = transform();
   bad.transform.rotation.w = nan;
   EXPECT_NE(faultOf(bad).find("unit quaternion"), std::string::npos);

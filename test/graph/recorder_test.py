@@ -71,8 +71,8 @@ class Recorder(unittest.TestCase):
     def test_one_line_about_what_it_cannot_do(self):
         self.assertIn("compression 'zip', expected one of none, lz4, bz2", self.refused('_compression:=zip'))
         open(os.path.join(self.folder, 'old.bag'), 'w').close()
-        self.assertIn("old.bag' is there already", self.refused('_bag:=old.bag'))
-        self.assertIn('is no folder', self.refused('_bag:=old.bag/new.bag'))
+        self.assertIn("old.bag' exists already", self.refused('_bag:=old.bag'))
+        self.assertIn('is not a folder', self.refused('_bag:=old.bag/new.bag'))
 
     def test_recordings_are_dated_where_they_have_no_name(self):
         with rig_run.Graph() as graph:

@@ -68,7 +68,7 @@ class OneAfterTheOther(unittest.TestCase):
             self.assertFalse([name for name in frames if 'poison' in name], frames)
             again = graph.rig(dict(hands='none', record=os.path.join(folder, 'new folder', 'run')), cwd=folder)
             self.assertNotEqual(again.wait(60), 0)
-            self.assertIn("run.bag' is there already", graph.words())
+            self.assertIn("run.bag' exists already", graph.words())
 
 
 class AtOnce(unittest.TestCase):
@@ -137,7 +137,7 @@ class Master(unittest.TestCase):
                                   env=graph.environment,
                                   capture_output=True, text=True, timeout=60, check=False)
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertIn('plays its hands of topic /lab/hands/tracked', done.stderr)
+            self.assertIn('plays the hands of its topic /lab/hands/tracked', done.stderr)
             self.assertEqual(xml.etree.ElementTree.fromstring(done.stdout).tag, 'robot')
 
     def test_use_sim_time_without_a_clock(self):

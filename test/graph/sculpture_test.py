@@ -104,7 +104,7 @@ class Sculpture(unittest.TestCase):
         answer = self.undo(times[-1] - times[0] - 1.0)
         self.assertTrue(answer.success, answer.message)
         self.assertGreaterEqual(answer.went_back, times[-1] - times[0] - 1.0 - 1e-6)
-        self.assertIn('the clay is what it was', answer.message)
+        self.assertIn('the clay is as it was', answer.message)
         last = times[-1] - answer.went_back
         middle = next(k for k, time in enumerate(times) if time > last + 1e-4)
         self.assertGreater(len(times) - middle, 10)
@@ -144,7 +144,7 @@ class Sculpture(unittest.TestCase):
                                   ('load', 'relative.clay', 'expected an absolute path'),
                                   ('save', self.folder + '/no/folder.clay', 'cannot be written'),
                                   ('save', 'relative.clay', 'expected an absolute path'),
-                                  ('save', damaged, 'is there already, expected a new name, '
+                                  ('save', damaged, 'exists already, expected a new name, '
                                                    'or a call of the service overwrite'),
                                   ('overwrite', fifo, 'is no regular file'),
                                   ('overwrite', self.folder, 'is no regular file'),
@@ -180,7 +180,7 @@ class Sculpture(unittest.TestCase):
         answer = self.exported('export', mesh)
         self.assertTrue(answer.success, answer.message)
         self.assertAlmostEqual(stl_volume(mesh) / CLAY, 1.0, delta=0.02)
-        for name, file, words in (('export', mesh, 'is there already'),
+        for name, file, words in (('export', mesh, 'exists already'),
                                   ('export', 'mesh.ply', 'expected an absolute path'),
                                   ('overwrite', self.folder + '/mesh.obj', 'ends in .ply or .stl')):
             answer = self.exported(name, file)
@@ -205,7 +205,7 @@ class Sculpture(unittest.TestCase):
             self.assertIn('cm^3', done.stdout)
         with open(bag + '.stl', 'rb') as one, open(sculpture + '.stl', 'rb') as other:
             self.assertEqual(len(one.read()), len(other.read()))
-        for arguments, words in ((('in:=' + sculpture, 'out:=' + mesh), 'is there already'),
+        for arguments, words in ((('in:=' + sculpture, 'out:=' + mesh), 'exists already'),
                                  (('in:=' + sculpture,), 'got no out'),
                                  (('in:=' + sculpture, 'out:=' + mesh + '.obj'), 'ends in .ply or .stl'),
                                  (('in:=' + mesh, 'out:=' + mesh + '.ply'), 'is not a sculpture'),

@@ -237,7 +237,7 @@ class Summaries(unittest.TestCase):
         told = dict(Summary(new).rows())
         self.assertAlmostEqual(told['seconds'], 0.5, delta=1e-6)
         self.assertAlmostEqual(told['right_index_contact_s'], 0.5, delta=1e-6)
-        for start, path, words in ((0.5, new, 'is there already'), (3.0, new + '2', 'is behind its end')):
+        for start, path, words in ((0.5, new, 'exists already'), (3.0, new + '2', 'is behind its end')):
             with self.assertRaisesRegex(Fault, words):
                 trim(self.bag, path, start, 4.0)
 

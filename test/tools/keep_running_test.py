@@ -73,7 +73,7 @@ class KeepRunning(unittest.TestCase):
     def test_a_good_end_that_nobody_asked_for(self):
         code, starts, words = self.run_to_end('0,0,4', '--again')
         self.assertEqual((code, starts, len(words)), (4, 3, 2))
-        self.assertIn('ended though nobody asked it to', words[0])
+        self.assertIn('ended although nobody asked it to', words[0])
 
     def test_whoever_is_asked_to_end_ends(self):
         for acts, code in (('kill,wait', 7), ('kill,wait,0', 7)):

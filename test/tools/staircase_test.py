@@ -65,7 +65,7 @@ class Staircase(unittest.TestCase):
             self.assertAlmostEqual(float(values['felt_gain']), float(values['felt_threshold']) / 0.4, delta=1e-3)
             again = self.run_tool(path, '--simulate', '0.8')
             self.assertEqual(again.returncode, 1)
-            self.assertIn('is there already', again.stderr)
+            self.assertIn('exists already', again.stderr)
 
     def test_wrong_words_are_told_in_one_line(self):
         self.assertIn('--trials is 0, expected 1 to 1000', self.run_tool('x.yaml', '--trials', '0').stderr)

@@ -64,7 +64,7 @@ class Sweep(unittest.TestCase):
         sweep('--outcomes', self.outcomes)
         run = sweep('--outcomes', self.outcomes, '--merge', 'yes', '--duration', '0.15')
         self.assertEqual(run.returncode, 1)
-        self.assertIn('or of something else', run.stderr)
+        self.assertIn('or is not the outcome of', run.stderr)
 
     def test_wrong_options_are_one_line(self):
         for options, words in ((('--hand', 'dead'), "--hand 'dead': expected kinematic or soft"),

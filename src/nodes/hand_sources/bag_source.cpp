@@ -58,7 +58,7 @@ std::string topicOfHands(rosbag::Bag& bag, const std::string& file, const std::s
       in_namespaces.insert(connection->topic);
   }
   if (topics.empty())
-    throw std::runtime_error(file + ": holds no message, expected some on topic '" + topic + "'");
+    throw std::runtime_error(file + ": has no message, expected some on topic '" + topic + "'");
   const std::string missing = file + ": no message on topic '" + topic + "' in this bag";
   if (hands.empty())
     throw std::runtime_error(missing + ", nor others of type " + Hands::value() + "; it has " +
@@ -67,7 +67,7 @@ std::string topicOfHands(rosbag::Bag& bag, const std::string& file, const std::s
   const std::set<std::string>& candidates = in_namespaces.empty() ? hands : in_namespaces;
   if (!usual || candidates.size() > 1)
     throw std::runtime_error(missing + "; it has hands on " + listed(hands) + ": name one in topic:=");
-  ROS_INFO("%s: plays its hands of topic %s", file.c_str(), candidates.begin()->c_str());
+  ROS_INFO("%s: plays the hands of its topic %s", file.c_str(), candidates.begin()->c_str());
   return *candidates.begin();
 }
 
@@ -79,7 +79,7 @@ void requireTrackedHands(const std::string& file, const rosbag::ConnectionInfo& 
     throw std::runtime_error(
         what + "holds " + Hands::value() + " of another version (md5 " + connection.md5sum + ", here " +
         HandsMd5::value() +
-        "): play it with the release that recorded it, or convert it by rules for `rosbag fix`");
+        "): play it with the release that recorded it, or convert it with rules for `rosbag fix`");
 }
 
 /// A number in the format of rosbag.
@@ -144,10 +144,10 @@ void BagSource::open(const hand::SourceOptions& options) {
   try {
     bag_.open(file_, rosbag::bagmode::Read);
   } catch (const rosbag::BagUnindexedException&) {
-    throw std::runtime_error(file_ + ": has no index, as a bag that was cut off: `rosbag reindex` makes one");
+    throw std::runtime_error(file_ + ": has no index, as an incomplete bag: `rosbag reindex` makes one");
   } catch (const rosbag::BagException& error) {
     throw std::runtime_error(file_ + ": not a readable bag: " + error.what() +
-                             "; if it was cut off, `rosbag reindex` may save it");
+                             "; if it is incomplete, `rosbag reindex` may repair it");
   } catch (const std::exception& error) {
     // With wrong sizes rosbag asks for more memory than there is.
     throw std::runtime_error(file_ + ": not a readable bag: " + error.what());
@@ -173,7 +173,7 @@ hand::HandSource::Read BagSource::read(hand::TrackedFrame& frame, std::chrono::m
       throw std::runtime_error(file_ + ": a message of " + std::to_string(next_->size()) +
                                " bytes, expected at most " + std::to_string(max_message));
     const auto message = next_->instantiate<TrackedHands>();
-    if (!message) throw std::runtime_error(file_ + ": a message that is no tactile_clay/TrackedHands");
+    if (!message) throw std::runtime_error(file_ + ": a message that is not a tactile_clay/TrackedHands");
     if (message->hands.size() > max_hands)
       throw std::runtime_error(file_ + ": a message of " + std::to_string(message->hands.size()) +
                                " hands, expected at most " + std::to_string(max_hands));

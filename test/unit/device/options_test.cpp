@@ -28,7 +28,7 @@ TEST(Options, LeaveTheTemperatureToTheNode) {
   requireNoTemperature("here", {{"boards", "2"}});
   EXPECT_NE(errorOf<std::runtime_error>([] {
               requireNoTemperature("here", {{"temperature", "20"}});
-            }).find("here: has temperature, expected it as parameter"),
+            }).find("here: has the option temperature, expected it as parameter"),
             std::string::npos);
 }
 

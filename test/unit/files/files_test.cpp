@@ -108,7 +108,7 @@ TEST_F(Files, AreWrittenWhole) {
 TEST_F(Files, NothingIsReplacedUnasked) {
   write("old", "precious");
   const std::string line = errorOf([&] { writeWhole(path("old"), "other", Existing::keep); });
-  EXPECT_NE(line.find("old: is there already"), std::string::npos) << line;
+  EXPECT_NE(line.find("old: exists already"), std::string::npos) << line;
   EXPECT_EQ(readWhole(path("old"), 100), "precious");
   ASSERT_EQ(::chmod(path("old").c_str(), 0640), 0);
   writeWhole(path("old"), "other", Existing::replace);

@@ -66,7 +66,7 @@ TEST(RepeatedHands, WhatHasTheSameBitsWasNotSeenAgain) {
     EXPECT_EQ(hands.back().side, Side::left);
     EXPECT_EQ(out.lines.size(), i < 5 ? 0U : 1U) << i;  // a driver may send a sample twice
     if (i != 20) continue;
-    EXPECT_TRUE(contains(out.lines.at(0), "stands still, all of its joints are the same for 200 ms"))
+    EXPECT_TRUE(contains(out.lines.at(0), "is frozen, all of its joints are the same for 200 ms"))
         << out.lines[0];
   }
   std::vector<TrackedHand> hands = {at({1e-12, 0.0, 0.0})};

@@ -51,7 +51,7 @@ TEST_F(CurveFile, OfBadLinesIsToldWithTheLine) {
   EXPECT_EQ(errorOfCurve("0,0,0\n0.1,deep,1\n"), ":2: depth 'deep': expected a number from -1e+09 to 1e+09");
   EXPECT_EQ(errorOfCurve("0,0,0\n0.1,nan,1\n"), ":2: depth 'nan': expected a number from -1e+09 to 1e+09");
   EXPECT_EQ(errorOfCurve("0,0,0\n0.1,0.001,1\n0.1,0.002,2\n"),
-            ":3: time 0.1 s is not after the one before, expected times that ascend");
+            ":3: time 0.1 s is not after the one before, expected ascending times");
   EXPECT_EQ(errorOfCurve("0,0,0\n600,0.001,1\n"),
             ":2: time 600 s is more than 120 s after the first, expected a shorter curve");
   EXPECT_EQ(errorOfCurve("0,0,0\n1,0.001,1\n"), ": has 2 moments, expected 5 or more");

@@ -65,7 +65,7 @@ TEST_F(OutcomeFile, BrokenOffIsOneLine) {
   std::ifstream in(file());
   const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   std::ofstream(file()) << text.substr(0, text.size() - 5);
-  EXPECT_NE(errorOf([&] { loadOutcome(file(), "key"); }).find("one.outcome' is broken off: expected 'end'"),
+  EXPECT_NE(errorOf([&] { loadOutcome(file(), "key"); }).find("one.outcome' is incomplete: expected 'end'"),
             std::string::npos);
 }
 

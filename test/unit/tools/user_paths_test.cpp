@@ -66,14 +66,15 @@ TEST_F(NewBag, ReplacesNothing) {
   write("busy.bag.active", "x");
   fs::create_symlink("nowhere", folder / "link.bag");
   EXPECT_NE(refused("old.bag").find("there already"), std::string::npos);
-  EXPECT_NE(refused("old").find("old.bag' is there already"), std::string::npos);
+  EXPECT_NE(refused("old").find("old.bag' exists already"), std::string::npos);
   EXPECT_NE(refused("busy").find("rosbag reindex"), std::string::npos);
   EXPECT_NE(refused("link.bag").find("there already"), std::string::npos);
 }
 
 TEST_F(NewBag, WhatCannotBeMadeIsRefusedWithItsFolder) {
   write("file", "x");
-  EXPECT_NE(refused("file/run.bag").find((folder / "file").string() + "' is no folder"), std::string::npos);
+  EXPECT_NE(refused("file/run.bag").find((folder / "file").string() + "' is not a folder"),
+            std::string::npos);
   EXPECT_NE(refused("").find("is a folder"), std::string::npos);
   if (::geteuid() == 0) GTEST_SKIP() << "root may write anywhere";
   fs::create_directory(folder / "locked");
