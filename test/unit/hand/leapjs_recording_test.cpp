@@ -167,6 +167,19 @@ TEST_F(LeapjsFile, WhatIsBrokenSaysSoWhenOpened) {
       << openError(more.dump());
 }
 
+// Names and values are small enough each, but each of the objects would have the long name.
+TEST_F(LeapjsFile, ANameThatIsRepeatedTooOftenIsRefused) {
+  const std::string name(500'000, 'K');
+  const auto line = [&](const std::string& objects) {
+    return openError("{\"metadata\":{\"formatVersion\":2},\"frames\":[[{\"hands\":[[\"" + name + "\"]]}],[[" +
+                     objects + "]]]}");
+  };
+  EXPECT_EQ(line("[1],[1]").find("unpacks"), std::string::npos);
+  const std::string refused = line("[1],[1],[1]");
+  EXPECT_NE(refused.find("frame 1 unpacks to names of more than 1048576 bytes"), std::string::npos)
+      << refused;
+}
+
 // As in the first protocols: no sides, no bones.
 TEST_F(LeapjsFile, HandsWithoutBonesAreRefusedByTheirProtocol) {
   std::string lines = "{\"version\":1}\n{\"id\":1,\"timestamp\":5,\"hands\":[],\"pointables\":[]}\n";
