@@ -8,6 +8,7 @@
 
 #include "support/error_of.h"
 #include "support/scratch_folder.h"
+#include "tools/tool_arguments.h"
 
 namespace tactile_clay::tools {
 namespace {
@@ -107,6 +108,15 @@ TEST_F(NewBag, WhatCannotBeMadeIsRefusedWithItsFolder) {
   fs::create_directory(folder / "locked");
   fs::permissions(folder / "locked", fs::perms::owner_read | fs::perms::owner_exec);
   EXPECT_NE(refused("locked/run.bag").find("locked': Permission denied"), std::string::npos);
+}
+
+// A link or a topic may have such a name.
+TEST(Tool, PrintsItsErrorAsOneLine) {
+  char name[] = "tool";
+  char* arguments[] = {name, nullptr};
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(runTool("tool", "", 1, arguments, [] { throw std::runtime_error("link 'a\n\x1B[2Jb'"); }), 1);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "tool: link 'a??[2Jb'\n");
 }
 
 }  // namespace
