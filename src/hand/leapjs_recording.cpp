@@ -75,33 +75,51 @@ bool isBase64(const std::string& text) {
   return text.size() >= shortest && text.find_first_not_of(letters) == std::string::npos;
 }
 
-/// Makes an object of values in the order of `names`. A name is a text, {"list": [names]} for a list of such
-/// objects, or {"object": names} for one.
-Json unpacked(const Json& names,
-              const Json& values) {  // NOLINT(misc-no-recursion): as deep as the names, which are checked
-  if (!names.is_array() || !values.is_array() || values.size() > names.size())
-    throw std::runtime_error("has " + std::to_string(values.size()) + " values, expected one for each of " +
-                             std::to_string(names.size()) + " names");
-  Json object = Json::object();
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const Json& name = names[i];
-    const bool missing = values[i].is_null();  // missing in the frame that was packed
-    if (name.is_string()) {
-      if (!missing) object[name.get<std::string>()] = values[i];
-      continue;
+/// Unpacks one frame. The frame and the names are within leap::Limits, but each object of a list repeats its
+/// names, so the bytes of all names that are written have a limit, too.
+class Unpacker {
+ public:
+  /// Makes an object of values in the order of `names`. A name is a text, {"list": [names]} for a list of
+  /// such objects, or {"object": names} for one.
+  Json operator()(const Json& names,
+                  const Json& values) {  // NOLINT(misc-no-recursion): as deep as the names, which are checked
+    if (!names.is_array() || !values.is_array() || values.size() > names.size())
+      throw std::runtime_error("has " + std::to_string(values.size()) + " values, expected one for each of " +
+                               std::to_string(names.size()) + " names");
+    Json object = Json::object();
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const Json& name = names[i];
+      const bool missing = values[i].is_null();  // missing in the frame that was packed
+      if (name.is_string()) {
+        if (!missing) object[written(name.get_ref<const std::string&>())] = values[i];
+        continue;
+      }
+      if (!name.is_object() || name.size() != 1 || !name.begin()->is_array() || name.begin()->empty())
+        throw std::runtime_error("has names that are none, expected those of leapjs-playback's format 2");
+      const Json& inner = *name.begin();
+      if (!inner[0].is_array()) {
+        if (!missing) object[written(name.begin().key())] = (*this)(inner, values[i]);
+        continue;
+      }
+      Json& list = object[written(name.begin().key())] = Json::array();
+      for (const Json& value : values[i]) list.push_back((*this)(inner[0], value));
     }
-    if (!name.is_object() || name.size() != 1 || !name.begin()->is_array() || name.begin()->empty())
-      throw std::runtime_error("has names that are none, expected those of leapjs-playback's format 2");
-    const Json& inner = *name.begin();
-    if (!inner[0].is_array()) {
-      if (!missing) object[name.begin().key()] = unpacked(inner, values[i]);
-      continue;
-    }
-    Json& list = object[name.begin().key()] = Json::array();
-    for (const Json& value : values[i]) list.push_back(unpacked(inner[0], value));
+    return object;
   }
-  return object;
-}
+
+ private:
+  /// @throws std::runtime_error if this name is one too many
+  const std::string& written(const std::string& name) {
+    bytes_ += name.size();
+    if (bytes_ > maximum_)
+      throw std::runtime_error("unpacks to names of more than " + std::to_string(maximum_) +
+                               " bytes, expected at most as many");
+    return name;
+  }
+
+  static constexpr std::size_t maximum_ = leap::Limits().bytes;
+  std::size_t bytes_ = 0;  // of the names that are written
+};
 
 }  // namespace
 
@@ -140,7 +158,7 @@ LeapjsRecording::LeapjsRecording(std::string text, std::size_t max_bytes) : text
 
 std::string LeapjsRecording::frame(std::size_t index) const {
   if (names_.empty()) return at(frames_[index]);
-  return unpacked(leap::parse(names_), leap::parse(at(frames_[index])))
+  return Unpacker()(leap::parse(names_), leap::parse(at(frames_[index])))
       .dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -77,40 +77,66 @@ class Dictionary {
   std::vector<Word> words_{3};
 };
 
-/// Makes UTF-8 of units of UTF-16, which come one after the other.
+/// Makes UTF-8 of units of UTF-16, which come one after the other. Each unit becomes one byte at least, so
+/// the maximum of bytes limits the units as well: a half of a letter that stands alone becomes U+FFFD.
 class Utf8 {
  public:
   explicit Utf8(std::size_t max_bytes) : maximum_(max_bytes) {}
 
   void add(const Letters& letters) {
     for (const Letter letter : letters) add(letter);
+    requireWithin();
+  }
+
+  std::string take() {
+    endHalf();
+    requireWithin();
+    return std::move(text_);
+  }
+
+ private:
+  static constexpr std::uint32_t replacement = 0xFFFD;
+
+  void requireWithin() const {
     if (text_.size() > maximum_)
       throw std::runtime_error("unpacks to more than " + std::to_string(maximum_) +
                                " bytes, expected at most as many");
   }
 
-  std::string take() { return std::move(text_); }
-
- private:
   void add(std::uint32_t unit) {
     const bool low = unit >= 0xDC00 && unit < 0xE000;
-    if (low && high_ != 0) unit = 0x10000 + ((high_ - 0xD800) << 10U) + (unit - 0xDC00);
-    high_ = unit >= 0xD800 && unit < 0xDC00 ? unit : 0;
-    if (high_ != 0) return;                              // the other half follows
-    if (unit >= 0xD800 && unit < 0xE000) unit = 0xFFFD;  // a half alone
+    if (low && high_ != 0) {
+      write(0x10000 + ((high_ - 0xD800) << 10U) + (unit - 0xDC00));
+      high_ = 0;
+      return;
+    }
+    endHalf();
+    if (unit >= 0xD800 && unit < 0xDC00)
+      high_ = unit;  // the other half follows
+    else
+      write(low ? replacement : unit);
+  }
+
+  /// Writes the first half of a letter, if there is one whose other half does not follow.
+  void endHalf() {
+    if (high_ != 0) write(replacement);
+    high_ = 0;
+  }
+
+  void write(std::uint32_t letter) {
     const auto byte = [this](std::uint32_t value) {
       text_ += static_cast<char>(static_cast<unsigned char>(value));
     };
-    if (unit < 0x80) return byte(unit);
-    const int more = unit < 0x800 ? 1 : unit < 0x10000 ? 2 : 3;
+    if (letter < 0x80) return byte(letter);
+    const int more = letter < 0x800 ? 1 : letter < 0x10000 ? 2 : 3;
     constexpr std::array<std::uint32_t, 4> mark = {0, 0xC0, 0xE0, 0xF0};
-    byte(mark[static_cast<std::size_t>(more)] | unit >> (6U * static_cast<unsigned>(more)));
-    for (int k = more - 1; k >= 0; --k) byte(0x80U | (unit >> (6U * static_cast<unsigned>(k)) & 0x3FU));
+    byte(mark[static_cast<std::size_t>(more)] | letter >> (6U * static_cast<unsigned>(more)));
+    for (int k = more - 1; k >= 0; --k) byte(0x80U | (letter >> (6U * static_cast<unsigned>(k)) & 0x3FU));
   }
 
   std::size_t maximum_;
   std::string text_;
-  std::uint32_t high_ = 0;
+  std::uint32_t high_ = 0;  // first half of a letter, 0: none
 };
 
 }  // namespace

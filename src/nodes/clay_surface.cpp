@@ -8,10 +8,10 @@
 #include "nodes/params.h"
 #include "nodes/share.h"
 #include "nodes/surface_markers.h"
-#include "nodes/throttle.h"
 #include "nodes/topics.h"
 #include "scene/scene.h"
 #include "surface/mesh_export.h"
+#include "values/text.h"
 
 namespace tactile_clay::nodes {
 namespace {
@@ -60,7 +60,8 @@ void ClaySurface::look() {
   try {
     show(*cloud);
   } catch (const std::exception& error) {
-    ROS_WARN_THROTTLE(5.0, "clay_surface: particles left out: %s", printableLine(error.what()).c_str());
+    ROS_WARN_THROTTLE(5.0, "clay_surface: particles left out: %s",
+                      values::printableLine(error.what()).c_str());
   }
 }
 

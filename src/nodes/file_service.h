@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "nodes/throttle.h"
+#include "values/text.h"
 
 namespace tactile_clay::nodes {
 
@@ -25,7 +25,7 @@ void answer(Response& response, const Work& work) {
     response.message = work();
     response.success = true;
   } catch (const std::exception& error) {
-    response.message = printableLine(error.what());
+    response.message = values::printableLine(error.what());
     if (response.message.find("exists already") != std::string::npos)
       response.message += ", or a call of the service overwrite";
   }

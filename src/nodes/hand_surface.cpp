@@ -16,10 +16,10 @@
 #include "nodes/params.h"
 #include "nodes/placement.h"
 #include "nodes/surface_markers.h"
-#include "nodes/throttle.h"
 #include "nodes/topics.h"
 #include "surface/cut_mesh.h"
 #include "surface/samples_on_mesh.h"
+#include "values/text.h"
 
 namespace tactile_clay::nodes {
 namespace {
@@ -163,7 +163,7 @@ void HandSurface::look() {
   try {
     show();
   } catch (const std::exception& error) {
-    ROS_WARN_THROTTLE(5.0, "hand_surface: hands left out: %s", printableLine(error.what()).c_str());
+    ROS_WARN_THROTTLE(5.0, "hand_surface: hands left out: %s", values::printableLine(error.what()).c_str());
   }
 }
 

@@ -16,6 +16,7 @@
 #include "nodes/placement.h"
 #include "nodes/topics.h"
 #include "safety/silence_times.h"
+#include "values/text.h"
 
 namespace tactile_clay::nodes {
 namespace {
@@ -196,7 +197,7 @@ void HandTracking::clean(hand::TrackedFrame& frame) {
 }
 
 void HandTracking::tellFault() {
-  const std::string fault = printableLine(source_->takeFault());
+  const std::string fault = values::printableLine(source_->takeFault());
   if (fault.empty()) return;
   ++faults_;
   ROS_WARN_THROTTLE(5.0, "hand_tracking: %s", fault.c_str());

@@ -1,5 +1,7 @@
 #include "nodes/inbox.h"
 
+#include "values/text.h"
+
 namespace tactile_clay::nodes {
 
 Inbox::Inbox(const ros::NodeHandle& private_nh) : node_(private_nh.getNamespace()) {
@@ -12,7 +14,7 @@ void Inbox::refuse(const std::string& topic, const std::string& reason) {
   ++mine.refused;
   if (const auto more = mine.lines.pass())
     ROS_WARN("%s: message on %s left out%s: %s", node_.c_str(), topic.c_str(), andMore(*more).c_str(),
-             printableLine(reason).c_str());
+             values::printableLine(reason).c_str());
 }
 
 void Inbox::report(diagnostic_updater::DiagnosticStatusWrapper& status) {

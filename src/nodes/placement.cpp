@@ -6,6 +6,7 @@
 
 #include "nodes/conversions.h"
 #include "nodes/throttle.h"
+#include "values/text.h"
 
 namespace tactile_clay::nodes {
 
@@ -19,7 +20,7 @@ void tell(const hand::LeftOut& left_out) {
   if (!held) return;
   std::string words;
   for (const std::string& line : left_out.lines) words += (words.empty() ? "" : "; ") + line;
-  ROS_WARN("%s", (printableLine(words) + andMore(*held)).c_str());
+  ROS_WARN("%s", (values::printableLine(words) + andMore(*held)).c_str());
 }
 
 hand::LeftOut leaveOutBadHands(hand::TrackedFrame& frame) {

@@ -2,7 +2,6 @@
 
 #include <ros/time.h>
 
-#include <algorithm>
 #include <optional>
 #include <string>
 #include <utility>
@@ -35,17 +34,6 @@ class Throttle {
 /// The text " (and N before it)", or an empty text.
 inline std::string andMore(unsigned held) {
   return held == 0 ? "" : " (and " + std::to_string(held) + " before it)";
-}
-
-/// A text from outside as one line of printable characters and ordinary length.
-inline std::string printableLine(std::string text) {
-  constexpr std::size_t longest = 400;
-  const bool cut = text.size() > longest;
-  if (cut) text.resize(longest);
-  // Bytes from 128 on are letters of UTF-8.
-  std::replace_if(
-      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
-  return cut ? text + "..." : text;
 }
 
 }  // namespace tactile_clay::nodes

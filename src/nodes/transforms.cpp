@@ -8,6 +8,7 @@
 #include "nodes/frame_name.h"
 #include "nodes/inbox.h"
 #include "nodes/stamps.h"
+#include "values/text.h"
 
 namespace tactile_clay::nodes {
 namespace {
@@ -90,7 +91,7 @@ bool Transforms::isAbove(const std::string& frame, std::string below) const {
 void Transforms::refuse(const std::string& topic, const std::string& reason) {
   if (const auto more = lines_.pass())
     ROS_WARN("transform on %s left out%s: %s", topic.c_str(), andMore(*more).c_str(),
-             printableLine(reason).c_str());
+             values::printableLine(reason).c_str());
 }
 
 namespace {
@@ -121,8 +122,8 @@ std::optional<Eigen::Isometry3d> Transforms::lookup(const std::string& into, con
     ROS_ERROR_THROTTLE(5.0,
                        "no transform from frame '%s' to '%s': %s; expected a node that publishes it, such as "
                        "static_transform_publisher of tf2_ros",
-                       printableLine(source).c_str(), printableLine(target).c_str(),
-                       printableLine(error.what()).c_str());
+                       values::printableLine(source).c_str(), values::printableLine(target).c_str(),
+                       values::printableLine(error.what()).c_str());
     return std::nullopt;
   }
 }

@@ -16,7 +16,6 @@
 #include "nodes/message_check.h"
 #include "nodes/share.h"
 #include "nodes/surface_markers.h"
-#include "nodes/throttle.h"
 #include "nodes/topics.h"
 #include "scene/scene.h"
 #include "surface/clay_surface.h"
@@ -106,12 +105,5 @@ void run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (tactile_clay::tools::askedForHelp(argc, argv, usage)) return 0;
-  try {
-    run(argc, argv);
-    return 0;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "export_mesh: %s\n", nodes::printableLine(error.what()).c_str());
-    return 1;
-  }
+  return tactile_clay::tools::runTool("export_mesh", usage, argc, argv, [&] { run(argc, argv); });
 }

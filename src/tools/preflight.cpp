@@ -9,7 +9,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <iostream>
 #include <map>
 #include <sstream>
 #include <stdexcept>
@@ -274,15 +273,19 @@ std::FILE* takeOutput() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (tactile_clay::tools::askedForHelp(argc, argv, usage)) return 0;
-  try {
+  return clay::tools::runTool("tactile_clay", usage, argc, argv, [&] {
     std::FILE* const output = takeOutput();
     const std::string model = checkAll(parse(argc, argv));
     if (std::fputs(model.c_str(), output) == EOF || std::fclose(output) != 0)
+<<<<<<< HEAD
       throw std::runtime_error(std::string("the robot model cannot be written: ") + std::strerror(errno));
     return 0;
   } catch (const std::exception& error) {
     std::cerr << "tactile_clay: " << error.what() << std::endl;
     return 1;
   }
+=======
+      throw std::runtime_error(std::string("the robot model is not written: ") + std::strerror(errno));
+  });
+>>>>>>> room_d
 }

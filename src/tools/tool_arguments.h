@@ -9,6 +9,8 @@
 #include <string>
 #include <type_traits>
 
+#include "values/text.h"
+
 namespace tactile_clay::tools {
 
 /// The number that a text contains.
@@ -35,7 +37,8 @@ inline bool askedForHelp(int argc, char** argv, const char* usage) {
 }
 
 /// The main function of a tool. `--help` or `-h` prints the usage. An exception of `run` is printed in one
-/// line, with the tool's name, and the exit code is 1.
+/// line, with the tool's name, and the exit code is 1. Its text may have names out of files, so it is made
+/// printable.
 /// @param run returns the exit code, or nothing
 template <typename Run>
 int runTool(const char* name, const char* usage, int argc, char** argv, const Run& run) {
@@ -47,7 +50,8 @@ int runTool(const char* name, const char* usage, int argc, char** argv, const Ru
       return run();
     return 0;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s: %s\n", name, error.what());
+    std::fprintf(stderr, "%s: %s\n", name,
+                 values::printableLine(error.what(), values::longest_last_line).c_str());
     return 1;
   }
 }

@@ -1,5 +1,6 @@
 #include "tools/user_paths.h"
 
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -49,9 +50,61 @@ void requireText(const std::string& name, const std::string& what) {
   }
 }
 
+/// Whether a file of any kind has this name. A name below a file that is no folder is not there.
+/// @throws std::runtime_error if nothing can have this name, such as one that is too long
 bool isThere(const std::string& path) {
   struct stat status {};
-  return ::lstat(path.c_str(), &status) == 0;
+  if (::lstat(path.c_str(), &status) == 0) return true;
+  if (errno != ENOENT && errno != ENOTDIR)
+    throw std::runtime_error("'" + path + "': " + std::strerror(errno));
+  return false;
+}
+
+/// Makes a new file or a new folder, and removes it again: some folders take neither, whoever asks.
+/// @throws std::runtime_error if it cannot be made
+void tryToMake(const fs::path& path, bool is_folder) {
+  const int made = is_folder
+                       ? ::mkdir(path.c_str(), S_IRWXU)
+                       : ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR);
+  if (made < 0)
+    throw std::runtime_error("nothing can be made in folder '" + path.parent_path().string() +
+                             "': " + std::strerror(errno));
+  if (!is_folder) ::close(made);
+  std::error_code error;
+  fs::remove(path, error);
+}
+
+/// Tries whether a new file can be made, with the folders that are missing.
+/// @throws std::runtime_error if it cannot
+void requireMakable(const fs::path& file) {
+  std::vector<fs::path> missing = {file};
+  fs::path folder = file.parent_path();
+  for (; !isThere(folder.string()) && folder.has_relative_path(); folder = folder.parent_path())
+    missing.push_back(folder);
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) throw std::runtime_error("'" + folder.string() + "' is no folder");
+  // What is behind a missing folder is checked where that folder will be.
+  for (const fs::path& name : missing) isThere((folder / name.filename()).string());
+  tryToMake(missing.back(), missing.size() > 1);
+}
+
+/// As requireNewBag, whose errors begin with the name.
+std::string newBag(const std::string& name) {
+  std::error_code error;
+  if (name.empty() || name.back() == '/' || fs::is_directory(name, error))
+    throw std::runtime_error("is a folder, expected the bag to write");
+  const std::string ending = ".bag";
+  const bool ended =
+      name.size() >= ending.size() && name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
+  std::string bag = ended ? name : name + ending;
+  const std::string active = bag + ".active";  // its name while it is recorded
+  if (isThere(bag))
+    throw std::runtime_error("'" + bag + "' is there already, expected the name of a new bag");
+  if (isThere(active))
+    throw std::runtime_error(
+        "'" + active + "' is there already: it is being recorded, or was cut off and wants rosbag reindex");
+  requireMakable(active);
+  return bag;
 }
 
 }  // namespace
@@ -85,11 +138,15 @@ std::string userPath(const std::string& name, const std::string& what, const std
 }
 
 void requireFolderToWrite(const std::string& folder) {
-  if (::access(folder.c_str(), W_OK | X_OK) != 0)
-    throw std::runtime_error("folder '" + folder + "' to record into: " + std::strerror(errno));
+  try {
+    tryToMake(fs::path(folder) / ("tactile_clay_" + std::to_string(::getpid()) + ".bag.active"), false);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(std::string("record: ") + error.what());
+  }
 }
 
 std::string requireNewBag(const std::string& name) {
+<<<<<<< HEAD
   const auto fail = [&](const std::string& why) {
     throw std::runtime_error("record '" + name + "': " + why);
   };
@@ -112,6 +169,13 @@ std::string requireNewBag(const std::string& name) {
   if (::access(folder.c_str(), W_OK | X_OK) != 0)
     fail("folder '" + folder.string() + "': " + std::strerror(errno));
   return bag;
+=======
+  try {
+    return newBag(name);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error("record '" + name + "': " + error.what());
+  }
+>>>>>>> room_d
 }
 
 }  // namespace tactile_clay::tools

@@ -17,12 +17,15 @@ std::vector<std::string> argumentLines(const std::string& word);
 std::string userPath(const std::string& name, const std::string& what, const std::string& here,
                      const std::string& home);
 
-/// The new bag that `rosbag record` will write for an absolute name: it ends with ".bag".
-/// @throws std::runtime_error with one line if it exists already, is a folder, or its folder can neither be
-///   written to nor be made
+/// The new bag that a recorder will write for an absolute name: it ends with ".bag", and with ".bag.active"
+/// until it is complete. Makes this file, or the first of its folders that is missing, and removes it again.
+/// @throws std::runtime_error with one line if it exists already, is a folder, has a name that no file can
+/// have,
+///   or cannot be made
 std::string requireNewBag(const std::string& name);
 
-/// @throws std::runtime_error if nothing can be written into that folder
+/// Makes a file in that folder, and removes it again.
+/// @throws std::runtime_error if it cannot be made
 void requireFolderToWrite(const std::string& folder);
 
 }  // namespace tactile_clay::tools

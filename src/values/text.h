@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <cstdio>
 #include <locale>
 #include <optional>
@@ -29,6 +30,27 @@ inline std::optional<std::vector<double>> numbersOf(const std::string& text) {
     numbers.push_back(number);
   }
   return numbers;
+}
+
+/// Maximum length of a line that may come again and again, in bytes, and that of the last line of a program.
+constexpr std::size_t longest_line = 400, longest_last_line = 4000;
+
+/// A text from outside as one line of printable characters. A terminal obeys control characters: those below
+/// a blank, DEL, and the second set of them (U+0080 to U+009F). Each of their bytes becomes '?'.
+/// @param longest maximum length in bytes; what is longer is cut, and ends with "..."
+inline std::string printableLine(std::string text, std::size_t longest = longest_line) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const bool cut = text.size() > longest;
+  if (cut) {
+    while (longest > 0 && (byte(longest) & 0xC0U) == 0x80U) --longest;  // not within a letter of UTF-8
+    text.resize(longest);
+  }
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool second_set = byte(i) == 0xC2 && i + 1 < text.size() && byte(i + 1) < 0xA0;
+    if (second_set) text[i + 1] = '?';
+    if (second_set || byte(i) < 0x20 || byte(i) == 0x7F) text[i] = '?';
+  }
+  return cut ? text + "..." : text;
 }
 
 }  // namespace tactile_clay::values

@@ -76,6 +76,7 @@ class BadInput(unittest.TestCase):
     def test_robot_model_that_cannot_be_used(self):
         link = '<link name="world"><collision><geometry><mesh filename="none.stl"/></geometry></collision></link>'
         for name, inside, words in (('roots.urdf', '<link name="a"/><link name="b"/>', 'both roots'),
+                                    ('names.urdf', '<link name="a&#10;b"/><link name="c"/>', 'a?b'),
                                     ('mesh.urdf', link, 'none.stl')):
             with self.subTest(name):
                 path = self.file(name, ('<robot name="r">%s</robot>' % inside).encode())

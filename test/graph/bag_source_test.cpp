@@ -5,6 +5,8 @@
 #include <std_msgs/String.h>
 
 #include <chrono>
+#include <cstdint>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
@@ -92,6 +94,35 @@ TEST_F(Bag, AChunkThatUnpacksToTooMuchIsRefused) {
   bytes.close();
   EXPECT_TRUE(has(refused(file), file + ": a chunk of 1610612736 bytes, expected at most 268435456"))
       << refused(file);
+}
+
+TEST_F(Bag, AChunkBehindTheIndexIsCheckedAsWell) {
+  std::string text;
+  {
+    std::ifstream whole(bag({"/hands/tracked"}, rosbag::compression::BZ2), std::ios::binary);
+    text.assign(std::istreambuf_iterator<char>(whole), {});
+  }
+  const auto number = [&](const std::string& field) {
+    std::uint64_t value = 0;
+    std::memcpy(&value, &text[text.find(field) + field.size()], sizeof value);
+    return value;
+  };
+  const std::uint64_t from = number("chunk_pos="), end = number("index_pos=");
+  ASSERT_LT(from, end);
+  text += std::string(4, '\xff');  // the size of a header that is longer than the file
+  const std::uint64_t place = text.size();
+  text += text.substr(from, end - from);
+  text.replace(text.find("size=", place) + 5, 4, std::string("\0\0\0\x60", 4));
+  std::memcpy(&text[text.find("chunk_pos=") + 10], &place, sizeof place);
+  EXPECT_TRUE(
+      has(refused(write("behind.bag", text)), "a chunk of 1610612736 bytes, expected at most 268435456"))
+      << refused(write("behind.bag", text));
+}
+
+TEST_F(Bag, ZerosBehindTheIndexAreNotRead) {
+  const std::string file = bag({"/hands/tracked"});
+  std::filesystem::resize_file(file, 16ULL << 30U);  // bytes, which take no space
+  EXPECT_EQ(played(file), "hands/tracked");
 }
 
 TEST_F(Bag, WhatCannotBePlayedSaysWhatToDo) {

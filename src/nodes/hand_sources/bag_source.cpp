@@ -1,21 +1,22 @@
 #include "nodes/hand_sources/bag_source.h"
 
 #include <ros/console.h>
+#include <ros/header.h>
 #include <pluginlib/class_list_macros.hpp>
 
 #include <algorithm>
-#include <array>
+#include <cstdint>
 #include <cstring>
 #include <fstream>
-#include <optional>
 #include <set>
-#include <sstream>
 #include <stdexcept>
+#include <vector>
 
 #include "files/input_file.h"
 #include "nodes/conversions.h"
 #include "nodes/message_check.h"
 #include "nodes/topics.h"
+#include "values/text.h"
 
 namespace tactile_clay::nodes {
 namespace {
@@ -67,7 +68,8 @@ std::string topicOfHands(rosbag::Bag& bag, const std::string& file, const std::s
   const std::set<std::string>& candidates = in_namespaces.empty() ? hands : in_namespaces;
   if (!usual || candidates.size() > 1)
     throw std::runtime_error(missing + "; it has hands on " + listed(hands) + ": name one in topic:=");
-  ROS_INFO("%s: plays the hands of its topic %s", file.c_str(), candidates.begin()->c_str());
+  ROS_INFO("%s: plays the hands of its topic %s", file.c_str(),
+           values::printableLine(*candidates.begin()).c_str());
   return *candidates.begin();
 }
 
@@ -82,37 +84,85 @@ void requireTrackedHands(const std::string& file, const rosbag::ConnectionInfo& 
         "): play it with the release that recorded it, or convert it with rules for `rosbag fix`");
 }
 
-/// A number in the format of rosbag.
-std::optional<std::uint32_t> readNumber(std::istream& in) {
-  std::array<char, sizeof(std::uint32_t)> bytes{};
-  if (!in.read(bytes.data(), bytes.size())) return std::nullopt;
-  std::uint32_t number = 0;
-  std::memcpy(&number, bytes.data(), sizeof number);
-  return number;
-}
+/// Reads records of a bag of version 2 (http://wiki.ros.org/Bags/Format/2.0).
+class Records {
+ public:
+  explicit Records(const std::string& file) : file_(file), in_(file, std::ios::binary) {
+    std::string line;
+    // rosbag reads other lines, too, but its own is always this one.
+    if (!std::getline(in_, line) || line != "#ROSBAG V2.0") fail("begins with none of rosbag's lines");
+  }
 
-/// Checks the headers of all chunks (http://wiki.ros.org/Bags/Format/2.0). What is damaged is left to rosbag.
+  /// Goes to a place, in bytes from the beginning.
+  void seek(std::uint64_t place) { in_.seekg(static_cast<std::streamoff>(place)); }
+
+  /// Goes on by a number of bytes.
+  void skip(std::uint64_t bytes) { in_.seekg(static_cast<std::streamoff>(bytes), std::ios::cur); }
+
+  /// The size in bytes that stands in front of each header and of the data of each record.
+  std::uint32_t size() {
+    std::uint32_t number = 0;
+    if (!in_.read(reinterpret_cast<char*>(&number), sizeof number)) fail("ends within a record");
+    return number;
+  }
+
+  ros::M_string header() {
+    constexpr std::uint32_t longest = 1U << 20U;  // bytes; those that rosbag writes have a hundred
+    const std::uint32_t length = size();
+    if (length > longest)
+      fail("a header of " + std::to_string(length) + " bytes, expected at most " + std::to_string(longest));
+    std::vector<std::uint8_t> bytes(length);
+    if (!in_.read(reinterpret_cast<char*>(bytes.data()), length)) fail("ends within a header");
+    ros::Header header;
+    std::string error;
+    if (!header.parse(bytes.data(), length, error)) fail(error);
+    return *header.getValues();
+  }
+
+  template <typename Number>
+  Number number(const ros::M_string& header, const std::string& field) const {
+    Number number = 0;
+    const auto found = header.find(field);
+    if (found == header.end() || found->second.size() != sizeof number) fail("a header without " + field);
+    std::memcpy(&number, found->second.data(), sizeof number);
+    return number;
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const {
+    throw std::runtime_error(file_ + ": damaged bag: " + what);
+  }
+
+  std::string file_;
+  std::ifstream in_;
+};
+
+/// Checks the chunks that rosbag will unpack: those that the index of the bag names, wherever they are.
+/// rosbag has opened the bag, so there are no more of them than it has read already.
 /// @throws std::runtime_error if a chunk is larger than rosbag should unpack
 void requireSmallChunks(const std::string& file) {
-  constexpr std::uint32_t longest = 1U << 20U;  // bytes, of a header
-  const std::string chunk = "op=\x05", size_of = "size=";
-  std::ifstream in(file, std::ios::binary);
-  std::string line;
-  if (!std::getline(in, line) || line != "#ROSBAG V2.0") return;
-  while (const auto header_size = readNumber(in)) {
-    std::string header(std::min(*header_size, longest), '\0');
-    if (*header_size > longest || !in.read(header.data(), *header_size)) return;
-    const std::size_t at = header.find(size_of);
-    if (header.find(chunk) != std::string::npos && at != std::string::npos &&
-        at + size_of.size() + sizeof(std::uint32_t) <= header.size()) {
-      std::istringstream number(header.substr(at + size_of.size()));
-      if (const auto size = readNumber(number); *size > max_chunk)
-        throw std::runtime_error(file + ": a chunk of " + std::to_string(*size) +
-                                 " bytes, expected at most " + std::to_string(max_chunk) +
-                                 "; `rosbag record --chunksize` makes smaller ones");
-    }
-    const auto data_size = readNumber(in);
-    if (!data_size || !in.seekg(*data_size, std::ios::cur)) return;
+  constexpr std::uint64_t entry =
+      2 * sizeof(std::uint32_t);  // bytes; a connection and its number of messages
+  Records records(file);
+  const ros::M_string first = records.header();
+  records.seek(records.number<std::uint64_t>(first, "index_pos"));
+  for (auto k = records.number<std::uint32_t>(first, "conn_count"); k > 0; --k)
+    for (int part = 0; part < 2; ++part) records.skip(records.size());  // header and data
+  std::set<std::uint64_t> places;
+  for (auto k = records.number<std::uint32_t>(first, "chunk_count"); k > 0; --k) {
+    const ros::M_string chunk = records.header();
+    places.insert(records.number<std::uint64_t>(chunk, "chunk_pos"));
+    records.size();  // rosbag goes by the number of entries
+    records.skip(entry * records.number<std::uint32_t>(chunk, "count"));
+  }
+  for (const std::uint64_t place : places) {
+    records.seek(place);
+    const ros::M_string chunk = records.header();
+    const std::uint32_t unpacked = records.number<std::uint32_t>(chunk, "size");
+    if (const std::uint32_t size = std::max(unpacked, records.size()); size > max_chunk)
+      throw std::runtime_error(file + ": a chunk of " + std::to_string(size) + " bytes, expected at most " +
+                               std::to_string(max_chunk) +
+                               "; `rosbag record --chunksize` makes smaller ones");
   }
 }
 
@@ -152,7 +202,7 @@ void BagSource::open(const hand::SourceOptions& options) {
     // With wrong sizes rosbag asks for more memory than there is.
     throw std::runtime_error(file_ + ": not a readable bag: " + error.what());
   }
-  requireSmallChunks(file_);
+  if (bag_.getMajorVersion() == 2) requireSmallChunks(file_);  // older ones have none
   reading(file_, [&] {
     const std::string topic = topicOfHands(bag_, file_, options.topic);
     view_ = std::make_unique<rosbag::View>(bag_, rosbag::TopicQuery(topic));

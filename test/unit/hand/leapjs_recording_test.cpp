@@ -33,34 +33,68 @@ TEST(LzString, WhatIsNoneIsRefused) {
             std::string::npos);
 }
 
-/// An LZ-string that writes each letter as a new one.
-std::string packedLzString(const std::u16string& text) {
-  std::string bits;
-  unsigned width = 2, room = 2;
-  const auto put = [&](unsigned value, unsigned count) {
-    for (unsigned i = 0; i < count; ++i) bits += (value >> i & 1U) != 0 ? '1' : '0';
-  };
-  const auto grow = [&] {
-    if (--room == 0) room = 1U << width++;
-  };
-  for (const char16_t letter : text) {
-    put(letter < 256 ? 0 : 1, width);
+/// Writes an LZ-string.
+class LzWriter {
+ public:
+  void letter(char16_t letter) {
+    code(letter < 256 ? 0 : 1);
     put(letter, letter < 256 ? 8 : 16);
     grow();
+  }
+  void code(unsigned code) {
+    put(code, width_);
     grow();
   }
-  put(2, width);
-  bits.append((24 - bits.size() % 24) % 24, '0');
-  std::string base64;
-  for (std::size_t i = 0; i < bits.size(); i += 6)
-    base64 += "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/"[std::stoul(bits.substr(i, 6),
-                                                                                            nullptr, 2)];
-  return base64;
+  std::string base64() {
+    code(2);  // the end
+    bits_.append((24 - bits_.size() % 24) % 24, '0');
+    std::string text;
+    for (std::size_t i = 0; i < bits_.size(); i += 6)
+      text += "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/"[std::stoul(
+          bits_.substr(i, 6), nullptr, 2)];
+    return text;
+  }
+
+ private:
+  void put(unsigned value, unsigned count) {
+    for (unsigned i = 0; i < count; ++i) bits_ += (value >> i & 1U) != 0 ? '1' : '0';
+  }
+  void grow() {
+    if (--room_ == 0) room_ = 1U << width_++;
+  }
+
+  std::string bits_;
+  unsigned width_ = 2, room_ = 2;
+};
+
+/// An LZ-string that writes each letter as a new one.
+std::string packedLzString(const std::u16string& text) {
+  LzWriter writer;
+  for (const char16_t letter : text) writer.letter(letter);
+  return writer.base64();
 }
 
 TEST(LzString, LettersOfAnyLengthBecomeUtf8) {
   EXPECT_EQ(unpackLzString(packedLzString(u"x\u00FC\u732B\U0001F600"), maximum), u8"x\u00FC\u732B\U0001F600");
-  EXPECT_EQ(unpackLzString(packedLzString(std::u16string{0xD83D, u'x', 0xDE00}), maximum), u8"x\uFFFD");
+}
+
+TEST(LzString, HalfALetterAloneIsReplaced) {
+  const auto unpacked = [](const std::u16string& text) {
+    return unpackLzString(packedLzString(text), maximum);
+  };
+  EXPECT_EQ(unpacked({0xD83D, u'x', 0xDE00}), u8"\uFFFDx\uFFFD");
+  EXPECT_EQ(unpacked({0xD83D, 0xD83D, 0xDE00, 0xDE00}), u8"\uFFFD\U0001F600\uFFFD");
+  EXPECT_EQ(unpacked({u'x', 0xD83D}), u8"x\uFFFD");
+}
+
+// Each code is the last word and its first letter again: n codes make n^2 / 2 letters.
+TEST(LzString, HalvesOfLettersCountAsBytes) {
+  LzWriter writer;
+  writer.letter(0xD800);
+  constexpr unsigned codes = 1000, first_free = 4;
+  for (unsigned k = 0; k < codes; ++k) writer.code(first_free + k);
+  EXPECT_EQ(errorOf([&] { unpackLzString(writer.base64(), maximum); }),
+            "unpacks to more than 1048576 bytes, expected at most as many");
 }
 
 /// Values of `example`'s names; {"name": [[names]]} for a list of objects.
@@ -165,6 +199,19 @@ TEST_F(LeapjsFile, WhatIsBrokenSaysSoWhenOpened) {
   EXPECT_NE(openError(more.dump()).find("frame 1 has 6 values, expected one for each of 5 names"),
             std::string::npos)
       << openError(more.dump());
+}
+
+// Names and values are small enough each, but each of the objects would have the long name.
+TEST_F(LeapjsFile, ANameThatIsRepeatedTooOftenIsRefused) {
+  const std::string name(500'000, 'K');
+  const auto line = [&](const std::string& objects) {
+    return openError("{\"metadata\":{\"formatVersion\":2},\"frames\":[[{\"hands\":[[\"" + name + "\"]]}],[[" +
+                     objects + "]]]}");
+  };
+  EXPECT_EQ(line("[1],[1]").find("unpacks"), std::string::npos);
+  const std::string refused = line("[1],[1],[1]");
+  EXPECT_NE(refused.find("frame 1 unpacks to names of more than 1048576 bytes"), std::string::npos)
+      << refused;
 }
 
 // As in the first protocols: no sides, no bones.

@@ -8,6 +8,7 @@
 
 #include "support/error_of.h"
 #include "support/scratch_folder.h"
+#include "tools/tool_arguments.h"
 
 namespace tactile_clay::tools {
 namespace {
@@ -71,6 +72,34 @@ TEST_F(NewBag, ReplacesNothing) {
   EXPECT_NE(refused("link.bag").find("there already"), std::string::npos);
 }
 
+TEST_F(NewBag, NothingIsLeftOfTheTry) {
+  requireNewBag((folder / "run").string());
+  requireNewBag((folder / "not/there/run").string());
+  requireFolderToWrite(folder.string());
+  EXPECT_TRUE(fs::is_empty(folder));
+}
+
+TEST_F(NewBag, NamesThatNoFileCanHaveAreRefused) {
+  const std::string whole = ".bag.active";
+  const std::string longest(255 - whole.size(), 'n'), folder_name(256, 'f');  // bytes, of most file systems
+  EXPECT_EQ(requireNewBag((folder / longest).string()), (folder / (longest + ".bag")).string());
+  for (const std::string& name :
+       {longest + "n", folder_name + "/run", "not/there/" + longest + "n", "not/" + folder_name + "/run"}) {
+    const std::string line = refused(name);
+    EXPECT_NE(line.find("record '" + (folder / name).string() + "': '"), std::string::npos) << line;
+    EXPECT_NE(line.find("ame too long"), std::string::npos) << line;
+  }
+}
+
+// Nobody can make a file there, not even root.
+TEST_F(NewBag, AFolderThatTakesNoFileIsRefused) {
+  for (const char* name : {"/proc/run", "/proc/not/there/run"})
+    EXPECT_NE(errorOf([&] { requireNewBag(name); }).find("nothing can be made in folder '/proc': "),
+              std::string::npos)
+        << name;
+  EXPECT_NE(errorOf([] { requireFolderToWrite("/proc"); }).find("folder '/proc'"), std::string::npos);
+}
+
 TEST_F(NewBag, WhatCannotBeMadeIsRefusedWithItsFolder) {
   write("file", "x");
   EXPECT_NE(refused("file/run.bag").find((folder / "file").string() + "' is not a folder"),
@@ -80,6 +109,15 @@ TEST_F(NewBag, WhatCannotBeMadeIsRefusedWithItsFolder) {
   fs::create_directory(folder / "locked");
   fs::permissions(folder / "locked", fs::perms::owner_read | fs::perms::owner_exec);
   EXPECT_NE(refused("locked/run.bag").find("locked': Permission denied"), std::string::npos);
+}
+
+// A link or a topic may have such a name.
+TEST(Tool, PrintsItsErrorAsOneLine) {
+  char name[] = "tool";
+  char* arguments[] = {name, nullptr};
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(runTool("tool", "", 1, arguments, [] { throw std::runtime_error("link 'a\n\x1B[2Jb'"); }), 1);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "tool: link 'a??[2Jb'\n");
 }
 
 }  // namespace

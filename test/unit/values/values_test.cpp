@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "values/pose.h"
@@ -56,6 +57,14 @@ TEST(Range, SaysWhatWasExpectedByTheErrorThatIsWanted) {
 TEST(Text, HasSixDigits) {
   EXPECT_EQ(text(0.1), "0.1");
   EXPECT_EQ(text(1234567.0), "1.23457e+06");
+}
+
+TEST(Text, FromOutsideIsOnePrintableLine) {
+  EXPECT_EQ(printableLine("a\nb\x07%s\x1B[2J\x7F"), "a?b?%s?[2J?");
+  EXPECT_EQ(printableLine(u8"ä\u00A0\u009B"), u8"ä\u00A0??");
+  EXPECT_EQ(printableLine("\xC2"), "\xC2");
+  EXPECT_EQ(printableLine(std::string(1000, 'x')), std::string(longest_line, 'x') + "...");
+  EXPECT_EQ(printableLine(u8"xää", 4), u8"xä...");
 }
 
 TEST(Numbers, OfATextAreAllOfItOrNothing) {
