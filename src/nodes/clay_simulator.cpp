@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -73,7 +74,9 @@ ClaySimulator::ClaySimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
   status_ = nh.advertise<ClayStatus>(topic::clay_status, queue);
   joints_ = nh.advertise<sensor_msgs::JointState>(topic::joint_states, queue);
   contacts_ = nh.advertise<Cloud>(topic::clay_contacts, queue);
-  joint_relay_.emplace(nh, inbox_, topic::joint_states);
+  std::set<std::string> movable;
+  for (const auto& [name, position] : solids_->joints(0.0)) movable.insert(name);
+  joint_relay_.emplace(nh, inbox_, topic::joint_states, movable);
   health_ = std::make_unique<Health>(nh, private_nh, "clay", [this](auto& status) { diagnose(status); });
   thread_ = std::thread([this] {
     try {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
 #include <stdexcept>
 
 #include "hand/hand_check.h"
@@ -32,14 +33,20 @@ std::string description(hand::Side side) {
   return "hand_" + name(side) + "_description";
 }
 
+std::set<std::string> jointsOf(hand::Side side) {
+  std::set<std::string> names;
+  for (int k = 0; k < hand::skeleton_joint_count; ++k) names.insert(hand::skeletonJointName(side, k));
+  return names;
+}
+
 }  // namespace
 
 HandSkeleton::HandSkeleton(ros::NodeHandle nh, ros::NodeHandle private_nh)
     : nh_(nh),
       world_(frameName(param<std::string>(private_nh, "world_frame", frame::world))),
       inbox_(private_nh),
-      left_joints_(nh, inbox_, topic::joint_states_left),
-      right_joints_(nh, inbox_, topic::joint_states_right),
+      left_joints_(nh, inbox_, topic::joint_states_left, jointsOf(hand::Side::left)),
+      right_joints_(nh, inbox_, topic::joint_states_right, jointsOf(hand::Side::right)),
       health_(nh, private_nh, "hand skeleton", [this](auto& status) { diagnose(status); }) {
   const unsigned queue = param(private_nh, "lockstep", false) ? 0 : 1;
   forgetModels();  // models of an earlier run

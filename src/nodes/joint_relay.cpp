@@ -2,33 +2,45 @@
 
 #include <sensor_msgs/JointState.h>
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace tactile_clay::nodes {
 namespace {
 
 constexpr std::size_t max_joints = 1000;
 
-void requireSane(const sensor_msgs::JointState& state) {
+}  // namespace
+
+sensor_msgs::JointState ofJoints(const sensor_msgs::JointState& state, const std::set<std::string>& joints,
+                                 ros::Time now) {
   const std::size_t count = state.name.size();
   if (count > max_joints || state.position.size() != count)
     throw std::runtime_error(std::to_string(count) + " joints with " + std::to_string(state.position.size()) +
                              " positions, expected as many, at most " + std::to_string(max_joints));
-  for (std::size_t i = 0; i < count; ++i) {
-    if (state.name[i].size() > max_frame_id)
-      throw std::runtime_error("joint with a name of more than 256 characters");
-    if (!std::isfinite(state.position[i]))
-      throw std::runtime_error("joint '" + state.name[i] +
-                               "' at a position that is not finite, expected a number");
-  }
-  if (isOfTheFuture(state.header.stamp, ros::Time::now()))
+  if (isOfTheFuture(state.header.stamp, now))
     throw std::runtime_error("stamp in the future, " + std::to_string(state.header.stamp.sec) +
                              " s, expected one in the past");
+  sensor_msgs::JointState known;
+  known.header = state.header;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (joints.count(state.name[i]) == 0) continue;
+    if (!std::isfinite(state.position[i]))
+      throw std::runtime_error("joint '" + state.name[i] + "' at a position that is not finite, expected a number");
+    known.name.push_back(state.name[i]);
+    known.position.push_back(state.position[i]);
+    if (state.velocity.size() == count) known.velocity.push_back(state.velocity[i]);
+    if (state.effort.size() == count) known.effort.push_back(state.effort[i]);
+  }
+  if (known.name.empty()) {
+    const std::string first = count == 0 ? "no joint" : "joint '" + state.name.front() + "'";
+    throw std::runtime_error(
+        first + (count > 1 ? " and others" : "") + ", expected joints of the model" +
+        (joints.empty() ? ", which has none that can move" : ", such as '" + *joints.begin() + "'"));
+  }
+  return known;
 }
-
-}  // namespace
 
 sensor_msgs::JointState jointState(const std::map<std::string, double>& joints, ros::Time stamp) {
   sensor_msgs::JointState message;
@@ -40,12 +52,13 @@ sensor_msgs::JointState jointState(const std::map<std::string, double>& joints, 
   return message;
 }
 
-JointRelay::JointRelay(ros::NodeHandle nh, Inbox& inbox, const std::string& topic)
-    : publisher_(nh.advertise<sensor_msgs::JointState>(topic + "_checked", 10)),
+JointRelay::JointRelay(ros::NodeHandle nh, Inbox& inbox, const std::string& topic,
+                       std::set<std::string> joints)
+    : joints_(std::move(joints)),
+      publisher_(nh.advertise<sensor_msgs::JointState>(topic + "_checked", 10)),
       subscriber_(inbox.subscribe<sensor_msgs::JointState>(
           nh, topic, 10, [this](const sensor_msgs::JointState::ConstPtr& state) {
-            requireSane(*state);
-            publisher_.publish(state);
+            publisher_.publish(ofJoints(*state, joints_, ros::Time::now()));
           })) {}
 
 }  // namespace tactile_clay::nodes

@@ -3,30 +3,40 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <sstream>
 #include <vector>
 
+#include "nodes/throttle.h"
 #include "values/pose.h"
 #include "values/text.h"
 
 namespace tactile_clay::nodes {
 namespace {
 
+/// The value of a parameter in one line, for error lines.
+std::string written(XmlRpc::XmlRpcValue value) {
+  std::ostringstream out;
+  out << value;
+  return printableLine(out.str());
+}
+
 std::vector<double> numbersParam(const ros::NodeHandle& nh, const std::string& key,
                                  const std::string& fallback, std::size_t count, const char* expected) {
   std::vector<double> elements;
   std::string text = fallback;
   std::optional<std::vector<double>> numbers;
+  XmlRpc::XmlRpcValue value;
+  const bool given = nh.getParam(key, value);
   // A launch file turns a lone number into a number; everything else arrives as a text or a list.
-  const bool list = nh.getParam(key, elements);
-  if (list)
+  if (nh.getParam(key, elements))
     numbers = elements;
-  else if (!nh.hasParam(key) || nh.getParam(key, text))
+  else if (!given || nh.getParam(key, text))
     numbers = values::numbersOf(text);
   if (!numbers || numbers->size() != count ||
       !std::all_of(numbers->begin(), numbers->end(), [](double number) { return std::isfinite(number); }))
     throw std::runtime_error("parameter " + nh.resolveName(key) + ": expected \"" + expected + "\", " +
-                             std::to_string(count) + " numbers, got \"" +
-                             (list ? "a list of other length" : text) + "\"");
+                             std::to_string(count) + " numbers, got \"" + (given ? written(value) : text) +
+                             "\"");
   return *numbers;
 }
 

@@ -13,7 +13,7 @@
 namespace tactile_clay::nodes {
 namespace {
 
-constexpr std::size_t max_frames = 1000;      // coordinate frames of a graph, all kept
+constexpr std::size_t max_frames = 1000;  // names of coordinate frames, parents too: tf2 keeps each of them
 constexpr std::size_t max_transforms = 1000;  // transforms of one message
 constexpr double farthest = 1e6;              // m
 constexpr double unit_tolerance = 1e-6;       // tolerance of a squared norm, as in tf2
@@ -66,18 +66,24 @@ void Transforms::receive(const tf2_msgs::TFMessage& message, bool fixed) {
 
 void Transforms::take(const geometry_msgs::TransformStamped& transform, bool fixed) {
   const char* topic = fixed ? "/tf_static" : "/tf";
-  const std::string fault = faultOf(transform), child = frameName(transform.child_frame_id);
+  const std::string fault = faultOf(transform);
   if (!fault.empty()) return refuse(topic, fault);
+  // tf2 itself removes one slash only: its buffer gets the names that are counted here.
+  geometry_msgs::TransformStamped named = transform;
+  const std::string& parent = named.header.frame_id = frameName(transform.header.frame_id);
+  const std::string& child = named.child_frame_id = frameName(transform.child_frame_id);
   const auto known = frames_.find(child);
-  if (known == frames_.end() && frames_.size() >= max_frames)
-    return refuse(topic, "frame '" + child + "', expected at most " + std::to_string(max_frames) + " frames");
+  const std::size_t fresh = (known == frames_.end() ? 1 : 0) + (frames_.count(parent) == 0 ? 1 : 0);
+  if (frames_.size() + fresh > max_frames)
+    return refuse(topic, "transform from '" + parent + "' to '" + child + "', expected at most " +
+                             std::to_string(max_frames) + " coordinate frames, parents among them");
   if (known != frames_.end() && known->second.fixed && !fixed)
     return refuse(topic, "frame '" + child + "' moves, expected it to stay where /tf_static says");
-  const std::string parent = frameName(transform.header.frame_id);
   if (isAbove(child, parent))
     return refuse(topic, "frame '" + parent + "' is below '" + child + "' already, expected no loop");
   frames_[child] = {parent, fixed};
-  buffer_.setTransform(transform, "tf", true);
+  frames_.try_emplace(parent);
+  buffer_.setTransform(named, "tf", true);
 }
 
 /// Whether `below` is attached to `frame`, directly or through others. There are no loops, because none is

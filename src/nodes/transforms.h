@@ -28,7 +28,8 @@ std::string faultOf(const geometry_msgs::TransformStamped& transform);
 /// tf2's own listener ends its process on some stamps, and prints a line for each transform that goes back in
 /// time or repeats itself. Only the newest pose of a frame is ever asked for here, so transforms are kept
 /// without their stamps: the last one to arrive counts. A frame that `/tf_static` placed is moved by
-/// `/tf_static` only.
+/// `/tf_static` only. tf2 keeps the name of every frame for ever, so a transform that would name more than
+/// 1000 frames is left out.
 class Transforms {
  public:
   Transforms();
@@ -42,8 +43,8 @@ class Transforms {
 
  private:
   struct Frame {
-    std::string parent;
-    bool fixed;  // placed by /tf_static
+    std::string parent;  // empty until a transform places the frame
+    bool fixed = false;  // placed by /tf_static
   };
 
   void receive(const tf2_msgs::TFMessage& message, bool fixed);
@@ -52,7 +53,7 @@ class Transforms {
   void refuse(const std::string& topic, const std::string& reason);
 
   tf2::BufferCore buffer_;
-  std::map<std::string, Frame> frames_;  // all frames that were placed
+  std::map<std::string, Frame> frames_;  // all frames that were named
   Throttle lines_;
   bool patient_ = true;
 

@@ -10,6 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "scene/rosparam_number.h"
+#include "scene/text_file.h"
+
 namespace tactile_clay::scene {
 namespace {
 
@@ -17,7 +20,7 @@ constexpr std::size_t max_nodes = 200000;  // of a file, with the nodes that its
 
 class Check : public YAML::EventHandler {
  public:
-  explicit Check(std::string file) : file_(std::move(file)) {}
+  Check(std::string file, YamlReaders readers) : file_(std::move(file)), readers_(readers) {}
 
   void OnDocumentStart(const YAML::Mark& mark) override {
     if (++documents_ > 1) fail(mark, "a second document begins here, expected one document per file");
@@ -33,8 +36,12 @@ class Check : public YAML::EventHandler {
     count(mark, size->second);
   }
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
-                const std::string&) override {
-    if (tag != tag_degrees && tag != tag_radians) expectPlain(mark, tag);
+                const std::string& text) override {
+    const bool angle = tag == tag_degrees || tag == tag_radians;
+    if (!angle) expectPlain(mark, tag);
+    const std::string fault =
+        angle || readers_ == YamlReaders::own ? "" : faultForRosparam(text, hasNoTag(tag));
+    if (!fault.empty()) fail(mark, oneLine(fault));
     count(mark, 1);
     if (anchor != 0) sizes_[anchor] = 1;
   }
@@ -79,6 +86,7 @@ class Check : public YAML::EventHandler {
   }
 
   std::string file_;
+  YamlReaders readers_;
   int documents_ = 0;
   std::size_t nodes_ = 0;
   std::vector<Open> open_;
@@ -101,14 +109,18 @@ bool isPlainTag(const std::string& tag) {
   return core.count(tag) > 0;
 }
 
+bool hasNoTag(const std::string& tag) {
+  return tag.empty() || tag == "?";
+}
+
 std::string yamlPlace(const std::string& file, int line) {
   return file + ":" + std::to_string(line + 1) + ": ";
 }
 
-void checkYaml(const std::string& text, const std::string& file) {
+void checkYaml(const std::string& text, const std::string& file, YamlReaders readers) {
   std::istringstream stream(text);
   YAML::Parser parser(stream);
-  Check check(file);
+  Check check(file, readers);
   while (parser.HandleNextDocument(check)) {
   }
 }

@@ -4,7 +4,6 @@
 #include <sstream>
 
 #include "scene/text_file.h"
-#include "scene/yaml_check.h"
 
 namespace tactile_clay::scene {
 namespace {
@@ -74,6 +73,11 @@ void YamlMap::merge(const YAML::Node& key, const YAML::Node& value) {
 const YamlMap::Entry* YamlMap::find(const std::string& key) const {
   const auto found = places_.find(key);
   return found == places_.end() ? nullptr : &entries_[found->second];
+}
+
+bool YamlMap::isPlain(const std::string& key) const {
+  const Entry* entry = find(key);
+  return entry != nullptr && entry->value.IsScalar() && hasNoTag(entry->value.Tag());
 }
 
 std::vector<std::string> YamlMap::keys() const {
@@ -208,10 +212,10 @@ std::vector<double> YamlMap::list(const std::string& key, const YAML::Node& valu
   return numbers;
 }
 
-YamlMap loadYaml(const std::string& file) {
+YamlMap loadYaml(const std::string& file, YamlReaders readers) {
   const std::string text = readText(file);
   try {
-    checkYaml(text, file);
+    checkYaml(text, file, readers);
     return YamlMap(YAML::Load(text), file);
   } catch (const YAML::Exception& e) {
     throw std::runtime_error(yamlPlace(file, e.mark.line) + "not YAML, " + oneLine(e.msg));

@@ -14,6 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include "scene/yaml_check.h"
+
 namespace tactile_clay::scene {
 
 /// A YAML map that is read strictly. A key that nobody asked for, a key that is there twice, or a value of
@@ -25,6 +27,8 @@ class YamlMap {
 
   bool has(const std::string& key) const { return find(key) != nullptr; }
   bool isList(const std::string& key) const { return has(key) && find(key)->value.IsSequence(); }
+  /// Whether the key has a single value, without quotes and tag.
+  bool isPlain(const std::string& key) const;
   std::vector<std::string> keys() const;
   const std::string& file() const { return file_; }
 
@@ -125,7 +129,8 @@ class YamlMap {
 };
 
 /// Reads a YAML file of one document, in UTF-8, whose tags are known and whose aliases do not multiply.
+/// @param readers with rosparam_too, each number must be the same one for rosparam
 /// @throws std::runtime_error with one line: file, line, what was expected
-YamlMap loadYaml(const std::string& file);
+YamlMap loadYaml(const std::string& file, YamlReaders readers = YamlReaders::own);
 
 }  // namespace tactile_clay::scene

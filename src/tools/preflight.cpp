@@ -175,10 +175,10 @@ void checkSwitch(const Arguments& arguments, const std::string& key) {
     throw std::runtime_error(key + " '" + found->second + "': expected true or false");
 }
 
-/// Checks the poses of a rig file. The nodes read them from the parameter server, which does not know their
-/// lines.
+/// Checks the numbers and the poses of the package's rig file. The nodes read them from the parameter server,
+/// which does not know their lines.
 void checkRig(const std::string& file) {
-  clay::scene::YamlMap rig = clay::scene::loadYaml(file);
+  clay::scene::YamlMap rig = clay::scene::loadYaml(file, clay::scene::YamlReaders::rosparam_too);
   for (const char* key : {"tracker_pose", "array_pose"})
     if (rig.isList(key)) rig.pose(key);
   if (rig.isList("head_point")) rig.numbers("head_point", 3, "x y z in m");

@@ -14,6 +14,7 @@
 #include "nodes/gate_parameters.h"
 #include "nodes/settings.h"
 #include "nodes/share.h"
+#include "scene/rosparam_number.h"
 #include "scene/yaml_reader.h"
 
 namespace tactile_clay::tools {
@@ -23,14 +24,17 @@ const std::set<std::string> poses = {"tracker_pose", "array_pose"};
 const std::set<std::string> points = {"head_point", "workspace_low", "workspace_high"};
 const std::set<std::string> also_arguments = {"tracker_pose", "head_spl_cap"};  // they have no default value
 
-/// A value as rosparam reads it: 3e5 is a text.
+/// A value without quotes as rosparam reads it: 3e5 is a text.
 nodes::SettingValue valueOf(const std::string& text) {
-  static const std::regex whole("[-+]?(0|[1-9][0-9]{0,8})");
-  static const std::regex number("[-+]?([0-9]+\\.[0-9]*|\\.[0-9]+)([eE][-+][0-9]+)?");
   if (text == "true" || text == "false") return text == "true";
-  if (std::regex_match(text, whole)) return std::stoi(text);
-  if (std::regex_match(text, number)) return std::strtod(text.c_str(), nullptr);
+  if (scene::isRosparamWhole(text)) return std::stoi(text);
+  if (scene::isRosparamNumber(text)) return std::strtod(text.c_str(), nullptr);
   return text;
+}
+
+nodes::SettingValue valueAt(scene::YamlMap& map, const std::string& key) {
+  const auto text = map.get<std::string>(key, "a number, true or false, or a text");
+  return map.isPlain(key) ? valueOf(text) : nodes::SettingValue(text);
 }
 
 /// Arguments of rig.launch that always have a value. It would replace a value of the file.
@@ -78,7 +82,7 @@ void requireKnown(const scene::YamlMap& map, const std::string& key, const std::
 }  // namespace
 
 void requireRigFile(const std::string& file) {
-  scene::YamlMap rig = scene::loadYaml(file);
+  scene::YamlMap rig = scene::loadYaml(file, scene::YamlReaders::rosparam_too);
   const auto naming = [&](const std::string& key) { return rig.placeOf(key) + "'" + key + "'"; };
   const std::set<std::string> arguments = argumentsOfRig();
   nodes::Settings defaults(naming, {});
@@ -96,7 +100,7 @@ void requireRigFile(const std::string& file) {
     if (poses.count(key) > 0)
       rig.pose(key);
     else if (points.count(key) == 0)
-      values[key] = valueOf(rig.get<std::string>(key, "a number, true or false, or a text"));
+      values[key] = valueAt(rig, key);
   }
   device::SafetyGateConfig gate;
   gate.low = rig.vector("workspace_low", gate.low, "x y z in m");
@@ -111,7 +115,7 @@ void requireRigFile(const std::string& file) {
 }
 
 void requirePersonFile(const std::string& file) {
-  scene::YamlMap person = scene::loadYaml(file);
+  scene::YamlMap person = scene::loadYaml(file, scene::YamlReaders::rosparam_too);
   const auto naming = [&](const std::string& key) { return person.placeOf(key) + "'" + key + "'"; };
   ultrasound::FocalPointConfig config;
   nodes::Settings defaults(naming, {});
@@ -121,7 +125,7 @@ void requirePersonFile(const std::string& file) {
   nodes::SettingValues values;
   for (const std::string& key : person.keys()) {
     requireKnown(person, key, known);
-    values[key] = valueOf(person.get<std::string>(key, "a number"));
+    values[key] = valueAt(person, key);
   }
   nodes::Settings settings(naming, values);
   nodes::readPerson(settings, config);

@@ -171,7 +171,13 @@ class BadInput(unittest.TestCase):
                              ('tracker_pose: [0, 0, 0]', ":2: 'tracker_pose' has 3 numbers", 'roll'),
                              ('head_point: here', ":2: 'head_point' cannot be read", 'x y z'),
                              ('pressure_cap: -1', ":2: 'pressure_cap': expected a number from 1 to"),
-                             ('full_scale_pressure: 3e5', ":2: 'full_scale_pressure': expected a number"),
+                             ('full_scale_pressure: 3e5', ":2: '3e5' is something else for rosparam, write 300000,"),
+                             ('head_point: [0, 0, 3e-1]', ":2: '3e-1' is something else for rosparam, write 0.3,"),
+                             ('head_point: [0, -.15, 0.4]', ":2: '-.15' is something else", 'write -0.15,'),
+                             ('array_pose: [0, 0, 010, 0, 0, 0]', ":2: '010' is something else", 'write 10,'),
+                             ('head_spl_cap: "110"', ":2: '110' is something else", 'write 110, without quotes'),
+                             ('stale_timeout: !!str 0.1', ":2: '0.1' is something else", 'quotes or tag'),
+                             ('phase_only: "true"', ":2: 'phase_only': expected true or false"),
                              ('sigma: 0', '/my_rig.yaml: ', 'sigma'),
                              ('workspace_low: [0.3, 0, 0.1]', 'my_rig.yaml: safety gate: workspace in x'),
                              ('max_points: 4',
@@ -184,6 +190,7 @@ class BadInput(unittest.TestCase):
 
     def test_wrong_files_of_a_person(self):
         for text, *words in (('felt_gain: 20.0', ":1: 'felt_gain': expected a number from 0.1 to 10"),
+                             ("felt_gain: '1.5'", ":1: '1.5' is something else for rosparam, write 1.5,"),
                              ('felt_threshold: much', ":1: 'felt_threshold': expected a number"),
                              ('sigma: 0.01', ":1: unknown key 'sigma'", 'felt_gain, felt_threshold')):
             with self.subTest(text):
@@ -195,6 +202,12 @@ class BadInput(unittest.TestCase):
         code, lines = self.run_to_end(['roslaunch', 'tactile_clay', 'rig.launch', 'rviz:=false', 'scene:=sandbox'])
         self.assertGreater(code, 0)
         self.assertTrue([line for line in lines if 'sandbox' in line and 'kindergarten' in line], lines)
+
+    def test_a_list_with_a_text_in_it(self):
+        self.graph.master().setParam('/test', '/bad_list/tracker_pose', [0, 0, '3e-1', 0, 0, 0])
+        code, lines = self.run_to_end([os.path.join(PROGRAMS, 'hand_tracking'), '__name:=bad_list'])
+        self.assertEqual(code, 1, lines)
+        self.assertTrue([line for line in lines if 'tracker_pose' in line and 'got "{0,0,3e-1,0,0,0}"' in line], lines)
 
     def test_a_node_by_itself(self):
         self.graph.master().setParam('/test', '/wrong_description', '<robot name="unfinished">')

@@ -8,8 +8,10 @@
 #include "nodes/cloud.h"
 #include "nodes/cloud_join.h"
 #include "nodes/conversions.h"
+#include "nodes/joint_relay.h"
 #include "nodes/throttle.h"
 #include "nodes/transforms.h"
+#include "support/error_of.h"
 
 namespace tactile_clay::nodes {
 namespace {
@@ -204,6 +206,47 @@ TEST(TransformCheck, SaysWhatIsWrong) {
     bad.child_frame_id = name;
     EXPECT_NE(faultOf(bad).find("names of two frames"), std::string::npos) << name;
   }
+}
+
+sensor_msgs::JointState jointsOfTwoRobots() {
+  sensor_msgs::JointState state;
+  state.header.stamp = raw(1, 0);
+  state.name = {"elbow", "wheel", "wrist", "plate"};
+  state.position = {1.0, 2.0, 3.0, 4.0};
+  state.velocity = {5.0, 6.0, 7.0, 8.0};
+  state.effort = {9.0};  // not one for each joint
+  return state;
+}
+
+/// robot_state_publisher keeps every name for ever.
+TEST(JointCheck, OnlyJointsOfTheModelPass) {
+  sensor_msgs::JointState state = jointsOfTwoRobots();
+  state.position[0] = std::numeric_limits<double>::quiet_NaN();  // of a joint that is left out
+  const auto passed = ofJoints(state, {"plate", "wheel", "lid"}, raw(1, 0));
+  EXPECT_EQ(passed.header.stamp, state.header.stamp);
+  EXPECT_EQ(passed.name, (std::vector<std::string>{"wheel", "plate"}));
+  EXPECT_EQ(passed.position, (std::vector<double>{2.0, 4.0}));
+  EXPECT_EQ(passed.velocity, (std::vector<double>{6.0, 8.0}));
+  EXPECT_TRUE(passed.effort.empty());
+}
+
+TEST(JointCheck, SaysWhatIsWrong) {
+  const std::set<std::string> joints = {"plate", "wheel"};
+  const auto fault = [&](void (*change)(sensor_msgs::JointState&)) {
+    sensor_msgs::JointState state = jointsOfTwoRobots();
+    change(state);
+    return errorOf([&] { ofJoints(state, joints, raw(1, 0)); });
+  };
+  EXPECT_EQ(fault([](auto&) {}), "");
+  EXPECT_EQ(fault([](auto& s) { s.name[1] = s.name[3] = "knee"; }),
+            "joint 'elbow' and others, expected joints of the model, such as 'plate'");
+  EXPECT_EQ(fault([](auto& s) { s = {}; }), "no joint, expected joints of the model, such as 'plate'");
+  EXPECT_NE(fault([](auto& s) { s.position[3] = INFINITY; }).find("'plate' at no finite position"),
+            std::string::npos);
+  EXPECT_NE(fault([](auto& s) { s.position.pop_back(); }).find("4 joints with 3 positions"),
+            std::string::npos);
+  EXPECT_NE(fault([](auto& s) { s.header.stamp = raw(highest, 0); }).find("stamp of the future"),
+            std::string::npos);
 }
 
 TEST(Throttle, CountsWhatItHoldsBack) {

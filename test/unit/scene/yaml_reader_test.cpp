@@ -106,6 +106,37 @@ TEST_F(YamlAsPeopleWriteIt, NumbersAreNumbers) {
                   ":4: 'size' has 6 numbers");
 }
 
+/// PyYAML, by which rosparam reads, takes fewer texts for numbers, and some for others.
+TEST_F(YamlAsPeopleWriteIt, NumbersForRosparamAreTheSameForBoth) {
+  const auto loaded = [&](const std::string& value, YamlReaders readers) {
+    return errorOf([&] { loadYaml(write("rig.yaml", "a: 1\nb: " + value + "\n"), readers); });
+  };
+  for (const char* value : {"110", "-3", "0.3", "-0.15", ".5", "1.", "3.0e-1", "[0, 0.5, deg(90)]",
+                            "!degrees 90", "\"0 0 1\"", "word"})
+    EXPECT_EQ(loaded(value, YamlReaders::rosparam_too), "") << value;
+  const std::vector<std::pair<const char*, const char*>> others = {{"3e-1", "write 0.3,"},
+                                                                   {"-.15", "write -0.15,"},
+                                                                   {"010", "write 10,"},
+                                                                   {"1e20", "write 1.0e+20,"},
+                                                                   {"3000000000", "write 3000000000.0,"},
+                                                                   {"1_000", "such as 0.3,"},
+                                                                   {"0x10", "such as 0.3,"},
+                                                                   {"1:30", "such as 0.3,"},
+                                                                   {"\"110\"", "write 110,"},
+                                                                   {"'0.5'", "write 0.5,"},
+                                                                   {"!!str 20", "write 20,"},
+                                                                   {"!!float 20", "write 20,"},
+                                                                   {"\"deg(90)\"", "deg(90),"}};
+  for (const auto& [value, words] : others)
+    for (const std::string& text : {std::string(value), "[0, " + std::string(value) + "]"}) {
+      EXPECT_EQ(loaded(text, YamlReaders::own), "") << text;
+      const std::string said = loaded(text, YamlReaders::rosparam_too);
+      EXPECT_NE(said.find("rig.yaml:2: '"), std::string::npos) << text << ": " << said;
+      EXPECT_NE(said.find(words), std::string::npos) << text << ": " << said;
+    }
+  EXPECT_EQ(loaded(std::string(100000, '1'), YamlReaders::rosparam_too).find('\n'), std::string::npos);
+}
+
 TEST_F(YamlAsPeopleWriteIt, WholeNumbersAreWholeAndInRange) {
   YamlMap map = loadYaml(write("numbers.yaml", "a: 3\nb: 3.5\nc: 1e12\nd: -1\ne: 010\n"));
   EXPECT_EQ(map.get<int>("a", "a whole number"), 3);
