@@ -38,6 +38,7 @@ class Judgement {
   explicit Judgement(const TrackedHand& hand) : hand_(hand) {}
 
   HandFaults verdict() {
+    takeUnread();
     const std::string no_hand = faultOfAll();
     if (!no_hand.empty())
       return noHand(sideKnown() ? nameOf(hand_) : "hand " + std::to_string(hand_.id), no_hand);
@@ -45,6 +46,8 @@ class Judgement {
     for (const Joint joint : {palm, wrist})
       if (!faults_[joint].empty()) return noHand(nameOf(hand_), faults_[joint]);
     takeOutFingers();
+    // Told before the size, which fingers that are not there may have made wrong.
+    if (anyFault() && fingersLeft() < min_fingers) return noHand(nameOf(hand_), firstFault());
     scale_ = personScale(hand_);
     if (!(scale_ >= smallest_hand && scale_ <= largest_hand)) {
       std::ostringstream line;
@@ -97,6 +100,15 @@ class Judgement {
 
   static HandFaults noHand(const std::string& who, const std::string& why) {
     return {false, 0, {who + " left out: " + why}};
+  }
+
+  // What a source could not read is a fault of its joint.
+  void takeUnread() {
+    for (const UnreadJoint& unread : std::exchange(hand_.unread, {})) {
+      std::string& fault = faults_[unread.joint];
+      if (fault.empty()) fault = std::string("joint ") + joint_anatomy[unread.joint].name + ": " + unread.why;
+      hand_.missing.set(unread.joint);
+    }
   }
 
   void judgeNumbers() {
@@ -168,6 +180,11 @@ class Judgement {
     for (const FingerJoints& finger : fingers)
       if (there(finger.tip())) ++left;
     return left;
+  }
+
+  bool anyFault() const {
+    return std::any_of(faults_.begin(), faults_.end(),
+                       [](const std::string& fault) { return !fault.empty(); });
   }
 
   // The first fault of a joint. If there is none, fingers were missing before.

@@ -19,6 +19,7 @@ struct HandFaults {
 
 /// Judges a hand by anatomy, joint by joint, and removes from it what cannot be part of a hand:
 ///
+/// - What the source could not read (`TrackedHand::unread`) is wrong.
 /// - Numbers: positions are in metres, finite and within 10 m; orientations are finite and not zero; the
 ///   confidence is 0 to 1.
 /// - Size: the median of its bone lengths, relative to `joint_anatomy`, is 0.4 to 2.

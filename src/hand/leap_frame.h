@@ -20,8 +20,11 @@ struct LeapFrame {
 /// palm's anatomy, and the tip of the last bone in the direction of `tipPosition`, both at the person's
 /// scale. The `type` of a pointable then comes from its id, and that of a hand from the place of its thumb.
 /// Radii are the anatomy's at the person's scale. Orientations follow bones and palm, so the frames of left
-/// hands are right-handed too, whatever the service's `bases` are. A hand is dropped, but not the frame, if a
-/// number is not finite or absurd, if a field has another type, or if a finger is missing.
+/// hands are right-handed too, whatever the service's `bases` are. A finger whose pointable is missing, or a
+/// joint whose field is missing, has another type, or is not finite or absurd, is missing from its hand, with
+/// the reason in `TrackedHand::unread`, which `judge` (hand_check.h) reports. A hand is dropped, but not the
+/// frame, if this is true of a field of the hand itself (palm, wrist, id, type, confidence), or if what is
+/// left is no hand.
 /// @param where the origin of the message, for errors, such as `file:line`
 /// @return nothing for an empty line, and for the service's version and event messages
 /// @throws std::runtime_error with one line if the text is no such message

@@ -50,6 +50,12 @@ struct JointPose {
   double radius = 0.0;  // m
 };
 
+/// A joint that a source could not read.
+struct UnreadJoint {
+  Joint joint;
+  std::string why;  // one line, without the name of the joint
+};
+
 struct TrackedHand {
   std::uint32_t id = 0;  // the tracker's id; a new id does not mean a new hand
   Side side = Side::left;
@@ -58,6 +64,9 @@ struct TrackedHand {
   /// Joints of fingers that were not seen, or were not where a hand has them (hand_check.h); never palm and
   /// wrist. Their poses have no meaning. In messages they lie at the wrist, with radius 0.
   std::bitset<joint_count> missing;
+  /// Joints that the source could not read, for `judge` (hand_check.h), which makes them missing and reports
+  /// them. It leaves none behind.
+  std::vector<UnreadJoint> unread;
 };
 
 /// One sample of a tracker: every hand it sees, in the frame `frame_id`.

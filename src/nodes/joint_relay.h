@@ -22,7 +22,7 @@ sensor_msgs::JointState ofJoints(const sensor_msgs::JointState& state, const std
                                  ros::Time now);
 
 /// Passes the joint states of a topic on to `TOPIC_checked`, to which robot_state_publisher subscribes: a
-/// stamp near the end of 32 bits would end robot_state_publisher, a stamp of the future would stop it for
+/// stamp near the end of 32 bits would end robot_state_publisher, a stamp in the future would stop it for
 /// good, and it keeps the name of every joint for ever. So only joints of the model are passed on: others,
 /// such as those of another robot, are left out of the message.
 class JointRelay {

@@ -175,6 +175,41 @@ class LeapMotion(unittest.TestCase):
             rospy.sleep(0.01)
         self.assertEqual(got[-1].hands, [])
 
+    def test_a_finger_that_is_not_there_leaves_the_hand(self):
+        kinds = genpy.dynamic.generate_dynamic('leap_motion/Human', DEFINITION)
+        hand = rig_run.Messages(rig_run.bag('press_finger'))['/hands/tracked'][0].hands[0]
+        got, lines = [], []
+        rospy.Subscriber('/rosout', Log, lambda line: lines.append(line.msg))
+        rospy.Subscriber('hands/tracked', TrackedHands, got.append)
+        driver = rospy.Publisher('leap_motion/leap_device', kinds['leap_motion/Human'], queue_size=1)
+        self.addCleanup(driver.unregister)
+
+        def no_little_finger(fingers):
+            fingers.pop()
+
+        def bone_of_nan(fingers):
+            fingers[4].bone_list[2].bone_end.position.x = math.nan
+
+        for spoil, words in ((no_little_finger, 'no pointable for this finger'),
+                             (bone_of_nan, 'little_distal: dipPosition is not finite')):
+            with self.subTest(spoil.__name__):
+                human = kinds['leap_motion/Human']()
+                human.header.frame_id = 'leap_hands'
+                self.fill(kinds, human.right_hand, hand)
+                spoil(human.right_hand.finger_list)
+                told = lambda: any('little finger left out: joint ' in line and words in line for line in lines)
+                deadline = rospy.get_time() + 30
+                del got[:]
+                while (len(got) < 30 or not told()) and rospy.get_time() < deadline and not rospy.is_shutdown():
+                    human.header.stamp = rospy.get_rostime()
+                    human.right_hand.palm_center.y += 1e-9  # a live hand trembles
+                    driver.publish(human)
+                    rospy.sleep(0.01)
+                self.assertTrue(told(), lines)
+                self.assertEqual(len(got[-1].hands), 1)
+                radii = got[-1].hands[0].radii
+                self.assertEqual([radii[joint] > 0.0 for joint in (20, 25)], [True, False])  # tips: ring, little
+
     def test_another_definition_is_told(self):
         older = DEFINITION.replace('Arm arm\n', '').replace('float32 palm_width\n', '')
         lines = []

@@ -241,11 +241,11 @@ TEST(JointCheck, SaysWhatIsWrong) {
   EXPECT_EQ(fault([](auto& s) { s.name[1] = s.name[3] = "knee"; }),
             "joint 'elbow' and others, expected joints of the model, such as 'plate'");
   EXPECT_EQ(fault([](auto& s) { s = {}; }), "no joint, expected joints of the model, such as 'plate'");
-  EXPECT_NE(fault([](auto& s) { s.position[3] = INFINITY; }).find("'plate' at no finite position"),
+  EXPECT_NE(fault([](auto& s) { s.position[3] = INFINITY; }).find("'plate' at a position that is not finite"),
             std::string::npos);
   EXPECT_NE(fault([](auto& s) { s.position.pop_back(); }).find("4 joints with 3 positions"),
             std::string::npos);
-  EXPECT_NE(fault([](auto& s) { s.header.stamp = raw(highest, 0); }).find("stamp of the future"),
+  EXPECT_NE(fault([](auto& s) { s.header.stamp = raw(highest, 0); }).find("stamp in the future"),
             std::string::npos);
 }
 

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "hand/anatomy.h"
-#include "hand/hand_check.h"
 #include "hand/hand_pose.h"
 #include "support/error_of.h"
 #include "support/leap_message.h"
@@ -195,7 +194,7 @@ TEST(LeapFrame, MalformedLinesSayWhatWhereAndWhatWasExpected) {
   }
 }
 
-TEST(LeapFrame, AHandWithAnImpossibleNumberOrAWrongTypeIsDroppedAndTheOtherKept) {
+TEST(LeapFrame, AHandWithAnImpossiblePalmOrTooFewFingersIsDroppedAndTheOtherKept) {
   const auto spoilt = [](const std::function<void(json&)>& spoil) {
     json message = leapMessage(knownHand(Side::right), 12);
     const json other = leapMessage(knownHand(Side::left), 7);
@@ -204,9 +203,8 @@ TEST(LeapFrame, AHandWithAnImpossibleNumberOrAWrongTypeIsDroppedAndTheOtherKept)
     for (const json& pointable : other["pointables"]) message["pointables"].push_back(pointable);
     return message.dump();
   };
-  std::vector<std::string> texts = {
+  const std::vector<std::string> texts = {
       spoilt([](json& m) { m["hands"][0]["palmNormal"][1] = nullptr; }),  // what JSON makes of NaN
-      spoilt([](json& m) { m["pointables"][3]["dipPosition"][0] = 1e30; }),
       spoilt([](json& m) {
         m["hands"][0]["palmPosition"] = {0.0, 20000.0, 0.0};
       }),
@@ -220,24 +218,17 @@ TEST(LeapFrame, AHandWithAnImpossibleNumberOrAWrongTypeIsDroppedAndTheOtherKept)
       spoilt([](json& m) { m["hands"][0]["direction"] = "up"; }),
       spoilt([](json& m) { m["hands"][0]["confidence"] = "high"; }),
       spoilt([](json& m) { m["hands"][0]["wrist"] = json::object(); }),
-      spoilt([](json& m) { m["pointables"][2] = 7; }),
-      spoilt([](json& m) { m["pointables"][2]["handId"] = 12.5; }),
-      spoilt([](json& m) { m["pointables"][2]["type"] = "index"; }),
-      spoilt([](json& m) { m["pointables"][2]["type"] = 9; }),
-      spoilt([](json& m) { m["pointables"][2]["mcpPosition"] = true; }),
-      spoilt([](json& m) { m["pointables"].erase(2); }),
-      spoilt([](json& m) { m["pointables"][2].erase("pipPosition"); }),
+      spoilt([](json& m) {
+        m["hands"][0]["wrist"] = {0.0, nullptr, 0.0};
+      }),
+      spoilt([](json& m) { m["pointables"] = json::array(); }),
+      spoilt([](json& m) { m["pointables"].erase(m["pointables"].begin(), m["pointables"].begin() + 3); }),
       spoilt([](json& m) {
         for (json& p : m["pointables"])
           for (const char* key :
                {"carpPosition", "mcpPosition", "pipPosition", "dipPosition", "btipPosition"})
             p[key] = {0, 0, 0};
       })};
-  for (const char* number : {"NaN", "-Infinity", "1e999"}) {
-    std::string text = spoilt([](json& m) { m["pointables"][3]["dipPosition"][0] = 123.25; });
-    text.replace(text.find("123.25"), 6, number);
-    texts.push_back(text);
-  }
   for (const std::string& text : texts) {
     SCOPED_TRACE(text);
     const auto frame = parseLeapFrame(text, "clip:3");
@@ -246,20 +237,6 @@ TEST(LeapFrame, AHandWithAnImpossibleNumberOrAWrongTypeIsDroppedAndTheOtherKept)
     EXPECT_EQ(frame->dropped[0].rfind("clip:3: hand 12 is dropped: ", 0), 0U) << frame->dropped[0];
     ASSERT_EQ(frame->frame.hands.size(), 1U);
     EXPECT_EQ(frame->frame.hands[0].id, 7U);
-  }
-}
-
-// The later check for hands of all sources finds that such a finger is missing.
-TEST(LeapFrame, AHandIsKeptWhereOneFingerIsElsewhere) {
-  for (const double x : {1000.0, -1500.0}) {
-    json message = leapMessage(knownHand(Side::right), 12);
-    message["pointables"][3]["dipPosition"][0] = x;
-    TrackedHand hand = onlyHand(message);
-    const HandFaults faults = judge(hand);
-    EXPECT_TRUE(faults.usable) << x;
-    EXPECT_EQ(faults.lines.size(), 1U) << x;
-    EXPECT_TRUE(hand.missing[ring_tip]) << x;
-    EXPECT_FALSE(hand.missing[little_tip]) << x;
   }
 }
 
