@@ -39,9 +39,10 @@ inline std::map<std::string, std::string> optionsOf(const std::string& where, co
 inline void requireNoTemperature(const std::string& where,
                                  const std::map<std::string, std::string>& options) {
   if (options.count("temperature") > 0)
-    throw std::runtime_error(where +
-                             ": has the option temperature, expected it as parameter 'temperature' of the node, for the "
-                             "device and its safety gate");
+    throw std::runtime_error(
+        where +
+        ": has the option temperature, expected it as parameter 'temperature' of the node, for the "
+        "device and its safety gate");
 }
 
 /// Options of devices are texts. These functions read one, or return `fallback` if it is not set or empty.

@@ -27,7 +27,8 @@ sensor_msgs::JointState ofJoints(const sensor_msgs::JointState& state, const std
   for (std::size_t i = 0; i < count; ++i) {
     if (joints.count(state.name[i]) == 0) continue;
     if (!std::isfinite(state.position[i]))
-      throw std::runtime_error("joint '" + state.name[i] + "' at a position that is not finite, expected a number");
+      throw std::runtime_error("joint '" + state.name[i] +
+                               "' at a position that is not finite, expected a number");
     known.name.push_back(state.name[i]);
     known.position.push_back(state.position[i]);
     if (state.velocity.size() == count) known.velocity.push_back(state.velocity[i]);

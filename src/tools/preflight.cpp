@@ -277,15 +277,6 @@ int main(int argc, char** argv) {
     std::FILE* const output = takeOutput();
     const std::string model = checkAll(parse(argc, argv));
     if (std::fputs(model.c_str(), output) == EOF || std::fclose(output) != 0)
-<<<<<<< HEAD
       throw std::runtime_error(std::string("the robot model cannot be written: ") + std::strerror(errno));
-    return 0;
-  } catch (const std::exception& error) {
-    std::cerr << "tactile_clay: " << error.what() << std::endl;
-    return 1;
-  }
-=======
-      throw std::runtime_error(std::string("the robot model is not written: ") + std::strerror(errno));
   });
->>>>>>> room_d
 }

@@ -82,7 +82,7 @@ void requireMakable(const fs::path& file) {
   for (; !isThere(folder.string()) && folder.has_relative_path(); folder = folder.parent_path())
     missing.push_back(folder);
   std::error_code error;
-  if (!fs::is_directory(folder, error)) throw std::runtime_error("'" + folder.string() + "' is no folder");
+  if (!fs::is_directory(folder, error)) throw std::runtime_error("'" + folder.string() + "' is not a folder");
   // What is behind a missing folder is checked where that folder will be.
   for (const fs::path& name : missing) isThere((folder / name.filename()).string());
   tryToMake(missing.back(), missing.size() > 1);
@@ -92,17 +92,16 @@ void requireMakable(const fs::path& file) {
 std::string newBag(const std::string& name) {
   std::error_code error;
   if (name.empty() || name.back() == '/' || fs::is_directory(name, error))
-    throw std::runtime_error("is a folder, expected the bag to write");
+    throw std::runtime_error("is a folder, expected the name of a new bag");
   const std::string ending = ".bag";
   const bool ended =
       name.size() >= ending.size() && name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
   std::string bag = ended ? name : name + ending;
   const std::string active = bag + ".active";  // its name while it is recorded
-  if (isThere(bag))
-    throw std::runtime_error("'" + bag + "' is there already, expected the name of a new bag");
+  if (isThere(bag)) throw std::runtime_error("'" + bag + "' exists already, expected the name of a new bag");
   if (isThere(active))
     throw std::runtime_error(
-        "'" + active + "' is there already: it is being recorded, or was cut off and wants rosbag reindex");
+        "'" + active + "' exists already: it is being recorded, or is incomplete and needs `rosbag reindex`");
   requireMakable(active);
   return bag;
 }
@@ -146,36 +145,11 @@ void requireFolderToWrite(const std::string& folder) {
 }
 
 std::string requireNewBag(const std::string& name) {
-<<<<<<< HEAD
-  const auto fail = [&](const std::string& why) {
-    throw std::runtime_error("record '" + name + "': " + why);
-  };
-  std::error_code error;
-  if (name.empty() || name.back() == '/' || fs::is_directory(name, error))
-    fail("is a folder, expected the name of a new bag");
-  const std::string ending = ".bag";
-  const bool ended =
-      name.size() >= ending.size() && name.compare(name.size() - ending.size(), ending.size(), ending) == 0;
-  std::string bag = ended ? name : name + ending;
-  if (isThere(bag)) fail("'" + bag + "' exists already, expected the name of a new bag");
-  if (isThere(bag + ".active"))
-    fail("'" + bag +
-         ".active' exists already: it is being recorded, or is incomplete and needs `rosbag reindex`");
-  // The recorder makes the missing folders inside the nearest folder that exists.
-  fs::path folder = fs::path(bag).parent_path();
-  while (!fs::exists(fs::symlink_status(folder, error)) && folder.has_relative_path())
-    folder = folder.parent_path();
-  if (!fs::is_directory(folder, error)) fail("'" + folder.string() + "' is not a folder");
-  if (::access(folder.c_str(), W_OK | X_OK) != 0)
-    fail("folder '" + folder.string() + "': " + std::strerror(errno));
-  return bag;
-=======
   try {
     return newBag(name);
   } catch (const std::runtime_error& error) {
     throw std::runtime_error("record '" + name + "': " + error.what());
   }
->>>>>>> room_d
 }
 
 }  // namespace tactile_clay::tools
