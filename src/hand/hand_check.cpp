@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "hand/anatomy.h"
+#include "hand/hand_radii.h"
 #include "hand/handedness.h"
 #include "hand/joint_fault.h"
 
@@ -21,16 +22,7 @@ constexpr double squarest_norm = 1e-6;  // minimum norm of a quaternion
 // more.
 constexpr double shortest_bone = 0.4, longest_bone = 2.0;  // over the table's, at the hand's size
 constexpr double off_in_palm = 0.035;                      // m, at scale 1
-// A hand that fades out has half its radii (hand_cleaner.cpp).
-constexpr double thinnest = 0.2, thickest = 4.0;  // over the table's radius, at the hand's size
-constexpr int min_fingers = 3;                    // of a hand
-
-std::string range(double low, double high, const char* unit) {
-  std::ostringstream text;
-  text.precision(2);
-  text << low << " to " << high << unit;
-  return text.str();
-}
+constexpr int min_fingers = 3;                             // of a hand
 
 /// One hand under judgement: what is wrong with each joint.
 class Judgement {
@@ -66,7 +58,8 @@ class Judgement {
     if (!other_side.empty()) return noHand(nameOf(hand_), other_side);
     HandFaults faults;
     tellFingers(faults);
-    replaceRadii(faults);
+    const std::string radii = replaceRadii(hand_, scale_);
+    if (!radii.empty()) faults.lines.push_back(nameOf(hand_) + ": " + radii);
     return faults;
   }
 
@@ -205,30 +198,9 @@ class Judgement {
       }
   }
 
-  void replaceRadii(HandFaults& faults) {
-    int count = 0, first = -1;
-    for (int joint = 0; joint < joint_count; ++joint) {
-      if (!there(joint)) continue;
-      double& radius = hand_.joints[joint].radius;
-      const double usual = scale_ * joint_anatomy[joint].radius;
-      if (radius >= thinnest * usual && radius <= thickest * usual) continue;
-      if (count++ == 0) {
-        first = joint;
-        told_radius_ = radius;
-      }
-      radius = usual;
-    }
-    if (count == 0) return;
-    const double usual = scale_ * joint_anatomy[first].radius;
-    faults.lines.push_back(
-        nameOf(hand_) + ": " + std::to_string(count) +
-        " radii are not a hand's and replaced by those of an adult at its size; " +
-        jointFault(first, "radius", told_radius_, range(thinnest * usual, thickest * usual, " m")));
-  }
-
   TrackedHand hand_;
   std::array<std::string, joint_count> faults_;
-  double scale_ = 0.0, told_radius_ = 0.0;
+  double scale_ = 0.0;
 };
 
 }  // namespace

@@ -102,19 +102,57 @@ TEST(HandCheck, RadiiThatNoHandHasAreThoseOfTheTable) {
       const HandFaults faults = judge(hand);
       ASSERT_TRUE(faults.usable) << wrong;
       ASSERT_EQ(faults.lines.size(), 1U) << wrong;
-      EXPECT_TRUE(contains(faults.lines[0], all ? "joint palm: radius" : "joint ring_tip: radius"))
+      EXPECT_TRUE(contains(faults.lines[0], all ? "its radii are" : "joint ring_tip: radius"))
           << faults.lines[0];
       EXPECT_TRUE(hand.missing.none()) << wrong;
       for (int joint = 0; joint < joint_count; ++joint)
         EXPECT_NEAR(hand.joints[joint].radius, 0.9 * joint_anatomy[joint].radius, 1e-12) << wrong;
     }
   }
-  // Trackers have other radii, and a hand that fades out has half of them.
-  for (const double factor : {0.4, 1.6}) {
-    TrackedHand hand = good;
-    for (JointPose& joint : hand.joints) joint.radius *= factor;
-    expectTaken(hand, "radii");
+}
+
+// Radii are judged as one set too: halves, doubles and one radius for all joints change the force.
+TEST(HandCheck, RadiiThatAreWrongAsOneSetAreAllReplaced) {
+  const auto times = [](double factor) {
+    return [factor](TrackedHand& hand) {
+      for (JointPose& joint : hand.joints) joint.radius *= factor;
+    };
+  };
+  const auto two_millimetres = [](TrackedHand& hand) {
+    for (JointPose& joint : hand.joints) joint.radius = 2e-3;
+  };
+  for (const double scale : {0.7, 1.05, 1.3}) {
+    const TrackedHand good = bentHand(Side::left, scale);
+    for (const std::function<void(TrackedHand&)>& spoil :
+         {std::function<void(TrackedHand&)>(times(0.25)), std::function<void(TrackedHand&)>(two_millimetres),
+          std::function<void(TrackedHand&)>(times(2.0)), std::function<void(TrackedHand&)>(times(3.0))}) {
+      TrackedHand hand = good;
+      hand.missing.set(little_tip);  // it has no radius to replace
+      spoil(hand);
+      const HandFaults faults = judge(hand);
+      ASSERT_TRUE(faults.usable);
+      EXPECT_EQ(faults.fingers, 0);
+      ASSERT_EQ(faults.lines.size(), 1U);
+      EXPECT_TRUE(contains(faults.lines[0], "left hand 7: its radii are ")) << faults.lines[0];
+      EXPECT_TRUE(contains(faults.lines[0], "expected 0.35 to 1.8 times")) << faults.lines[0];
+      for (int joint = 0; joint < joint_count; ++joint)
+        EXPECT_NEAR(hand.joints[joint].radius, hand.missing[joint] ? 0.0 : good.joints[joint].radius, 1e-12);
+      EXPECT_EQ(faultOf(hand), "");
+    }
+    // Trackers have other radii, and a hand that fades out has half of them.
+    for (const double factor : {0.4, 0.5, 1.19, 1.6}) {
+      TrackedHand hand = good;
+      times(factor)(hand);
+      expectTaken(hand, "radii");
+    }
   }
+}
+
+// The palm's radius is the distance to the skin; other trackers define it in other ways.
+TEST(HandCheck, AnotherDefinitionOfOneRadiusIsTaken) {
+  TrackedHand hand = bentHand(Side::right);
+  hand.joints[palm].radius = 0.025;
+  expectTaken(hand, "palm");
 }
 
 }  // namespace
