@@ -167,6 +167,11 @@ void check(const Arguments& arguments, const std::string& key, double low, doubl
   if (found != arguments.end()) clay::tools::numberOf(key, found->second, low, high);
 }
 
+void checkWhole(const Arguments& arguments, const std::string& key, int low, int high) {
+  const auto found = arguments.find(key);
+  if (found != arguments.end()) clay::tools::wholeOf(key, found->second, low, high);
+}
+
 void checkSwitch(const Arguments& arguments, const std::string& key) {
   const auto found = arguments.find(key);
   if (found == arguments.end()) return;
@@ -200,7 +205,7 @@ void checkParameters(const Arguments& arguments, const clay::scene::Scene& scene
 /// Checks the quality before any node starts, as the node itself does: in lockstep, or with a budget of one's
 /// own, the quality cannot be fitted to the computer.
 void checkQuality(const Arguments& arguments, const std::string& package) {
-  for (const char* key : {"substeps", "iterations"}) check(arguments, key, 0, 1000);
+  for (const char* key : {"substeps", "iterations"}) checkWhole(arguments, key, 0, 1000);
   check(arguments, "target_ms", 0.0, 1000.0);
   checkSwitch(arguments, "lockstep");
   const auto number = [&](const char* key) { return std::stod(valueOf(arguments, key, "0")); };
@@ -250,12 +255,12 @@ std::string checkAll(const Arguments& arguments) {
   const std::string compression = valueOf(arguments, "record_compression", "none");
   if (compression != "none" && compression != "lz4" && compression != "bz2")
     throw std::runtime_error("record_compression '" + compression + "': expected none, lz4 or bz2");
-  check(arguments, "phase_levels", 0, 65536);
+  checkWhole(arguments, "phase_levels", 0, 65536);
   check(arguments, "rate", 0.01, 100.0);
   check(arguments, "prediction", 0.0, clay::hand::max_prediction);
   check(arguments, "duration", 0.0, 1e9);
-  check(arguments, "threads", 0, 1024);
-  check(arguments, "max_points", 1, 256);
+  checkWhole(arguments, "threads", 0, 1024);
+  checkWhole(arguments, "max_points", 1, 256);
   checkParameters(arguments, scene);
   if (valueOf(arguments, "starts", "") == "true") clay::tools::requireRoomOnMaster(arguments);
   return urdf;

@@ -27,6 +27,14 @@ inline double numberOf(const std::string& name, const std::string& text, double 
   return number;
 }
 
+/// As `numberOf`, for parameters that roslaunch and the nodes take only without point and exponent.
+inline int wholeOf(const std::string& name, const std::string& text, int low, int high) {
+  const double number = numberOf(name, text, low, high);
+  if (text.find_first_of(".eE") != std::string::npos)
+    throw std::runtime_error(name + " '" + text + "': expected a whole number without point and exponent");
+  return static_cast<int>(number);
+}
+
 /// Prints the usage if one of the arguments is `--help` or `-h`.
 /// @return whether it did
 inline bool askedForHelp(int argc, char** argv, const char* usage) {

@@ -156,6 +156,11 @@ class BadInput(unittest.TestCase):
             with self.subTest(argument):
                 self.expect_one_line([argument], argument.split(':')[0])
 
+    def test_whole_numbers_have_no_exponent(self):
+        for argument in ('substeps:=1e1', 'iterations:=2.5', 'threads:=1e0', 'max_points:=8.0', 'phase_levels:=1E1'):
+            with self.subTest(argument):
+                self.expect_one_line([argument], argument.split(':')[0], 'expected a whole number')
+
     def test_wrong_switches_and_names(self):
         for argument, words in (('lockstep:=1', 'expected true or false'),
                                 ('nodelets:=maybe', 'expected true or false'),

@@ -88,6 +88,17 @@ class LaunchFiles(unittest.TestCase):
                                    ('focal_point_renderer/max_points', 8)):
                 self.assertEqual(params['/' + name].value, expected, name)
 
+    def test_numbers_may_have_an_exponent(self):
+        given = {'hand_tracking/rate': '1e0', 'hand_tracking/prediction': '5e-3', 'hand_tracking/duration': '1e1',
+                 'clay_simulator/target_ms': '8e0', 'simulated_array/head_spl_cap': '1e2'}
+        params = load(*(name.split('/')[1] + ':=' + text for name, text in given.items())).params
+        for name, text in given.items():
+            self.assertIsInstance(params['/' + name].value, float, name)
+            self.assertEqual(params['/' + name].value, float(text), name)
+        for name in ('clay_simulator/substeps', 'clay_simulator/iterations', 'clay_simulator/threads',
+                     'focal_point_renderer/max_points', 'simulated_array/phase_levels'):
+            self.assertIs(type(params['/' + name].value), int, name)
+
     def test_auto_is_a_field_where_the_array_takes_phases(self):
         for device, array, expected in (('simulated', 'simulated_array', 'field'),
                                         ('sonic_surface', 'array_driver', 'field'),
