@@ -29,8 +29,7 @@ struct HandFaults {
 /// - Handedness: palm and knuckles are on the same side of the wrist, and the knuckles are in order. The
 ///   palm's +Y, and the side to which fingers bend, are those of a hand of its side.
 /// - Radii: their median, relative to those of a hand of that size, is 0.35 to 1.8, and each one 0.2 to 4. If
-/// the median
-///   is not, all radii are wrong, such as diameters that were sent as radii.
+///   the median is not, all radii are wrong, such as diameters that were sent as radii.
 ///
 /// If a joint beyond the knuckle is wrong, all joints beyond the knuckle become missing. If the knuckle or
 /// the metacarpal is wrong, the whole finger is missing. If any joint of the thumb is wrong, the whole thumb
