@@ -65,10 +65,10 @@ TEST_F(NewBag, ReplacesNothing) {
   write("old.bag", "x");
   write("busy.bag.active", "x");
   fs::create_symlink("nowhere", folder / "link.bag");
-  EXPECT_NE(refused("old.bag").find("there already"), std::string::npos);
+  EXPECT_NE(refused("old.bag").find("exists already"), std::string::npos);
   EXPECT_NE(refused("old").find("old.bag' exists already"), std::string::npos);
   EXPECT_NE(refused("busy").find("rosbag reindex"), std::string::npos);
-  EXPECT_NE(refused("link.bag").find("there already"), std::string::npos);
+  EXPECT_NE(refused("link.bag").find("exists already"), std::string::npos);
 }
 
 TEST_F(NewBag, WhatCannotBeMadeIsRefusedWithItsFolder) {
