@@ -40,7 +40,7 @@ def open_input(path, most=16 << 20, **how):
         return open(opened, **how)
     os.close(opened)
     if not stat.S_ISREG(status.st_mode):
-        raise Fault('%s: is no regular file, expected one' % path)
+        raise Fault('%s: is not a regular file, expected one' % path)
     raise Fault('%s: has %d bytes, expected at most %d' % (path, status.st_size, most))
 
 
@@ -121,10 +121,10 @@ def run_rig(command, environment, folder, log, over=None, **options):
     for line in said:
         again = re.match(r'tactile_clay: (\w+) .*, and is started again', line)
         if again and again.group(1) not in FOR_THE_EYE:
-            raise Fault('the run is not whole: %s' % one_line(line))
+            raise Fault('the run is not complete: %s' % one_line(line))
     if not ended and (code != 0 or any('process has died [pid' in line for line in said)):
         faults = [line for line in said if 'FATAL' in line or line.startswith(PACKAGE + ':') or 'rror' in line]
-        raise Fault('the rig does not run: %s' % one_line((faults or said[-1:] or ['it said nothing'])[0]))
+        raise Fault('the rig does not run: %s' % one_line((faults or said[-1:] or ['it printed nothing'])[0]))
 
 
 def lines_of(log):
@@ -169,7 +169,7 @@ def opened(path):
     except rosbag.ROSBagUnindexedException:
         raise Fault('has no index, as an incomplete bag: `rosbag reindex` makes one') from None
     except (OSError, rosbag.ROSBagException, struct.error, ValueError) as error:
-        raise Fault('is no readable bag: %s' % error) from None
+        raise Fault('is not a readable bag: %s' % error) from None
 
 
 def connections(bag):

@@ -254,7 +254,7 @@ class Plan:
             raise Fault('%s%s: %s, expected YAML' % (path, ':%d' % (mark.line + 1) if mark else '',
                                                      one_line(getattr(error, 'problem', None) or error))) from None
         except RecursionError:
-            raise Fault('%s: values are hundreds deep in each other, expected fewer' % path) from None
+            raise Fault('%s: values are nested hundreds of levels deep, expected fewer' % path) from None
         self.arguments = [name for name in known_arguments(share) if name not in OF_THE_SESSION]
         reader = Reader(path, content)
         self.session, self.participant = reader.name('session'), reader.name('participant')
@@ -274,7 +274,7 @@ class Plan:
         names = [block['name'] for block in self.blocks]
         for k, name in enumerate(names):
             if name in names[:k]:
-                raise Fault("%s:%d: 'blocks[%d].name' is '%s', which another block has: expected a name of its own" %
+                raise Fault("%s:%d: 'blocks[%d].name' is '%s', which another block has, too: expected another name" %
                             (path, maps[k].line, k, name))
 
     @staticmethod
@@ -288,8 +288,8 @@ class Plan:
         keys = [str(answer)[:1] for answer in told['answers']]
         if not all(isinstance(answer, str) and answer.strip() for answer in told['answers']) or \
                 len(set(keys)) < len(keys):
-            reader.fail('answers', "'%s' is %s, expected texts that begin with letters of their own, their keys" %
-                        (reader.named('answers'), told['answers']))
+            reader.fail('answers', "'%s' is %s, expected texts that begin with different letters, which are their "
+                        "keys" % (reader.named('answers'), told['answers']))
         return told
 
     def settings(self, reader, names=()):
@@ -320,8 +320,8 @@ class Plan:
         block.update(self.common(reader, common))
         rig = dict(rig, **self.settings(reader.inner('rig')))
         if block['duration'] is None:
-            reader.fail('duration', "'%s' is missing, expected s of a trial, here or for the whole plan" %
-                        reader.named('duration'))
+            reader.fail('duration', "'%s' is missing, expected the duration of a trial in s, here or for the whole "
+                        "plan" % reader.named('duration'))
         block['conditions'] = self.conditions(reader, rig)
         rule = block['staircase'] = read_staircase(reader.inner('staircase'), block['answers'])
         reader.finish()
@@ -329,10 +329,10 @@ class Plan:
             inner = Reader(reader.file, reader.content['staircase'], reader.named('staircase'))
             self.require_known(inner, rule['key'], 'key')
             if 'repetitions' in reader.content:
-                reader.fail('repetitions', "'%s' and a staircase, expected one of them: 'reversals' and 'trials' end a "
-                            "staircase" % reader.named('repetitions'))
+                reader.fail('repetitions', "'%s' and a staircase are given, expected one of them: 'reversals' and "
+                            "'trials' end a staircase" % reader.named('repetitions'))
         if block['ends'] == 'answer' and not block['answers']:
-            reader.fail('ends', "'%s' is answer, and there are no 'answers': expected some" % reader.named('ends'))
+            reader.fail('ends', "'%s' is answer, but there are no 'answers': expected some" % reader.named('ends'))
         return block
 
     def conditions(self, reader, rig):
@@ -340,7 +340,7 @@ class Plan:
         listed = reader.items('conditions', 'a list of conditions', None)
         factors = reader.inner('factors')
         if listed and factors:
-            reader.fail('factors', "'%s' and 'conditions', expected one of them" % reader.named('factors'))
+            reader.fail('factors', "'%s' and 'conditions' are given, expected one of them" % reader.named('factors'))
         made = []
         if factors:
             for key in factors.content:
@@ -361,7 +361,7 @@ class Plan:
         names = [one['name'] for one in made]
         for k, one in enumerate(made):
             if one['name'] in names[:k]:
-                raise Fault("%s:%d: two conditions of block '%s' are called '%s', expected names of their own" %
+                raise Fault("%s:%d: two conditions of block '%s' are both called '%s', expected different names" %
                             (reader.file, one['line'], reader.content.get('name'), one['name']))
             one['settings'] = dict(rig, **one['own'])
         return made

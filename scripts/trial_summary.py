@@ -152,7 +152,7 @@ def trim(path, new, start, end):
         first = next((stamp_of(raw[1]) for _, raw, _ in bag.read_messages(topics=[hands], raw=True)), None)
         last = max(stamp_of(raw[1]) for _, raw, _ in bag.read_messages(topics=[hands], raw=True))
         if first is None or first + 1e9 * start > last:
-            raise Fault('%s: --from %g is behind its end, expected less than %.3f s' %
+            raise Fault('%s: --from %g is after its end, expected less than %.3f s' %
                         (path, start, 1e-9 * (last - first)))
         low, high = first + int(1e9 * start), first + int(1e9 * end)
         now, count = first, 0

@@ -40,7 +40,7 @@ std::string target(const std::string& file) {
 mode_t judge(const std::string& file, Existing existing) {
   struct stat status {};
   if (::lstat(file.c_str(), &status) != 0) return usual_mode;
-  if (!S_ISREG(status.st_mode)) fail(file, "is no regular file, expected one or a new name");
+  if (!S_ISREG(status.st_mode)) fail(file, "is not a regular file, expected one or a new name");
   if (existing == Existing::keep) fail(file, "exists already, expected a new name");
   return status.st_mode & 07777U;
 }

@@ -196,7 +196,7 @@ class Replay(unittest.TestCase):
         self.assertEqual(code, 0, '\n'.join(lines + errors))
         self.assertRegex(lines[-1], r'^identical: \d+ messages on \d+ topics$')
         untold = [line for line in lines
-                  if line.startswith('replay: not compared, since the recorded /lab/clay/status ')]
+                  if line.startswith('replay: not compared, because the recorded /lab/clay/status ')]
         self.assertEqual(len(untold), 1, lines)
         self.assertIn('lowered', untold[0])
 
@@ -237,14 +237,14 @@ class Replay(unittest.TestCase):
                 ('live', lambda told: told['parameters']['clay_simulator'].update(lockstep=False), 'is of a live run'),
                 ('file', lambda told: told['files'][1].update(missing='it was gone'), 'it was gone'),
                 ('role', lambda told: told['files'][1].update(role=3), 'that are no texts'),
-                ('leaves', lambda told: told['files'][1].update(path='config/../../../../out'), 'leaves its folder')):
+                ('leaves', lambda told: told['files'][1].update(path='config/../../../../out'), 'outside of its')):
             with self.subTest(name):
                 self.expect_refused(self.described(name, change), words)
         self.expect_refused(without('late', lambda seq: seq < 5), 'begins with sample 5')
         self.expect_refused(without('hole', lambda seq: seq == 9), 'lacks samples 9 to 9')
         garbage = os.path.join(self.folder, 'garbage.bag')
         write(garbage, 'no bag\n' * 1000)
-        self.expect_refused(garbage, 'no readable bag')
+        self.expect_refused(garbage, 'not a readable bag')
 
 
 def earlier_types():

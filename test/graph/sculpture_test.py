@@ -146,9 +146,9 @@ class Sculpture(unittest.TestCase):
                                   ('save', 'relative.clay', 'expected an absolute path'),
                                   ('save', damaged, 'exists already, expected a new name, '
                                                    'or a call of the service overwrite'),
-                                  ('overwrite', fifo, 'is no regular file'),
-                                  ('overwrite', self.folder, 'is no regular file'),
-                                  ('overwrite', '/dev/null', 'is no regular file')):
+                                  ('overwrite', fifo, 'is not a regular file'),
+                                  ('overwrite', self.folder, 'is not a regular file'),
+                                  ('overwrite', '/dev/null', 'is not a regular file')):
             answer = self.call(name, file=file)
             self.assertFalse(answer.success)
             self.assertIn(words, answer.message)

@@ -283,7 +283,7 @@ class SonicSurface(unittest.TestCase):
         words = subprocess.run([CALIBRATE, 'compute', readings, corrections, '--microphone', *map(str, microphone)],
                                check=True,
                                stdout=subprocess.PIPE, universal_newlines=True).stdout
-        self.assertIn('%d are the other way round' % (85 if reference not in flipped else 256 - 85), words)
+        self.assertIn('%d have the opposite polarity' % (85 if reference not in flipped else 256 - 85), words)
         self.stream.points = [focus(*point, intensity=1.0)]
         found = {}
         for name, of, options in (('right', set(), ''), ('flipped', flipped, ''),

@@ -45,7 +45,7 @@ class Observer:
             with self.lock:
                 if word in ('1', '2'):
                     self.interval = int(word)
-                elif word.startswith('In which one'):
+                elif word.startswith('In which interval'):
                     felt = {interval: force for interval, force in self.forces.items() if force > THRESHOLD}
                     # Who feels nothing says 1, which is right by chance.
                     self.answers.publish(String(data=str(max(felt, key=felt.get) if felt else 1)))
@@ -71,8 +71,8 @@ class Staircase(unittest.TestCase):
 
     def test_says_what_is_missing(self):
         with self.run_tool('person.yaml') as tool:
-            self.assertEqual(tool.communicate()[0], 'staircase: no focal_point_renderer and array, expected both of '
-                             'them started\n')
+            self.assertEqual(tool.communicate()[0], 'staircase: no focal_point_renderer or no array runs, expected '
+                             'both\n')
         self.assertEqual(tool.returncode, 1)
 
 

@@ -82,16 +82,16 @@ class Plans(unittest.TestCase):
                 ('seed: 7', 'seeds: 7', 3, "unknown key 'seeds', expected one of answers, bag, blocks"),
                 ('p01', '../p01', 2, "'participant' is '../p01', expected a name of letters"),
                 ('session: softness\n', '', 1, "'session' is missing"),
-                ('duration: 0.4\n', '', 8, "'blocks[0].duration' is missing, expected s"),
+                ('duration: 0.4\n', '', 8, "'blocks[0].duration' is missing, expected the duration"),
                 ('material: dough', 'matter: dough', 14, "unknown key 'matter', expected NODE/parameter or an"),
                 ('material: dough', 'record: a.bag', 14, "'record' is given by the session, expected it as 'bag'"),
-                ('name: hard', 'name: soft', 14, "two conditions of block 'materials' are called 'soft'"),
+                ('name: hard', 'name: soft', 14, "two conditions of block 'materials' are both called 'soft'"),
                 ('lz4', 'zip', 6, "'bag.compression' is 'zip', expected one of none, lz4, bz2"),
                 ('skin: false', 'skin: 0', 6, "'bag.skin' is 0, expected true or false"),
                 ("detected: 'yes'", 'detected: maybe', 18, "'blocks[1].staircase.detected' is 'maybe', expected"),
                 ('steps: [2]', 'steps: [0.5]', 18, 'expected numbers above 1'),
                 ('start: 4e5', 'start: 4e7', 17, "'blocks[1].staircase.start' is 4e+07, expected it from 'low'"),
-                ("['yes', 'no']", "['no', 'never']", 16, 'expected texts that begin with letters of their own'),
+                ("['yes', 'no']", "['no', 'never']", 16, 'expected texts that begin with different letters'),
                 ('name: gain', 'name: materials', 15, "'blocks[1].name' is 'materials', which another block has"),
                 ('blocks:', 'blocks: [', 9, 'expected YAML')):
             with self.subTest(words), self.assertRaises(Fault) as caught:
@@ -110,13 +110,13 @@ class Plans(unittest.TestCase):
 
         pipe = os.path.join(self.folder, 'pipe.yaml')
         os.mkfifo(pipe)
-        refused(pipe, 'is no regular file')
+        refused(pipe, 'is not a regular file')
         large = os.path.join(self.folder, 'large.yaml')
         with open(large, 'wb') as file:
             file.truncate((16 << 20) + 1)
         refused(large, 'expected at most 16777216')
         lists = ''.join('k%d: &k%d [%s]\n' % (k, k, ', '.join(['*k%d' % (k - 1)] * 10)) for k in range(1, 9))
-        for text, words in (('[' * 100000, 'hundreds deep'),
+        for text, words in (('[' * 100000, 'hundreds of levels deep'),
                             (PLAN + 'k0: &k0 [x]\n' + lists, 'more than 200000 values'),
                             ('blocks: &a [*a]\n', 'more than 200000 values')):
             with self.subTest(words), self.assertRaises(Fault) as caught:
@@ -237,7 +237,7 @@ class Summaries(unittest.TestCase):
         told = dict(Summary(new).rows())
         self.assertAlmostEqual(told['seconds'], 0.5, delta=1e-6)
         self.assertAlmostEqual(told['right_index_contact_s'], 0.5, delta=1e-6)
-        for start, path, words in ((0.5, new, 'exists already'), (3.0, new + '2', 'is behind its end')):
+        for start, path, words in ((0.5, new, 'exists already'), (3.0, new + '2', 'is after its end')):
             with self.assertRaisesRegex(Fault, words):
                 trim(self.bag, path, start, 4.0)
 
@@ -248,7 +248,7 @@ class Rigs(unittest.TestCase):
             def run(node):
                 line = 'tactile_clay: %s was frozen, and is started again' % node
                 run_rig(['echo', line], dict(os.environ), folder, os.path.join(folder, 'log'))
-            with self.assertRaisesRegex(Fault, 'the run is not whole: .*clay_simulator was frozen'):
+            with self.assertRaisesRegex(Fault, 'the run is not complete: .*clay_simulator was frozen'):
                 run('clay_simulator')
             run('hand_surface')  # which is for the eye
 
