@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -22,7 +24,11 @@ namespace tactile_clay::scene {
 namespace {
 
 constexpr char patience[] = "20";  // s
-constexpr int timed_out = 124;     // exit code of the program `timeout` after it has killed a program
+// Bytes of addresses; for a small model xacro has 20 MB.
+constexpr std::uint64_t max_memory = files::gibibyte;
+// Bytes of each file that xacro writes. One byte more than a text may have tells that there was more.
+constexpr std::uint64_t max_output = files::maximum::text + 1;
+constexpr int timed_out = 124;  // exit code of the program `timeout` after it has killed a program
 
 using Stream = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
@@ -32,6 +38,7 @@ Stream temporary() {
   return file;
 }
 
+/// @throws std::runtime_error if there is more than a text may have
 std::string textOf(std::FILE* file) {
   std::string text, piece(std::size_t{1} << 16, '\0');
   std::rewind(file);
@@ -39,7 +46,8 @@ std::string textOf(std::FILE* file) {
        (n = std::fread(&piece[0], 1, piece.size(), file)) > 0 && text.size() <= files::maximum::text;)
     text.append(piece, 0, n);
   if (text.size() > files::maximum::text)
-    throw std::runtime_error("what xacro makes of it is too large, expected at most 16 MiB");
+    throw std::runtime_error("what xacro writes is too large, expected at most " +
+                             std::to_string(files::maximum::text / files::mebibyte) + " MiB");
   return text;
 }
 
@@ -100,15 +108,21 @@ std::string expandMacros(const std::string& file) {
         "is written with macros, and the program xacro that expands them is not there: install xacro, or "
         "name a plain URDF");
   const Stream out = temporary(), err = temporary();
-  const int code = run({"timeout", "-k", "1", patience, "xacro", file}, out.get(), err.get());
+  const int code =
+      run({"prlimit", "--as=" + std::to_string(max_memory), "--core=0",
+           "--fsize=" + std::to_string(max_output), "timeout", "-k", "1", patience, "xacro", file},
+          out.get(), err.get());
   if (code == timed_out) throw std::runtime_error("xacro takes longer than " + std::string(patience) + " s");
+  std::string made = textOf(out.get());  // too much is the reason for any code
   if (code != 0) {
     std::string said = oneLine(textOf(err.get()));
     constexpr std::size_t enough = 300;
     if (said.size() > enough) said = "..." + said.substr(said.size() - enough);  // the cause is at the end
-    throw std::runtime_error("xacro ends with code " + std::to_string(code) + ": " + said);
+    // xacro does not say by itself that it ran out of memory.
+    throw std::runtime_error("xacro (at most " + std::to_string(max_memory / files::mebibyte) +
+                             " MiB of memory) ends with code " + std::to_string(code) + ": " + said);
   }
-  return textOf(out.get());
+  return made;
 }
 
 }  // namespace tactile_clay::scene

@@ -9,8 +9,8 @@ namespace tactile_clay::scene {
 bool hasMacros(const std::string& xml, const std::string& file);
 
 /// Output of the program `xacro` of ROS for a file, with the default values of its arguments.
-/// @throws std::runtime_error with one line if there is no such program, it fails, or it takes longer than 20
-///   s
+/// @throws std::runtime_error with one line if there is no such program, it fails, needs more than 1 GiB of
+///   memory, writes more than 16 MiB, or takes longer than 20 s
 std::string expandMacros(const std::string& file);
 
 }  // namespace tactile_clay::scene

@@ -257,9 +257,24 @@ TEST_F(Xacro, IsNotAskedForWhatIsCommentedOut) {
 
 TEST_F(Xacro, SaysWhatXacroSays) {
   install("echo 'Traceback\n  at a line\nundefined macro: table' >&2; exit 2\n");
-  expectComplaint(macros_, "xacro ends with code 2: Traceback at a line undefined macro: table");
+  expectComplaint(
+      macros_,
+      "xacro (at most 1024 MiB of memory) ends with code 2: Traceback at a line undefined macro: table");
   install("echo '<robot'\n");
   expectComplaint(macros_, "expected URDF XML");
+}
+
+TEST_F(Xacro, TakesNotAllMemory) {
+  install("exec python3 -c \"'x' * 9000000000\"\n");
+  expectComplaint(macros_, "xacro (at most 1024 MiB of memory) ends with code 1: Traceback");
+}
+
+TEST_F(Xacro, WritesNoFileWithoutEnd) {
+  const std::string endless = "exec head -c 40000000 /dev/zero";
+  install(endless + "\n");
+  expectComplaint(macros_, "what xacro writes is too large, expected at most 16 MiB");
+  install(endless + " >&2\n");
+  expectComplaint(macros_, "what xacro writes is too large, expected at most 16 MiB");
 }
 
 }  // namespace
