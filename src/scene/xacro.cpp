@@ -24,8 +24,8 @@ namespace tactile_clay::scene {
 namespace {
 
 constexpr char patience[] = "20";  // s
-constexpr std::uint64_t max_memory =
-    files::gibibyte;  // bytes of addresses; for a small model xacro has 20 MB
+// Bytes of addresses; for a small model xacro has 20 MB.
+constexpr std::uint64_t max_memory = files::gibibyte;
 // Bytes of each file that xacro writes. One byte more than a text may have tells that there was more.
 constexpr std::uint64_t max_output = files::maximum::text + 1;
 constexpr int timed_out = 124;  // exit code of the program `timeout` after it has killed a program
