@@ -17,6 +17,7 @@
 #include "nodes/kept.h"
 #include "nodes/params.h"
 #include "nodes/share.h"
+#include "nodes/throttle.h"
 #include "nodes/topics.h"
 #include "scene/robot_model.h"
 
@@ -107,7 +108,7 @@ LiveParameters::Apply ClaySimulator::read(Settings& settings) {
 void ClaySimulator::receive(const Cloud::ConstPtr& skin) {
   if (frameName(skin->header.frame_id) == frame::world) return skins_.push(skin);
   ROS_WARN_THROTTLE(1.0, "clay_simulator: skin in frame '%s' left out, expected '%s'",
-                    skin->header.frame_id.c_str(), frame::world);
+                    printableLine(skin->header.frame_id).c_str(), frame::world);
 }
 
 Skin ClaySimulator::read(const Cloud& skin) {

@@ -9,6 +9,7 @@
 #include "nodes/frame_name.h"
 #include "nodes/gate_parameters.h"
 #include "nodes/params.h"
+#include "nodes/throttle.h"
 #include "nodes/topics.h"
 #include "nodes/transforms.h"
 #include "safety/silence_times.h"
@@ -201,7 +202,8 @@ std::string GatedArray::emit(const device::Sound& sound) {
   return "";
 }
 
-std::string GatedArray::close(const std::string& reason) {
+std::string GatedArray::close(const std::string& why) {
+  const std::string reason = printableLine(why);  // names of messages may have line breaks
   output_.silence(in_force_);
   const bool tells = open_ || !told_silence_;
   told_silence_ = true;

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "nodes/params.h"
+#include "nodes/throttle.h"
 #include "nodes/topics.h"
 
 namespace tactile_clay::nodes {
@@ -217,7 +218,7 @@ bool LiveParameters::reconfigure(dynamic_reconfigure::Reconfigure::Request& requ
   try {
     ask(valuesOf(request.config));
   } catch (const std::exception& error) {
-    ROS_WARN("%s: nothing is changed: %s", space_.c_str(), error.what());
+    ROS_WARN("%s: nothing is changed: %s", space_.c_str(), printableLine(error.what()).c_str());
     // A display that shows the refused values then shows the present ones again.
     updates_.publish(configOf(settings_, values_));
     return false;
