@@ -19,6 +19,7 @@
 #include "nodes/share.h"
 #include "nodes/topics.h"
 #include "scene/robot_model.h"
+#include "values/text.h"
 
 namespace tactile_clay::nodes {
 namespace {
@@ -107,7 +108,7 @@ LiveParameters::Apply ClaySimulator::read(Settings& settings) {
 void ClaySimulator::receive(const Cloud::ConstPtr& skin) {
   if (frameName(skin->header.frame_id) == frame::world) return skins_.push(skin);
   ROS_WARN_THROTTLE(1.0, "clay_simulator: skin in frame '%s' left out, expected '%s'",
-                    skin->header.frame_id.c_str(), frame::world);
+                    values::printableLine(skin->header.frame_id).c_str(), frame::world);
 }
 
 Skin ClaySimulator::read(const Cloud& skin) {

@@ -12,6 +12,7 @@
 #include "nodes/topics.h"
 #include "nodes/transforms.h"
 #include "safety/silence_times.h"
+#include "values/text.h"
 
 namespace tactile_clay::nodes {
 namespace {
@@ -201,7 +202,8 @@ std::string GatedArray::emit(const device::Sound& sound) {
   return "";
 }
 
-std::string GatedArray::close(const std::string& reason) {
+std::string GatedArray::close(const std::string& why) {
+  const std::string reason = values::printableLine(why);  // names of messages may have line breaks
   output_.silence(in_force_);
   const bool tells = open_ || !told_silence_;
   told_silence_ = true;

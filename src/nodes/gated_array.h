@@ -83,7 +83,7 @@ class GatedArray {
   // Called by both threads, with the mutex locked. If one returns a line, the caller logs it after it has
   // unlocked the mutex: a log that nobody reads must not delay an emergency stop.
   std::string emit(const device::Sound& sound);
-  std::string close(const std::string& reason);
+  std::string close(const std::string& why);
   void publishState();
 
   std::string device_, node_;

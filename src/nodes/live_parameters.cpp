@@ -10,6 +10,7 @@
 
 #include "nodes/params.h"
 #include "nodes/topics.h"
+#include "values/text.h"
 
 namespace tactile_clay::nodes {
 namespace {
@@ -217,7 +218,7 @@ bool LiveParameters::reconfigure(dynamic_reconfigure::Reconfigure::Request& requ
   try {
     ask(valuesOf(request.config));
   } catch (const std::exception& error) {
-    ROS_WARN("%s: no parameter was changed: %s", space_.c_str(), error.what());
+    ROS_WARN("%s: no parameter was changed: %s", space_.c_str(), values::printableLine(error.what()).c_str());
     // A display that shows the refused values then shows the present ones again.
     updates_.publish(configOf(settings_, values_));
     return false;

@@ -6,7 +6,6 @@
 #include <sstream>
 #include <vector>
 
-#include "nodes/throttle.h"
 #include "values/pose.h"
 #include "values/text.h"
 
@@ -17,7 +16,7 @@ namespace {
 std::string written(XmlRpc::XmlRpcValue value) {
   std::ostringstream out;
   out << value;
-  return printableLine(out.str());
+  return values::printableLine(out.str());
 }
 
 std::vector<double> numbersParam(const ros::NodeHandle& nh, const std::string& key,

@@ -2,7 +2,6 @@
 
 #include <ros/console.h>
 
-#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -11,9 +10,8 @@
 #include "nodes/remote_supervisor.h"
 
 namespace tactile_clay::nodes {
-namespace {
 
-std::set<std::string> wordsOf(const std::string& text) {
+std::set<std::string> requiredSupervisors(const std::string& text) {
   std::istringstream stream(text);
   std::set<std::string> words;
   for (std::string word; stream >> word;) {
@@ -27,10 +25,8 @@ std::set<std::string> wordsOf(const std::string& text) {
   return words;
 }
 
-}  // namespace
-
 Supervisors::Supervisors(const std::string& required) {
-  const std::set<std::string> words = wordsOf(required);
+  const std::set<std::string> words = requiredSupervisors(required);
   const bool roslaunch = words.count("roslaunch") > 0;
   if (auto process = LaunchingProcess::find()) {
     const std::string server = process->server();

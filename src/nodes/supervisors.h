@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -15,15 +16,19 @@ class Supervisor {
   virtual std::string missing() = 0;
 };
 
+/// The words of the parameter `supervisors`: "roslaunch", "master", both, or "none".
+/// @throws std::runtime_error if a word is none of these, or if there is no word
+std::set<std::string> requiredSupervisors(const std::string& text);
+
 /// The programs that have to be there while an array sounds: the roslaunch that started this process, because
 /// without it nothing reacts to Ctrl-C, and the master, because without it no new program finds `array/stop`.
 /// A process that was started by hand has only the master.
 class Supervisors {
  public:
   /// Starts to watch.
-  /// @param required "roslaunch", "master", both, or "none". If one is not required, it is only logged when
-  /// it disappears and when it returns
-  /// @throws std::runtime_error if a word is none of these
+  /// @param required as for requiredSupervisors. If one is not required, it is only logged when it disappears
+  /// and when it returns
+  /// @throws std::runtime_error as requiredSupervisors
   explicit Supervisors(const std::string& required);
 
   /// Empty while all required supervisors are there, else the line of the first one that is missing. To be

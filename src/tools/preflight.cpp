@@ -22,6 +22,7 @@
 #include "hand/leap_websocket.h"
 #include "nodes/plugin.h"
 #include "nodes/share.h"
+#include "nodes/supervisors.h"
 #include "scene/quality.h"
 #include "scene/robot_model.h"
 #include "scene/scene.h"
@@ -241,6 +242,7 @@ std::string checkAll(const Arguments& arguments) {
   checkHands(arguments);
   checkPose(arguments.at("tracker_pose"));
   checkDevice(arguments);
+  clay::nodes::requiredSupervisors(valueOf(arguments, "supervisors", "none"));
   if (const std::string modulation = valueOf(arguments, "modulation", "am"); modulation != "auto")
     clay::ultrasound::modulation(modulation);
   clay::ultrasound::arrayLayouts(valueOf(arguments, "layout", "usx"));

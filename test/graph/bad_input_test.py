@@ -140,6 +140,13 @@ class BadInput(unittest.TestCase):
             with self.subTest(device + ' ' + options):
                 self.expect_one_line(['device:=' + device, 'port:=' + port, 'device_options:=' + options], words)
 
+    def test_wrong_supervisors(self):
+        for device in ('debug', 'simulated'):
+            for words in ('rosluanch', '', 'none master'):
+                with self.subTest(device=device, words=words):
+                    self.expect_one_line(['device:=' + device, 'supervisors:=' + words],
+                                         "supervisors: ", "'%s'" % words, 'expected roslaunch, master, both, or none')
+
     def test_unknown_source_of_hands(self):
         self.expect_one_line(['hands:=telepathy'], 'telepathy', 'leap_recording')
 

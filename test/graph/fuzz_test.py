@@ -7,6 +7,8 @@ import time
 import unittest
 
 import rospy
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Header
 from tactile_clay.msg import ArrayState, FocalPointArray, TrackedHands
 from std_srvs.srv import Trigger
 
@@ -90,6 +92,15 @@ class Fuzz(unittest.TestCase):
             lines = words.read().splitlines()
             self.assertLess(len(lines), LINES * TOPICS * seconds, '\n'.join(lines[-60:]))
             self.assertTrue([line for line in lines if 'left out' in line], lines)
+            # A name of a frame makes no lines of its own.
+            skin = rospy.Publisher('hands/skin', PointCloud2, queue_size=1)
+            told = "skin in frame 'here?[FATAL] there' left out"
+
+            def is_told():
+                skin.publish(PointCloud2(header=Header(frame_id='here\n[FATAL] there')))
+                with open(words.name, errors='replace') as copy:  # the nodes write where `words` stands
+                    return told in copy.read()
+            wait_until(is_told, PATIENCE, told)
         finally:
             graph.__exit__()
             words.close()

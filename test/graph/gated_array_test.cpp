@@ -7,6 +7,8 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <mutex>
+#include <string>
 #include <thread>
 
 #include "nodes/topics.h"
@@ -187,6 +189,32 @@ TEST_F(GatedArrayTest, AnArrayThatThrowsIsSilencedAndComesBack) {
   ASSERT_TRUE(silenced);
   array_.broken = false;
   EXPECT_TRUE(array_.wait(*silenced, sounds));
+}
+
+/// A name of a frame may contain anything, also lines that look like those of the log.
+TEST_F(GatedArrayTest, TheReasonIsOneLine) {
+  start();
+  ros::NodeHandle nh;
+  std::mutex mutex;
+  std::string reason;
+  const auto heard = nh.subscribe<ArrayState>(topic::array_state, 10, [&](const ArrayState::ConstPtr& state) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    reason = state->silent_reason;
+  });
+  auto points = nh.advertise<FocalPointArray>(topic::focal_points, 1);
+  const auto told = [&] {
+    const std::lock_guard<std::mutex> lock(mutex);
+    return reason.find("focal points in frame") != std::string::npos;
+  };
+  for (const auto end = Clock::now() + patience; !told() && Clock::now() < end;) {
+    FocalPointArray array;
+    array.header.stamp = ros::Time::now();
+    array.header.frame_id = "here\n[FATAL] there";
+    points.publish(array);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  const std::lock_guard<std::mutex> lock(mutex);
+  EXPECT_EQ(reason, "focal points in frame 'here?[FATAL] there', expected 'array'");
 }
 
 TEST_F(GatedArrayTest, IsSilentSoonAfterTheLastFrame) {
