@@ -83,7 +83,9 @@ catkin_install_python(PROGRAMS scripts/calibrate_board scripts/describe_rig scri
   scripts/plot_accuracy scripts/rig_view scripts/show_moment scripts/staircase scripts/start_when_set scripts/trial
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 # Modules of theirs, which stand beside them and are no programs.
-install(FILES scripts/quest.py scripts/rig_tools.py scripts/trial_plan.py scripts/trial_summary.py
+install(FILES scripts/fuzz_messages.py scripts/quest.py scripts/replay_bag.py scripts/replay_compare.py
+  scripts/replay_rig.py scripts/rig_files.py scripts/rig_tools.py scripts/trial_link.py scripts/trial_plan.py
+  scripts/trial_session.py scripts/trial_staircase.py scripts/trial_summary.py scripts/trial_yaml.py
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 install(FILES plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 # rviz asks for a package media_export. Where there is none, whoever sources setup.bash has an empty one.

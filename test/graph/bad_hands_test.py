@@ -4,7 +4,8 @@ import math
 import unittest
 
 import rig_run
-from rig_run import focal_points, input_stamps, lockstep, lowest_skin, pressing
+from rig_messages import focal_points, lowest_skin, pressing
+from rig_run import input_stamps, lockstep
 
 TOUCHING = 0.038  # m, of the lowest skin over the table: surely in the clay
 

@@ -3,7 +3,8 @@
 import unittest
 
 import rig_run
-from rig_run import focal_points, lockstep
+from rig_messages import focal_points
+from rig_run import lockstep
 
 
 class DebugDevice(unittest.TestCase):

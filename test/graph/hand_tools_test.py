@@ -12,6 +12,7 @@ import unittest
 import yaml
 
 import rig_run
+from rig_messages import focal_points
 from lost_hands_test import RATE, SERVER, leap_frame
 
 TOOLS = os.path.join(rig_run.build_space(), 'devel', 'lib', 'tactile_clay')
@@ -41,7 +42,7 @@ class Choreography(Folder):
         stamps = run.messages.stamps('/hands/tracked')
         for topic in rig_run.CHAIN:
             self.assertEqual(run.messages.stamps(topic), stamps, topic)
-        felt = [1e-9 * (stamp - stamps[0]) for stamp, points in sorted(rig_run.focal_points(run).items()) if points]
+        felt = [1e-9 * (stamp - stamps[0]) for stamp, points in sorted(focal_points(run).items()) if points]
         for move, start, end in (('pinch', 0.0, 6.0), ('press_finger', 6.0, 10.5), ('press_flat', 10.5, 15.0),
                                  ('roll', 15.0, 22.0), ('knead', 22.0, 31.0)):
             seconds = sum(start <= t < end for t in felt) / 60.0

@@ -9,6 +9,7 @@ import genpy.dynamic
 import rospy
 from rosgraph_msgs.msg import Log
 
+import rig_messages
 import rig_run
 from array_stream import PROGRAMS
 from tactile_clay.msg import TrackedHands
@@ -122,8 +123,8 @@ class LeapMotion(unittest.TestCase):
         message.sphere_center = [0.0, 0.0, 0.0]
         put(message.palm_center, at[0])
         put(message.arm.wrist.position, at[1])
-        put(message.normal, rig_run.rotate(hand.joints[0].orientation, (0, -1, 0)))
-        put(message.direction, rig_run.rotate(hand.joints[0].orientation, (0, 0, -1)))
+        put(message.normal, rig_messages.rotate(hand.joints[0].orientation, (0, -1, 0)))
+        put(message.direction, rig_messages.rotate(hand.joints[0].orientation, (0, 0, -1)))
         gesture = kinds['leap_motion/Gesture']()
         gesture.pointable_ids = [1, 2, 3]
         message.gesture_list.append(gesture)

@@ -7,7 +7,8 @@ import sys
 import unittest
 
 import rig_run
-from rig_run import focal_points, lockstep, lowest_skin
+from rig_messages import focal_points, lowest_skin, pressing, rotate
+from rig_run import lockstep
 
 SERVER = os.path.join(rig_run.PACKAGE, 'test', 'support', 'leap_server.py')
 TOUCHING = 0.038  # m, of the lowest skin over the table: surely in the clay
@@ -23,7 +24,7 @@ def leap_frame(number, hand, hand_id, sunk=0.0):
     sunk: mm by which the hand is lower than that.
     """
     leap = lambda p: [-1000.0 * p.y, 1000.0 * p.z - sunk, -1000.0 * p.x]
-    turned = lambda q, v: (lambda w: [-w[1], w[2], -w[0]])(rig_run.rotate(q, v))
+    turned = lambda q, v: (lambda w: [-w[1], w[2], -w[0]])(rotate(q, v))
     frame = {'id': 3 * number, 'timestamp': 10000000 + int(1e6 * number / RATE), 'hands': [], 'pointables': []}
     if hand is None:
         return frame
@@ -72,7 +73,7 @@ class InLockstep(unittest.TestCase):
 
     def test_another_id_is_felt_as_the_same_hand(self):
         _, points, seen = self.run_of('id_change')
-        touching = rig_run.pressing({stamp: lowest_skin(message.hands[0]) for stamp, message in seen.items()}, TOUCHING)
+        touching = pressing({stamp: lowest_skin(message.hands[0]) for stamp, message in seen.items()}, TOUCHING)
         self.assertEqual(len({seen[stamp].hands[0].id for stamp in touching}), 2)
         for stamp in touching:
             self.assertTrue(points[stamp], 'silent at %d ns' % stamp)

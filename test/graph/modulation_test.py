@@ -11,6 +11,7 @@ import rospy
 from sensor_msgs.msg import PointCloud2
 from tactile_clay.msg import ArrayDrive, FocalPointArray, RenderingReport
 
+import rig_messages
 import rig_run
 from array_stream import Driver, States, Stream, focus
 from rig_run import wait_until
@@ -82,7 +83,7 @@ class SimulatedArray(unittest.TestCase):
     def expect_tactile(self, cloud, sources):
         """`sources`: of each instant of the period, with the share of power that it has."""
         strongest = 0.0
-        for x, y, z, tactile in rig_run.columns(cloud, 'x', 'y', 'z', 'tactile'):
+        for x, y, z, tactile in rig_messages.columns(cloud, 'x', 'y', 'z', 'tactile'):
             expected = sum(power * radiation(acoustic_field.pressure(playing, (x, y, z)) ** 2)
                            for playing, power in sources)
             strongest = max(strongest, tactile)
@@ -173,7 +174,7 @@ class SimulatedArray(unittest.TestCase):
                 self.assertGreater(report.gain, 0)
                 self.assertEqual(report.force, 0, 'the stream does not tell areas')
                 # The patch stands out, and half of its pressure is left by AM.
-                for x, y, tactile in rig_run.columns(cloud, 'x', 'y', 'tactile'):
+                for x, y, tactile in rig_messages.columns(cloud, 'x', 'y', 'tactile'):
                     given = 0.5 * sum(power * radiation(acoustic_field.pressure(playing, (x, y, 0.17)) ** 2)
                                       for playing, power in zip(sources, share))
                     self.assertAlmostEqual(tactile, given, delta=0.05 * given + 0.05)

@@ -16,7 +16,7 @@ from tactile_clay.msg import ArrayState
 from tactile_clay.srv import SculptureFile, SculptureFileResponse, Undo, UndoResponse
 
 import rig_run
-from display_test import HEIGHT, PATIENCE, Window
+from rviz_window import HEIGHT, PATIENCE, Window
 
 STOP_RED = (210, 40, 30)
 PANEL_WIDTH = 350  # pixels

@@ -4,7 +4,8 @@ import struct
 import unittest
 
 import rig_run
-from rig_run import distance, focal_points, lockstep, lowest_skin, pressing
+from rig_messages import array_to_world, distance, focal_points, lowest_skin, pressing
+from rig_run import lockstep
 
 INDEX = range(6, 11)  # joints of the index finger
 TOP = 0.04            # m, of the red block
@@ -35,7 +36,7 @@ class Press(unittest.TestCase):
             self.assertEqual(points[stamp], [], 'at %d ns' % stamp)
 
     def test_focal_points_lie_on_the_touching_finger(self):
-        points, to_world = focal_points(self.shallow), rig_run.array_to_world(self.shallow)
+        points, to_world = focal_points(self.shallow), array_to_world(self.shallow)
         seen = hands(self.shallow)
         touching = pressing({stamp: lowest_skin(hand) for stamp, hand in seen.items()}, TOUCHING)
         self.assertGreater(len(touching), 30)

@@ -4,6 +4,7 @@ import math
 import struct
 import unittest
 
+import rig_messages
 import rig_run
 
 TOPICS = rig_run.CHAIN + ['/tf_static', '/array/rendering', '/array/acoustics', '/array/measured', '/array/field']
@@ -17,7 +18,7 @@ class Rendering(unittest.TestCase):
         cls.run_ = rig_run.Run(dict(rig_run.LOCKSTEP, modulation='am', hands='bag', file=rig_run.bag('press_deeper'),
                                     phase_levels='32'),
                                TOPICS)
-        cls.points = rig_run.focal_points(cls.run_)
+        cls.points = rig_messages.focal_points(cls.run_)
         cls.touched = [stamp for stamp, points in cls.points.items() if points]
 
     def test_the_run_is_worth_looking_at(self):

@@ -3,12 +3,10 @@
 A run has a master of its own on a free port. The recorder subscribes before the rig starts, and in lockstep
 hand_tracking releases its first sample only when every subscriber is connected, so no message is lost.
 """
-import math
 import os
 import shutil
 import signal
 import socket
-import struct
 import subprocess
 import sys
 import tempfile
@@ -19,6 +17,8 @@ from xml.etree import ElementTree
 
 import rosbag
 import rospkg
+
+from case_results import Results
 
 PACKAGE = rospkg.RosPack().get_path('tactile_clay')
 BAGS = os.path.join(PACKAGE, 'test', 'bags')
@@ -235,106 +235,12 @@ def input_stamps(name):
     return Messages(bag(name)).stamps('/hands/tracked')
 
 
-def columns(cloud, *names):
-    """Float fields of each point of a cloud: a tuple a point."""
-    offset = {field.name: field.offset for field in cloud.fields}
-    return [tuple(struct.unpack_from('<f', cloud.data, i * cloud.point_step + offset[name])[0] for name in names)
-            for i in range(cloud.width)]
-
-
-def rotate(q, v):
-    """v turned by the quaternion q."""
-    u, w = (q.x, q.y, q.z), q.w
-    cross = lambda a, b: (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-    t = tuple(2 * c for c in cross(u, v))
-    return tuple(a + w * b + c for a, b, c in zip(v, t, cross(u, t)))
-
-
-def array_to_world(run):
-    """Function from a position in frame `array` to one in `world`, by the /tf_static of the run."""
-    for message in run.messages['/tf_static']:
-        for found in message.transforms:
-            if found.header.frame_id == 'world' and found.child_frame_id == 'array':
-                pose = found.transform
-                shift = (pose.translation.x, pose.translation.y, pose.translation.z)
-                return lambda p: tuple(a + b for a, b in zip(rotate(pose.rotation, (p.x, p.y, p.z)), shift))
-    raise AssertionError('nobody told where the array is')
-
-
-def distance(a, b):
-    return math.dist(tuple(a), tuple(b))
-
-
-def lowest_skin(hand):
-    """Height of the lowest skin over the table, m: a capsule's lowest point is that of one of its end spheres."""
-    return min(joint.position.z - radius for joint, radius in list(zip(hand.joints, hand.radii))[1:])
-
-
-def pressing(heights, below):
-    """Stamps at which a hand is lower than `below`, m, and does not yet rise: when it rises, what it leaves is a dent.
-
-    heights: of the lowest skin over the table by stamp, m.
-    """
-    lowest = min(heights.values())
-    rises = max(stamp for stamp, height in heights.items() if height < lowest + 1e-5)
-    return [stamp for stamp, height in heights.items() if height < below and stamp <= rises]
-
-
-def focal_points(run):
-    """Focal points of each frame by its stamp, ns."""
-    return {stamp: message.points for stamp, message in run.messages.by_stamp('/array/focal_points').items()}
-
-
-class _Results(unittest.TextTestResult):
-    """Writes down each case as gtest does; rosunit's own runner would count a skipped one as passed."""
-
-    def __init__(self, *arguments):
-        super().__init__(*arguments)
-        self.suite = ElementTree.Element('testsuite')
-        self.case = None
-
-    def startTest(self, test):
-        super().startTest(test)
-        self.started = time.monotonic()
-        self.case = ElementTree.SubElement(self.suite, 'testcase', name=test._testMethodName,
-                                           classname=type(test).__name__)
-
-    def note(self, kind, text):
-        if self.case is None:  # setUpClass failed, and no case was run
-            self.case = ElementTree.SubElement(self.suite, 'testcase', name='setUpClass')
-        note = ElementTree.SubElement(self.case, kind, message=text.strip().splitlines()[-1], type=kind)
-        # Control characters, such as colours, are not XML.
-        note.text = ''.join(letter for letter in text if letter >= ' ' or letter == '\n')
-
-    def stopTest(self, test):
-        self.case.set('time', '%.3f' % (time.monotonic() - self.started))
-        self.case = None
-        super().stopTest(test)
-
-    def addError(self, test, error):
-        super().addError(test, error)
-        self.note('error', self.errors[-1][1])
-
-    def addFailure(self, test, error):
-        super().addFailure(test, error)
-        self.note('failure', self.failures[-1][1])
-
-    def addSubTest(self, test, part, error):
-        super().addSubTest(test, part, error)
-        if error is not None:
-            self.note('failure', '%s: %s' % (part, error[1]))
-
-    def addSkip(self, test, reason):
-        super().addSkip(test, reason)
-        self.note('skipped', reason)
-
-
 def main(name):
     """Runs the test cases of the program, as rostest expects of it."""
     # A test that is stopped, such as by its time limit, still stops what it has started.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     suite = unittest.defaultTestLoader.loadTestsFromModule(sys.modules['__main__'])
-    results = unittest.TextTestRunner(verbosity=2, resultclass=_Results).run(suite)
+    results = unittest.TextTestRunner(verbosity=2, resultclass=Results).run(suite)
     results.suite.attrib.update(name=name, tests=str(results.testsRun), failures=str(len(results.failures)),
                                 errors=str(len(results.errors)), skipped=str(len(results.skipped)))
     for argument in sys.argv:

@@ -4,6 +4,7 @@ import statistics
 import unittest
 from xml.etree import ElementTree
 
+import rig_messages
 import rig_run
 
 STATES = '/hands/joint_states_right'
@@ -15,7 +16,7 @@ def compose(chain):
     point = (0.0, 0.0, 0.0)
     for t in reversed(chain):
         shift = (t.translation.x, t.translation.y, t.translation.z)
-        point = tuple(a + b for a, b in zip(rig_run.rotate(t.rotation, point), shift))
+        point = tuple(a + b for a, b in zip(rig_messages.rotate(t.rotation, point), shift))
     return point
 
 
@@ -82,7 +83,7 @@ class Skeleton(unittest.TestCase):
                 frame = link.header.frame_id
             if frame == 'world' and stamp in tracked and tracked[stamp].hands:
                 p = tracked[stamp].hands[0].joints[TIP].position
-                errors.append(1e3 * rig_run.distance(compose(chain), (p.x, p.y, p.z)))
+                errors.append(1e3 * rig_messages.distance(compose(chain), (p.x, p.y, p.z)))
         self.assertGreater(len(errors), 20, 'robot_state_publisher sent next to nothing')
         print('index tip: %d samples, median %.2f mm, most %.2f mm' %
               (len(errors), statistics.median(errors), max(errors)))

@@ -4,7 +4,7 @@ import collections
 import unittest
 
 import rig_run
-from rig_run import focal_points, lowest_skin
+from rig_messages import array_to_world, columns, distance, focal_points, lowest_skin
 
 Point = collections.namedtuple('Point', 'x y z')
 
@@ -27,7 +27,7 @@ def xyz(point):
 
 def lowest_sample(cloud):
     """Height of the lowest sample of the skin over the table, m."""
-    return min(z for z, in rig_run.columns(cloud, 'z'))
+    return min(z for z, in columns(cloud, 'z'))
 
 
 class SoftHand(unittest.TestCase):
@@ -75,7 +75,7 @@ class SoftHand(unittest.TestCase):
         self.assertGreater(min(back), 0.0005)
 
     def test_pressure_and_focal_points_lie_on_the_tracked_finger(self):
-        to_world = rig_run.array_to_world(self.soft)
+        to_world = array_to_world(self.soft)
         skins = self.soft.messages.by_stamp('/hands/skin')
         points = focal_points(self.soft)
         felt = 0
@@ -83,14 +83,14 @@ class SoftHand(unittest.TestCase):
             if not cloud.width:
                 self.assertEqual(points[stamp], [])
                 continue
-            tracked = rig_run.columns(skins[stamp], 'tracked_x', 'tracked_y', 'tracked_z')
-            places = [to_world(Point(*row)) for row in rig_run.columns(cloud, 'x', 'y', 'z')]
+            tracked = columns(skins[stamp], 'tracked_x', 'tracked_y', 'tracked_z')
+            places = [to_world(Point(*row)) for row in columns(cloud, 'x', 'y', 'z')]
             for place in places:
-                self.assertLess(min(rig_run.distance(place, sample) for sample in tracked), 1e-5)
+                self.assertLess(min(distance(place, sample) for sample in tracked), 1e-5)
             for point in points[stamp]:
                 place = to_world(point.position)
                 # To the skin 3 mm, along it to the next sample, 2 mm apart on a pad.
-                self.assertLess(min(rig_run.distance(place, sample) for sample in places), 0.005)
+                self.assertLess(min(distance(place, sample) for sample in places), 0.005)
                 felt += 1
         self.assertGreater(felt, 20)
 
@@ -103,7 +103,7 @@ class SoftHand(unittest.TestCase):
             tips = {marker.ns: marker.points[TIP_POINT] for marker in bones[stamp].markers
                     if len(marker.points) == JOINTS}
             tracked = hand.joints[INDEX_TIP].position
-            self.assertLess(rig_run.distance(xyz(tips['tracked']), xyz(tracked)), 1e-9)
+            self.assertLess(distance(xyz(tips['tracked']), xyz(tracked)), 1e-9)
             if lowest_skin(hand) < deepest + 1e-5:
                 self.assertGreater(tips['virtual'].z - tips['tracked'].z, 0.0005)
 

@@ -7,8 +7,8 @@ from unittest import mock
 import roslib.packages
 
 import rig_run
-from display_test import (BACKGROUND, CONFIG, HANDS, PATIENCE, Camera, Window, differs, drawn, has_strong_colours,
-                          kneading, places, publish, silhouette)
+from rviz_window import (BACKGROUND, CONFIG, HANDS, PATIENCE, Camera, Window, differs, drawn, has_strong_colours,
+                         kneading, places, publish, silhouette)
 
 SPLATS, SURFACE, SKIN = 'Clay as splats', 'Clay', 'Hands, with the pressure on their skin'
 # Fixed before the first run. IoU: pixels that two pictures have in common, of all that one of them has.

@@ -14,7 +14,8 @@ from tactile_clay.msg import ArrayDrive, ArrayState, FocalPointArray
 
 import rig_run
 from array_stream import Driver, States, Stream, focus
-from rig_run import columns, wait_until
+from rig_messages import columns
+from rig_run import wait_until
 
 sys.path.insert(0, os.path.join(rig_run.PACKAGE, 'test', 'emulator'))
 import acoustic_field  # noqa: E402  pylint: disable=wrong-import-position

@@ -3,7 +3,8 @@
 sizes.py [--all] [FOLDER].
 
 Looks at all C++ below FOLDER/src and FOLDER/test; at the lines of C++, Python, shell and CMake below src, test, scripts
-and cmake. A test of GoogleTest is a function with the name SUITE.NAME.
+and cmake. A test of GoogleTest is a function with the name SUITE.NAME. Of Python below test and scripts, at the lines
+of each file.
 FOLDER: of the checkout, without it that of this file. What is larger and meant to be is listed with its reason in
 exceptions.txt beside this file. An exception that nothing needs any more is an error, too.
 --all prints the ten largest of each kind as well.
@@ -129,6 +130,16 @@ def measured(root):
             yield 'parameters of a function', key, count, where
 
 
+def measured_python(root):
+    """As `measured`: the lines of each file of Python below test and scripts."""
+    for path in code(root):
+        if path.startswith(('test' + os.sep, 'scripts' + os.sep)):
+            with open(os.path.join(root, path), encoding='utf-8') as file:
+                text = file.read()
+            if path.endswith('.py') or re.match(r'#!.*python', text):
+                yield 'lines of a file', path, text.count('\n'), path
+
+
 def exceptions():
     """Reason by key: `PATH`, `PATH FUNCTION` or `FOLDER/`."""
     reasons = {}
@@ -146,7 +157,7 @@ def main():
     parser.add_argument('folder', nargs='?', default=os.path.join(HERE, '..', '..'))
     options = parser.parse_args()
     reasons = exceptions()
-    sizes = list(measured(options.folder))
+    sizes = list(measured(options.folder)) + list(measured_python(options.folder))
     if options.all:
         for kind in LIMITS:
             print('largest ' + kind)
