@@ -5,7 +5,6 @@ import os
 import statistics
 import sys
 import tempfile
-import time
 import unittest
 
 import rospy
@@ -13,7 +12,7 @@ from sensor_msgs.msg import PointCloud2
 from tactile_clay.msg import ArrayDrive, ArrayState, FocalPointArray
 
 import rig_run
-from array_stream import Driver, States, Stream, focus
+from array_stream import Driver, Stream, focus
 from rig_messages import columns
 from rig_run import wait_until
 
