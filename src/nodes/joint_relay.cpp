@@ -34,12 +34,6 @@ sensor_msgs::JointState ofJoints(const sensor_msgs::JointState& state, const std
     if (state.velocity.size() == count) known.velocity.push_back(state.velocity[i]);
     if (state.effort.size() == count) known.effort.push_back(state.effort[i]);
   }
-  if (known.name.empty()) {
-    const std::string first = count == 0 ? "no joint" : "joint '" + state.name.front() + "'";
-    throw std::runtime_error(
-        first + (count > 1 ? " and others" : "") + ", expected joints of the model" +
-        (joints.empty() ? ", which has none that can move" : ", such as '" + *joints.begin() + "'"));
-  }
   return known;
 }
 
@@ -59,7 +53,8 @@ JointRelay::JointRelay(ros::NodeHandle nh, Inbox& inbox, const std::string& topi
       publisher_(nh.advertise<sensor_msgs::JointState>(topic + "_checked", 10)),
       subscriber_(inbox.subscribe<sensor_msgs::JointState>(
           nh, topic, 10, [this](const sensor_msgs::JointState::ConstPtr& state) {
-            publisher_.publish(ofJoints(*state, joints_, ros::Time::now()));
+            const sensor_msgs::JointState known = ofJoints(*state, joints_, ros::Time::now());
+            if (!known.name.empty()) publisher_.publish(known);
           })) {}
 
 }  // namespace tactile_clay::nodes

@@ -16,8 +16,9 @@ sensor_msgs::JointState jointState(const std::map<std::string, double>& joints, 
 
 /// The part of a joint state that is of these joints, in its order. Velocities and efforts stay only if there
 /// is one for each joint.
-/// @throws std::runtime_error with one line if the state has none of the joints, as many positions as names
-/// are not there, a position of one of the joints is not finite, or the stamp is after `now`
+/// @return a state without joints if none is of these
+/// @throws std::runtime_error with one line if there are not as many positions as names, a position of one of
+/// the joints is not finite, or the stamp is after `now`
 sensor_msgs::JointState ofJoints(const sensor_msgs::JointState& state, const std::set<std::string>& joints,
                                  ros::Time now);
 

@@ -27,11 +27,11 @@ inline double numberOf(const std::string& name, const std::string& text, double 
   return number;
 }
 
-/// As `numberOf`, for parameters that roslaunch and the nodes take only without point and exponent.
+/// As `numberOf`, for whole numbers, which may be written as 16.0 or 1e1.
 inline int wholeOf(const std::string& name, const std::string& text, int low, int high) {
   const double number = numberOf(name, text, low, high);
-  if (text.find_first_of(".eE") != std::string::npos)
-    throw std::runtime_error(name + " '" + text + "': expected a whole number without point and exponent");
+  if (number != std::floor(number))
+    throw std::runtime_error(name + " '" + text + "': expected a whole number");
   return static_cast<int>(number);
 }
 

@@ -228,6 +228,7 @@ TEST(JointCheck, OnlyJointsOfTheModelPass) {
   EXPECT_EQ(passed.position, (std::vector<double>{2.0, 4.0}));
   EXPECT_EQ(passed.velocity, (std::vector<double>{6.0, 8.0}));
   EXPECT_TRUE(passed.effort.empty());
+  EXPECT_TRUE(ofJoints(state, {"knee"}, raw(1, 0)).name.empty());
 }
 
 TEST(JointCheck, SaysWhatIsWrong) {
@@ -238,9 +239,6 @@ TEST(JointCheck, SaysWhatIsWrong) {
     return errorOf([&] { ofJoints(state, joints, raw(1, 0)); });
   };
   EXPECT_EQ(fault([](auto&) {}), "");
-  EXPECT_EQ(fault([](auto& s) { s.name[1] = s.name[3] = "knee"; }),
-            "joint 'elbow' and others, expected joints of the model, such as 'plate'");
-  EXPECT_EQ(fault([](auto& s) { s = {}; }), "no joint, expected joints of the model, such as 'plate'");
   EXPECT_NE(fault([](auto& s) { s.position[3] = INFINITY; }).find("'plate' at a position that is not finite"),
             std::string::npos);
   EXPECT_NE(fault([](auto& s) { s.position.pop_back(); }).find("4 joints with 3 positions"),

@@ -213,7 +213,7 @@ class SonicSurface(sonic_surface_calibration.Calibration, sonic_surface_silence.
         self.refused(['second_corrections', 'boards=2'], port='/nowhere',
                      device_options='second_corrections=/nowhere.csv')
         # One temperature, for the device and its gate.
-        self.refused(['device_options', 'temperature', '/array_driver/temperature'], port='/nowhere',
+        self.refused(['/array_driver/device_options', "parameter 'temperature' of the node"], port='/nowhere',
                      device_options='temperature=45')
         # The gate of a real array has no exceptions, and it is refused before its port is opened.
         self.refused(['gate_without', "'pressure'", "'sonic_surface' is real"], port='/nowhere',

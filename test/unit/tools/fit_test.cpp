@@ -196,7 +196,7 @@ TEST(PressSetup, IsCheckedAgainstTheCurve) {
   EXPECT_EQ(errorWith([](Press& p) { p.curve[0].depth = 0.003; }),
             "the curve begins 0.003 m deep, expected it to begin where the tool touches, at 0 m");
   EXPECT_EQ(errorWith([](Press& p) { p.setup.spacing = 1e-4; }),
-            "spacing 0.0001 m makes 20480000 particles, expected 200000 at most");
+            "spacing 0.0001 m makes 20480000 particles, expected at most 200000");
 }
 
 /// A window's force is the mean of the straight lines between the moments in it.

@@ -34,10 +34,10 @@ TEST(UserPath, IsNamedFromTheWorkingDirectoryOrTheHomeFolder) {
 
 TEST(UserPath, WhatRosCannotHandOnIsRefused) {
   EXPECT_NE(pathError("~anna/mine.yaml").find("scene '~anna/mine.yaml': expected ~/"), std::string::npos);
-  EXPECT_NE(pathError("H\xE4ndel").find("no UTF-8"), std::string::npos);  // Latin-1
-  EXPECT_NE(pathError("cut \xC3").find("no UTF-8"), std::string::npos);
-  EXPECT_NE(pathError("long \xC0\xAF").find("no UTF-8"), std::string::npos);      // a slash in two bytes
-  EXPECT_NE(pathError("half \xED\xA0\x80").find("no UTF-8"), std::string::npos);  // of a surrogate pair
+  EXPECT_NE(pathError("H\xE4ndel").find("not UTF-8"), std::string::npos);  // Latin-1
+  EXPECT_NE(pathError("cut \xC3").find("not UTF-8"), std::string::npos);
+  EXPECT_NE(pathError("long \xC0\xAF").find("not UTF-8"), std::string::npos);      // a slash in two bytes
+  EXPECT_NE(pathError("half \xED\xA0\x80").find("not UTF-8"), std::string::npos);  // of a surrogate pair
   EXPECT_NE(pathError("bell \x07").find("control character"), std::string::npos);
   EXPECT_NE(errorOf([] { userPath("~/x", "file", "/here", ""); }).find("HOME"), std::string::npos);
 }
