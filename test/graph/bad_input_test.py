@@ -133,7 +133,7 @@ class BadInput(unittest.TestCase):
         for device, port, options, words in (
                 ('sonic_surface', '', '', 'no port, expected'),
                 ('sonic_surface', '/dev/nowhere', 'firmware=own', "firmware is 'own', expected one of stock, tactile"),
-                ('sonic_surface', '/dev/nowhere', 'corrections=nowhere.csv', "corrections: nowhere.csv: cannot be opened"),
+                ('sonic_surface', '/dev/nowhere', 'corrections=nowhere.csv', 'nowhere.csv: cannot be opened'),
                 ('sonic_surface', '/dev/nowhere', 'temperature=30', "device_options: has the option temperature"),
                 ('debug', '', 'log_rate', "device_options: 'log_rate', expected key=value"),
                 ('debug', '', 'log_rate=often', "log_rate is 'often'")):
