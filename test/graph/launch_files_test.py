@@ -103,7 +103,7 @@ class LaunchFiles(unittest.TestCase):
         for device, array, expected in (('simulated', 'simulated_array', 'field'),
                                         ('sonic_surface', 'array_driver', 'field'),
                                         ('debug', 'array_driver', 'am')):
-            params = load('modulation:=auto', 'device:=' + device).params
+            params = load('modulation:=auto', 'device:=' + device, 'port:=/dev/nowhere').params
             self.assertEqual(params['/focal_point_renderer/modulation'].value, expected, device)
             self.assertEqual(params['/%s/modulation' % array].value, expected, device)
             self.assertEqual(params['/contact_pressure/around'].value, 0.06 if expected == 'field' else 0.0)
