@@ -18,7 +18,7 @@ def main():
     with open(os.path.join(ROOT, 'Doxyfile'), encoding='utf-8') as file:
         settings = file.read()
     with tempfile.TemporaryDirectory() as folder:
-        settings += '\nINPUT = %s\nUSE_MDFILE_AS_MAINPAGE =\nOUTPUT_DIRECTORY = "%s"\n' % (
+        settings += '\nINPUT = %s\nOUTPUT_DIRECTORY = "%s"\n' % (
             ' '.join('"%s"' % header for header in headers), folder)
         settings += 'WARN_AS_ERROR = FAIL_ON_WARNINGS\n'
         settings += 'GENERATE_HTML = NO\nGENERATE_XML = YES\n'  # comments are looked at only where something is written
