@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "device/options.h"
-#include "safety/silence_times.h"
 #include "ultrasound/field_solver.h"
 #include "ultrasound/phase_solver.h"
 #include "ultrasound/slip.h"
@@ -75,8 +74,7 @@ Autd3::Settings Autd3::settingsOf(const std::map<std::string, std::string>& opti
   settings.layout = Autd3Boards::layoutOf(settings.boards);
   double& temperature = settings.acoustics.temperature;
   temperature = number(options, self, "temperature", temperature, -20.0, 60.0);
-  settings.hold = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
-      number(options, self, "hold", silence_times::seconds(silence_times::device_hold), 0.02, 10.0)));
+  settings.hold = holdOf(options, self);
   return settings;
 }
 

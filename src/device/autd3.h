@@ -57,7 +57,7 @@ class Autd3 : public ArrayDevice {
     std::vector<Eigen::Isometry3d> boards;  // poses of their centres
     ultrasound::ArrayLayout layout;
     ultrasound::Acoustics acoustics;
-    Clock::duration hold{0};
+    std::chrono::duration<double> hold{0.0};
   };
   static Settings settingsOf(const std::map<std::string, std::string>& options);
 

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <algorithm>
+#include <chrono>
 #include <map>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "safety/silence_times.h"
 #include "values/text.h"
 
 namespace tactile_clay::device {
@@ -84,6 +86,14 @@ inline std::vector<double> numbers(const std::map<std::string, std::string>& opt
 inline double number(const std::map<std::string, std::string>& options, const std::string& device,
                      const std::string& key, double fallback, double low, double high) {
   return numbers(options, device, key, {fallback}, low, high).front();
+}
+
+/// The option `hold`: s after which a device goes silent by itself if its emission is not renewed.
+/// @throws std::runtime_error as choice
+inline std::chrono::duration<double> holdOf(const std::map<std::string, std::string>& options,
+                                            const std::string& device) {
+  constexpr double usual = silence_times::seconds(silence_times::device_hold);
+  return std::chrono::duration<double>(number(options, device, "hold", usual, 0.02, 10.0));
 }
 
 }  // namespace tactile_clay::device

@@ -49,7 +49,8 @@ void SonicSurface::open(const std::map<std::string, std::string>& options) {
       port_.reset();
       const bool busy = std::string(error.what()).find("in use") != std::string::npos;
       const auto until =
-          start + (busy ? std::max<Clock::duration>(settings_.wait, open_patience) : settings_.wait);
+          start +
+          (busy ? std::max<std::chrono::duration<double>>(settings_.wait, open_patience) : settings_.wait);
       if (Clock::now() > until) throw std::runtime_error(std::string(self) + ": " + error.what());
       std::this_thread::sleep_for(20ms);
     }

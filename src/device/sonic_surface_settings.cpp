@@ -4,18 +4,12 @@
 
 #include "device/options.h"
 #include "device/sonic_surface_corrections.h"
-#include "safety/silence_times.h"
 #include "values/pose.h"
 
 namespace tactile_clay::device::sonic_surface {
 namespace {
 
 constexpr char self[] = "sonic_surface";
-
-std::chrono::steady_clock::duration duration(double seconds) {
-  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-      std::chrono::duration<double>(seconds));
-}
 
 /// What the user should know about the boards that the options name.
 std::vector<std::string> remarksOn(const std::map<std::string, std::string>& options, Firmware firmware) {
@@ -36,9 +30,8 @@ Settings settingsOf(const std::map<std::string, std::string>& options) {
     throw std::runtime_error("sonic_surface: no port, expected the device file of a serial port");
   settings.path = port->second;
   settings.boards = boardsOf(options);
-  settings.hold =
-      duration(number(options, self, "hold", silence_times::seconds(silence_times::device_hold), 0.02, 10.0));
-  settings.wait = duration(number(options, self, "wait", 0.0, 0.0, 600.0));
+  settings.hold = holdOf(options, self);
+  settings.wait = std::chrono::duration<double>(number(options, self, "wait", 0.0, 0.0, 600.0));
   settings.guarded = choice(options, self, "guard", "true", {"true", "false"}) == "true";
   Playable& array = settings.array;
   array.firmware = settings.boards.firmware;

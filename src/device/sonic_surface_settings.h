@@ -14,7 +14,7 @@ namespace tactile_clay::device::sonic_surface {
 struct Settings {
   std::string path;  // of the port
   Boards boards;
-  std::chrono::steady_clock::duration hold{0}, wait{0};
+  std::chrono::duration<double> hold{0.0}, wait{0.0};
   bool guarded = true;
   Playable array;
   std::vector<std::string> remarks;  // lines that the user should read

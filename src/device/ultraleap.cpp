@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "device/options.h"
-#include "safety/silence_times.h"
 #include "ultrasound/slip.h"
 
 namespace tactile_clay::device {
@@ -22,8 +21,9 @@ void require(const Result& result, const std::string& what, const std::string& e
 }
 
 struct Settings {
-  std::size_t max_points;
-  double hold, callback_rate;  // s, Hz
+  std::size_t max_points = 0;
+  std::chrono::duration<double> hold{0.0};
+  double callback_rate = 0.0;  // Hz
 };
 
 /// @throws std::runtime_error with one line if an option is wrong
@@ -31,8 +31,7 @@ Settings settingsOf(const std::map<std::string, std::string>& options) {
   constexpr char self[] = "ultraleap";
   Settings settings;
   settings.max_points = static_cast<std::size_t>(number(options, self, "max_points", 8, 1, 64));
-  settings.hold =
-      number(options, self, "hold", silence_times::seconds(silence_times::device_hold), 0.02, 10.0);
+  settings.hold = holdOf(options, self);
   settings.callback_rate = number(options, self, "callback_rate", 500.0, 50.0, 2000.0);
   return settings;
 }
@@ -49,7 +48,7 @@ void Ultraleap::requireOptions(const std::map<std::string, std::string>& options
 
 void Ultraleap::open(const std::map<std::string, std::string>& options) {
   const auto [wanted, hold, callback_rate] = settingsOf(options);
-  hold_ = std::chrono::duration<double>(hold);
+  hold_ = hold;
   library_ = std::make_unique<sdk::Library>();
   require(library_->connect(), "the haptics service cannot be reached", "a running service");
   const auto array = library_->findDevice(sdk::DeviceFeatures::StreamingHaptics);

@@ -1,6 +1,5 @@
 #include "tools/accuracy_options.h"
 
-#include <cmath>
 #include <cstddef>
 #include <map>
 #include <sstream>
@@ -26,20 +25,14 @@ std::vector<std::string> split(const std::string& text, char at) {
   return parts;
 }
 
-int whole(const std::string& option, const std::string& text, int low, int high) {
-  const double value = numberOf(option, text, low, high);
-  if (value != std::floor(value)) fail(option + " '" + text + "': expected a whole number");
-  return static_cast<int>(value);
-}
-
 clay::Budget settingOf(const std::string& option, const std::string& text) {
   const std::size_t colon = text.find(':'), cross = text.find('x', colon == std::string::npos ? 0 : colon);
   if (colon == std::string::npos || cross == std::string::npos)
     fail(option + " '" + text + "': expected SOLVER:SUBSTEPSxITERATIONS, as in paper:1x5");
   clay::Budget setting;
   setting.method = clay::methodNamed(text.substr(0, colon));
-  setting.substeps = whole(option, text.substr(colon + 1, cross - colon - 1), 1, 10000);
-  setting.iterations = whole(option, text.substr(cross + 1), 1, 10000);
+  setting.substeps = wholeOf(option, text.substr(colon + 1, cross - colon - 1), 1, 10000);
+  setting.iterations = wholeOf(option, text.substr(cross + 1), 1, 10000);
   return setting;
 }
 
@@ -48,8 +41,8 @@ void readShare(Given& given, AccuracyOptions& o) {
   const std::string& shard = given["--shard"];
   const std::size_t slash = shard.find('/');
   if (slash == std::string::npos) fail("--shard '" + shard + "': expected I/N, as in 2/8");
-  o.shards = whole("--shard", shard.substr(slash + 1), 1, 10000);
-  o.shard = whole("--shard", shard.substr(0, slash), 1, o.shards);
+  o.shards = wholeOf("--shard", shard.substr(slash + 1), 1, 10000);
+  o.shard = wholeOf("--shard", shard.substr(0, slash), 1, o.shards);
   if (given["--merge"] != "yes" && given["--merge"] != "no")
     fail("--merge '" + given["--merge"] + "': expected yes or no");
   o.merge = given["--merge"] == "yes";
@@ -62,7 +55,7 @@ Rendering renderingOf(const std::string& text) {
   const std::string kind = text.substr(0, colon);
   if (colon == std::string::npos || (kind != "points" && kind != "field"))
     fail("--render '" + text + "': expected points:N or field:N, as in points:8");
-  const Rendering rendering{kind == "field", whole("--render", text.substr(colon + 1), 1, 256)};
+  const Rendering rendering{kind == "field", wholeOf("--render", text.substr(colon + 1), 1, 256)};
   if (rendering.field && rendering.count != 1 && rendering.count != 2 && rendering.count != 4 &&
       rendering.count != ultrasound::max_patterns)
     fail("--render '" + text + "': expected 1, 2, 4 or " + std::to_string(ultrasound::max_patterns) +
@@ -123,7 +116,7 @@ AccuracyOptions accuracyOptions(int argc, char** argv) {
   readShare(given, o);
   o.share = shareFolder(given["--share"]);
   o.duration = numberOf("--duration", given["--duration"], 0.0, 3600.0);
-  o.threads = whole("--threads", given["--threads"], 1, 1024);
+  o.threads = wholeOf("--threads", given["--threads"], 1, 1024);
   o.reference = settingOf("--reference", given["--reference"]);
   readAxes(given, o);
   for (const std::string& solver : split(given["--solver"], ',')) {
@@ -131,8 +124,8 @@ AccuracyOptions accuracyOptions(int argc, char** argv) {
       for (const std::string& iterations : split(given["--iterations"], ',')) {
         clay::Budget setting;
         setting.method = clay::methodNamed(solver);
-        setting.substeps = whole("--substeps", substeps, 1, 10000);
-        setting.iterations = whole("--iterations", iterations, 1, 10000);
+        setting.substeps = wholeOf("--substeps", substeps, 1, 10000);
+        setting.iterations = wholeOf("--iterations", iterations, 1, 10000);
         o.settings.push_back(setting);
       }
     }
