@@ -65,6 +65,16 @@ std::string replaceSingle(TrackedHand& hand, double scale) {
 
 }  // namespace
 
+double minimumRadiusFactor(const TrackedHand& hand) {
+  constexpr double rounding = 1.0 + 1e-5;  // messages have radii in single precision
+  const double scale = personScale(hand);
+  double factor = thinnest_hand / thickness(hand, scale);
+  for (int joint = 0; joint < joint_count; ++joint)
+    if (!hand.missing[joint])
+      factor = std::max(factor, thinnest * usualRadius(joint, scale) / hand.joints[joint].radius);
+  return std::min(1.0, rounding * factor);
+}
+
 std::string replaceRadii(TrackedHand& hand, double scale) {
   const double thick = thickness(hand, scale);
   return thick >= thinnest_hand && thick <= thickest_hand ? replaceSingle(hand, scale)

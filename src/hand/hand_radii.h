@@ -13,4 +13,8 @@ namespace tactile_clay::hand {
 /// @return one line that says which radii were replaced, and why, without the name of the hand; empty: none
 std::string replaceRadii(TrackedHand& hand, double scale);
 
+/// The minimum factor, at most 1, by which all radii of a hand may be multiplied so that `replaceRadii` keeps
+/// them. For hands whose radii it keeps.
+double minimumRadiusFactor(const TrackedHand& hand);
+
 }  // namespace tactile_clay::hand

@@ -75,6 +75,7 @@ struct TrackedFrame {
   std::chrono::nanoseconds stamp{0};
   std::string frame_id = "tracker";
   std::vector<TrackedHand> hands;
+  bool played = false;  // by rosbag play; its hands may stand still, those of a tracker tremble
   std::chrono::steady_clock::time_point received;  // when it reached this machine; not set by recordings
 };
 

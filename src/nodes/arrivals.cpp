@@ -2,28 +2,19 @@
 
 #include <ros/console.h>
 
+#include "nodes/player.h"
 #include "nodes/stamps.h"
 
 namespace tactile_clay::nodes {
-namespace {
 
-/// Whether rosbag play takes names like this one for its node.
-bool isPlayer(const std::string& node) {
-  return node.compare(node.rfind('/') + 1, 5, "play_") == 0;
-}
-
-}  // namespace
-
-void Arrivals::seeHands(const TrackedHands& hands) {
+void Arrivals::seeHands(const TrackedHands& hands, const std::string& publisher) {
+  if (publisher != hands_publisher_) {
+    hands_publisher_ = publisher;
+    stamps_.restart();
+  }
   hands_came_ = ros::SteadyTime::now();
   hands_stamp_ = hands.header.stamp;
   hands_tracked_ = !hands.hands.empty();
-}
-
-void Arrivals::seePublisher(const std::string& node) {
-  if (node == hands_publisher_) return;
-  hands_publisher_ = node;
-  stamps_.restart();
 }
 
 device::StampCheck::Age Arrivals::ageOf(const ros::Time& stamp) {

@@ -21,9 +21,8 @@ class Arrivals {
   Arrivals(const std::string& device, bool lockstep, const device::StampCheck& stamps)
       : device_(device), lockstep_(lockstep), stamps_(stamps) {}
 
-  void seeHands(const TrackedHands& hands);
-  /// @param node name of the node that publishes the hands
-  void seePublisher(const std::string& node);
+  /// @param publisher name of the node that publishes the hands
+  void seeHands(const TrackedHands& hands, const std::string& publisher);
 
   /// Age of focal points with this stamp. To be called once per frame. Logs a warning when the stamps are
   /// found to be those of a recording.

@@ -85,12 +85,8 @@ GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std
       nh, topic::focal_points, queue, [this](const auto& message) { receive(message); },
       [this](const std::string& reason) { refuse(reason); });
   hands_subscriber_ = inbox_.subscribe<TrackedHands>(
-      nh, topic::hands_tracked, queue, [this](const auto& hands) { arrivals_->seeHands(*hands); });
-  if (stamp_mode == device::StampCheck::Mode::found)
-    publisher_subscriber_ = nh.subscribe<TrackedHands>(
-        topic::hands_tracked, 1,
-        boost::function<void(const ros::MessageEvent<const TrackedHands>&)>(
-            [this](const auto& event) { arrivals_->seePublisher(event.getPublisherName()); }));
+      nh, topic::hands_tracked, queue,
+      [this](const auto& hands, const std::string& from) { arrivals_->seeHands(*hands, from); });
   if (watch_)
     supervisors_ =
         std::make_unique<Supervisors>(param<std::string>(private_nh, "supervisors", "roslaunch master"));
@@ -100,7 +96,6 @@ GatedArray::GatedArray(ros::NodeHandle nh, ros::NodeHandle private_nh, const std
 GatedArray::~GatedArray() {
   subscriber_.shutdown();
   hands_subscriber_.shutdown();
-  publisher_subscriber_.shutdown();
   timer_.stop();
   stop_switch_.reset();
   output_.silence(in_force_);

@@ -116,7 +116,7 @@ class GatedArray {
   unsigned told_late_ = 0;  // late frames up to the last diagnostics
 
   Inbox inbox_;
-  ros::Subscriber subscriber_, hands_subscriber_, publisher_subscriber_;
+  ros::Subscriber subscriber_, hands_subscriber_;
   ros::Publisher state_, rendering_;
   ros::WallTimer timer_;
   std::unique_ptr<StopSwitch> stop_switch_;

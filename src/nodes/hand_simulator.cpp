@@ -13,6 +13,7 @@
 #include "nodes/hand_markers.h"
 #include "nodes/params.h"
 #include "nodes/placement.h"
+#include "nodes/player.h"
 #include "nodes/topics.h"
 
 namespace tactile_clay::nodes {
@@ -47,15 +48,17 @@ HandSimulator::HandSimulator(ros::NodeHandle nh, ros::NodeHandle private_nh)
   if (soft_)
     contacts_ = inbox_.subscribe<sensor_msgs::PointCloud2>(nh, topic::clay_contacts, queue,
                                                            [this](const auto& contacts) { react(contacts); });
-  subscriber_ = inbox_.subscribe<TrackedHands>(nh, topic::hands_tracked, queue,
-                                               [this](const auto& message) { receive(message); });
+  subscriber_ = inbox_.subscribe<TrackedHands>(
+      nh, topic::hands_tracked, queue,
+      [this](const auto& message, const std::string& from) { receive(message, from); });
   publisher_ = nh.advertise<sensor_msgs::PointCloud2>(topic::hands_skin, queue);
   if (soft_) bones_ = nh.advertise<visualization_msgs::MarkerArray>(topic::hands_bones, queue);
 }
 
-void HandSimulator::receive(const TrackedHands::ConstPtr& message) {
+void HandSimulator::receive(const TrackedHands::ConstPtr& message, const std::string& publisher) {
   requireRoom(waiting_.size());
-  waiting_.push_back(message);
+  waiting_.push_back(toCore(*message));
+  waiting_.back().played = isPlayer(publisher);
   simulateWaiting();
 }
 
@@ -72,16 +75,16 @@ void HandSimulator::react(const sensor_msgs::PointCloud2::ConstPtr& contacts) {
 
 void HandSimulator::simulateWaiting() {
   while (!waiting_.empty() && !awaited_) {
-    const TrackedHands::ConstPtr message = waiting_.front();
+    hand::TrackedFrame frame = std::move(waiting_.front());
     waiting_.pop_front();
-    simulate(*message);
+    const ros::Time stamp = toRos(frame.stamp);
+    simulate(std::move(frame));
     // Set only here: a sample that could not be simulated gets no answer.
-    if (soft_ && lockstep_) awaited_ = message->header.stamp;
+    if (soft_ && lockstep_) awaited_ = stamp;
   }
 }
 
-void HandSimulator::simulate(const TrackedHands& message) {
-  hand::TrackedFrame frame = toCore(message);
+void HandSimulator::simulate(hand::TrackedFrame frame) {
   // Hands are judged in world: a hand that is sane for its tracker may be too far away there.
   placeInWorld(frame, world_, transforms_);
   hand::LeftOut left_out = leaveOutBadHands(frame);
@@ -90,7 +93,7 @@ void HandSimulator::simulate(const TrackedHands& message) {
   left_out = jumps_.leaveOutJumps(frame.hands, frame.stamp);
   tell(left_out);
   bad_hands_ += static_cast<unsigned>(left_out.hands);
-  if (live_input_ && stamps_.isLive(frame.stamp)) {
+  if (live_input_ && live_samples_.isLive(frame)) {
     left_out = repeats_.leaveOutRepeats(frame.hands, std::chrono::steady_clock::now().time_since_epoch());
     tell(left_out);
     repeated_hands_ += static_cast<unsigned>(left_out.hands);
@@ -103,7 +106,7 @@ void HandSimulator::simulate(const TrackedHands& message) {
   processor_time_ += processorTime() - processor_start;
 
   std_msgs::Header header;
-  header.stamp = message.header.stamp;
+  header.stamp = toRos(frame.stamp);
   header.frame_id = world_;
   publisher_.publish(skinCloud(skin, header));
   for (const hand::TrackedHand& hand : frame.hands) {

@@ -29,11 +29,10 @@ hand::LeftOut leaveOutBadHands(hand::TrackedFrame& frame) {
   return left_out;
 }
 
-bool LiveStamps::isLive(std::chrono::nanoseconds stamp) {
-  constexpr std::chrono::seconds farthest(1);  // maximum difference between the clocks of two hosts
-  const bool stands = stamp == last_;
-  last_ = stamp;
-  return stands || (!ros::Time::isSimTime() && std::chrono::abs(toCore(ros::Time::now()) - stamp) < farthest);
+bool LiveSamples::isLive(const hand::TrackedFrame& frame) {
+  const bool stands = frame.stamp == last_;
+  last_ = frame.stamp;
+  return stands || !frame.played;
 }
 
 void placeInWorld(hand::TrackedFrame& frame, const std::string& world, Transforms& transforms) {

@@ -21,13 +21,12 @@ hand::LeftOut leaveOutBadHands(hand::TrackedFrame& frame);
 /// samples of a slow tracker, short enough for the array to be silent after 150 ms.
 inline constexpr std::chrono::milliseconds repeats_patience = silence_times::hand_repeated;
 
-/// Distinguishes live samples from played ones by their stamps. A played sample has the stamps of its
-/// recording, or simulated time, and they advance. A live one has stamps of now, or a stamp that stands
-/// still.
-class LiveStamps {
+/// Tells live samples from played ones. A sample that rosbag play publishes is played, as long as its stamps
+/// advance. All others are live, whatever their stamps are: clocks of trackers may be wrong.
+class LiveSamples {
  public:
-  /// @param stamp of the next sample
-  bool isLive(std::chrono::nanoseconds stamp);
+  /// @param frame the next sample
+  bool isLive(const hand::TrackedFrame& frame);
 
  private:
   std::optional<std::chrono::nanoseconds> last_;

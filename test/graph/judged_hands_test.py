@@ -7,6 +7,7 @@ import subprocess
 import time
 import unittest
 
+import rosbag
 import rospy
 from sensor_msgs.msg import PointCloud2
 from tactile_clay.msg import ArrayState, TrackedHands
@@ -134,10 +135,27 @@ class Judged(unittest.TestCase):
         stamp = rospy.Time(7)
         standing = widths(lambda: stamp, lambda k: 3.5e-3)
         self.assertEqual(standing[-1][1], 0, standing)
-        # A played recording has the stamps of its own time, and may hold still.
-        old = iter(range(1000))
-        played = widths(lambda: rospy.Time(1000, 10000000 * next(old)), lambda k: 4e-3)
-        self.assertTrue(all(width > 0 for _, width in played), played)
+        # A tracker whose stamps count from its start.
+        uptime = iter(range(1000))
+        standing = widths(lambda: rospy.Time(1000, 10000000 * next(uptime)), lambda k: 4e-3)
+        self.assertEqual(standing[-1][1], 0, standing)
+
+    def test_a_hand_that_rosbag_plays_may_stand_still(self):
+        stamps = [rospy.Time(2000, 10000000 * k) for k in range(60)]
+        path = os.path.join(os.environ['ROS_HOME'], 'still.bag')
+        with rosbag.Bag(path, 'w') as bag:
+            for stamp in stamps:
+                message = TrackedHands(hands=[self.hand])
+                message.header.stamp = stamp
+                message.header.frame_id = 'world'
+                bag.write('/hands/tracked', message, stamp)
+        player = subprocess.Popen(['rosbag', 'play', '-q', '-d', '2', path], stdin=subprocess.DEVNULL)
+        self.addCleanup(player.wait)
+        self.addCleanup(player.terminate)
+        wait_until(lambda: stamps[-1] in self.skins, 30, 'the end of the bag')
+        seen = [self.skins[stamp].width for stamp in stamps if stamp in self.skins]
+        self.assertGreater(len(seen), 50)
+        self.assertTrue(all(seen), seen)
 
 
 class Waits(unittest.TestCase):

@@ -14,7 +14,7 @@ namespace tactile_clay::nodes {
 /// subscription their node would refuse the connection, and nothing would be reported. Here each such message
 /// is refused with a line that has its type, its MD5 and its sender.
 template <class M>
-ros::Subscriber subscribeToOthers(ros::NodeHandle nh, const std::string& topic, Receive<M> receive,
+ros::Subscriber subscribeToOthers(ros::NodeHandle nh, const std::string& topic, ReceiveFrom<M> receive,
                                   Refuse refuse) {
   using Raw = topic_tools::ShapeShifter;
   using Event = ros::MessageEvent<Raw const>;
@@ -33,7 +33,7 @@ ros::Subscriber subscribeToOthers(ros::NodeHandle nh, const std::string& topic, 
       } else {
         const boost::shared_ptr<const M> message = raw.instantiate<M>();
         fault = faultOf(*message);
-        if (fault.empty()) receive(message);
+        if (fault.empty()) receive(message, event.getPublisherName());
       }
     } catch (const std::exception& error) {
       fault = error.what();

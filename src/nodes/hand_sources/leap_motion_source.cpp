@@ -63,7 +63,7 @@ class LeapMotionSource : public TopicHands {
                                   : options.topic;
     name_ = nh.resolveName(topic);
     subscriber_ = subscribeToOthers<Human>(
-        nh, name_, [this](const boost::shared_ptr<const Human>& human) { receive(human); },
+        nh, name_, [this](const auto& human, const std::string&) { receive(human); },
         [this](const std::string& reason) { fault_ = "message on " + name_ + " left out: " + reason; });
   }
 

@@ -7,6 +7,7 @@
 #include "nodes/conversions.h"
 #include "nodes/hand_sources/foreign_messages.h"
 #include "nodes/hand_sources/topic_hands.h"
+#include "nodes/player.h"
 
 namespace tactile_clay::nodes {
 
@@ -19,7 +20,11 @@ class TopicSource : public TopicHands {
     ros::NodeHandle nh;
     nh.setCallbackQueue(&queue_);
     subscriber_ = subscribeToOthers<TrackedHands>(
-        nh, options.topic, [this](const TrackedHands::ConstPtr& message) { newest_ = toCore(*message); },
+        nh, options.topic,
+        [this](const auto& message, const std::string& publisher) {
+          newest_ = toCore(*message);
+          newest_->played = isPlayer(publisher);
+        },
         [this, name = nh.resolveName(options.topic)](const std::string& reason) {
           fault_ = "message on " + name + " left out: " + reason;
         });

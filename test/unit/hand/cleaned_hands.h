@@ -39,7 +39,7 @@ inline TrackedFrame cleaned(HandCleaner& cleaner, std::chrono::nanoseconds stamp
 
 inline CleanConfig unfiltered() {
   CleanConfig config;
-  config.position.min_cutoff = config.orientation.min_cutoff = std::numeric_limits<double>::infinity();
+  config.position.min_cutoff = config.orientation.min_cutoff = 1e300;  // Hz: no filter
   return config;
 }
 

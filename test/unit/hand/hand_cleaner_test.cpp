@@ -59,6 +59,24 @@ TEST(HandCleaner, HoldsFadesAndLetsGo) {
   EXPECT_EQ(cleaner.counts().losses, 1U);
 }
 
+// The nodes behind judge the faded hand again, with radii in single precision.
+TEST(HandCleaner, AFadingHandKeepsItsRadiiHoweverThinItIs) {
+  for (const double thick : {0.36, 0.5, 0.7, 1.0, 1.7}) {
+    HandCleaner cleaner(CleanConfig{});
+    TrackedHand hand = handAt(Vector3d::Zero());
+    for (JointPose& joint : hand.joints) joint.radius *= thick;
+    hand.joints[palm].radius *= 0.6;
+    ASSERT_EQ(faultOf(hand), "") << thick;
+    cleaned(cleaner, 0ms, {hand});
+    for (auto t = 10ms; t < 80ms; t += 10ms) {
+      TrackedHand fading = cleaned(cleaner, t, {}).hands.at(0);
+      for (JointPose& joint : fading.joints) joint.radius = static_cast<float>(joint.radius);
+      EXPECT_EQ(faultOf(fading), "") << thick << " at " << t.count();
+      EXPECT_LE(fading.joints[index_tip].radius, 1.000001 * hand.joints[index_tip].radius);
+    }
+  }
+}
+
 // hand_tracking asks every 20 ms while the tracker sends nothing.
 TEST(HandCleaner, ASlowTrackersHandIsWholeBetweenItsFramesAndGoneInTime) {
   const TrackedHand hand = handAt(Vector3d::Zero());
@@ -108,14 +126,14 @@ TEST(HandCleaner, AReturningHandOwesNothingToThePast) {
     for (const bool frames : {false, true}) {
       HandCleaner cleaner(CleanConfig{});
       for (int i = 0; i < 10; ++i) cleaned(cleaner, i * 10ms, {handAt({0.01 * i, 0.0, 0.0})});
-      for (int i = 10; frames && i < 30; ++i) cleaned(cleaner, i * 10ms, {});
+      for (int i = 10; frames && i < 70; ++i) cleaned(cleaner, i * 10ms, {});
       TrackedHand back = handAt({0.1, 0.0, 0.0}, id);
       const Eigen::Quaterniond turn(Eigen::AngleAxisd(1.0, Vector3d(1.0, 2.0, 0.5).normalized()));
       for (JointPose& joint : back.joints) {
         joint.position = turn * joint.position;
         joint.orientation = turn * joint.orientation;
       }
-      const TrackedFrame out = cleaned(cleaner, 300ms, {back});
+      const TrackedFrame out = cleaned(cleaner, 700ms, {back});
       for (int joint = 0; joint < joint_count; ++joint) {
         EXPECT_EQ(out.hands.at(0).joints[joint].position, back.joints[joint].position);
         EXPECT_LT(out.hands[0].joints[joint].orientation.angularDistance(back.joints[joint].orientation),
@@ -167,7 +185,8 @@ TEST(HandCleaner, SaysWhichNumberIsWrong) {
     }
   };
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  expectFault([](CleanConfig& c) { c.prediction = 0.05; }, "prediction 0.05, expected 0 to 0.02 s");
+  expectFault([](CleanConfig& c) { c.prediction = 0.05; },
+              "prediction, s: expected a number from 0 to 0.02, got 0.05");
   expectFault([](CleanConfig& c) { c.prediction = nan; }, "prediction");
   expectFault([](CleanConfig& c) { c.position.min_cutoff = 0.0; }, "position min_cutoff");
   expectFault([](CleanConfig& c) { c.orientation.beta = -1.0; }, "orientation beta");
