@@ -1,4 +1,4 @@
-"""What a bag of a trial tells: contact by finger, work, sound, lateness. A module of `trial`, no program."""
+"""What a bag of a trial tells: contact by finger, work, sound, latency. A module of `trial`, no program."""
 import os
 
 import yaml

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "values/range.h"
 #include "values/text.h"
 
 namespace tactile_clay::device {
@@ -23,10 +24,6 @@ constexpr std::pair<Rule, const char*> names[] = {{Rule::emergency_stop, "emerge
                                                   {Rule::pressure, "pressure"},
                                                   {Rule::head_level, "head_level"}};
 
-void require(bool holds, const std::string& what) {
-  if (!holds) throw std::invalid_argument("safety gate: " + what);
-}
-
 }  // namespace
 
 std::string nameOf(Rule rule) {
@@ -45,21 +42,19 @@ Rule ruleOf(const std::string& name) {
 }
 
 void SafetyGateConfig::validate() const {
-  require(std::isfinite(stale_timeout) && stale_timeout > 0.0,
-          "stale_timeout is " + text(stale_timeout) + ", expected a positive number of s");
+  values::requireAbove("safety gate: stale_timeout (s)", stale_timeout, 0.0);
   for (int axis = 0; axis < 3; ++axis) {
-    require(std::isfinite(low[axis]) && std::isfinite(high[axis]) && low[axis] < high[axis],
-            std::string("workspace in ") + "xyz"[axis] + " is " + text(low[axis]) + " to " +
-                text(high[axis]) + ", expected two finite numbers of m, the lower one first");
+    if (!(std::isfinite(low[axis]) && std::isfinite(high[axis]) && low[axis] < high[axis]))
+      throw std::invalid_argument(std::string("safety gate: workspace in ") + "xyz"[axis] + " is " +
+                                  text(low[axis]) + " to " + text(high[axis]) +
+                                  ", expected two finite numbers of m, the lower one first");
   }
-  require(intensity_cap >= 0.0 && intensity_cap <= 1.0,
-          "intensity_cap is " + text(intensity_cap) + ", expected 0 to 1");
-  require(std::isfinite(intensity_slew) && intensity_slew > 0.0,
-          "intensity_slew is " + text(intensity_slew) + ", expected a positive number of 1/s");
-  require(std::isfinite(pressure_cap) && pressure_cap > 0.0,
-          "pressure_cap is " + text(pressure_cap) + ", expected a positive number of Pa");
-  require(std::isfinite(head_spl_cap),
-          "head_spl_cap is " + text(head_spl_cap) + ", expected a finite number of dB");
+  values::requireIn("safety gate: intensity_cap", intensity_cap, 0.0, 1.0);
+  values::requireAbove("safety gate: intensity_slew (1/s)", intensity_slew, 0.0);
+  values::requireAbove("safety gate: pressure_cap (Pa)", pressure_cap, 0.0);
+  if (!std::isfinite(head_spl_cap))
+    throw std::invalid_argument("safety gate: head_spl_cap (dB): expected a finite number, got " +
+                                text(head_spl_cap));
 }
 
 }  // namespace tactile_clay::device

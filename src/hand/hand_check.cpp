@@ -105,7 +105,9 @@ class Judgement {
   }
 
   void judgeNumbers() {
-    const Eigen::IOFormat row(4, 0, " ", " ", "", "", "(", ")");
+    Eigen::IOFormat row(4, 0, " ", " ");
+    row.matPrefix = "(";
+    row.matSuffix = ")";
     for (int joint = 0; joint < joint_count; ++joint) {
       const JointPose& j = hand_.joints[joint];
       if (joint > wrist && j.radius == 0.0 && j.position == at(wrist)) hand_.missing.set(joint);

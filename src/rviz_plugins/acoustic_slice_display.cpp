@@ -37,44 +37,54 @@ AcousticSliceDisplay::AcousticSliceDisplay() {
   geometry_topic_ = new rviz::RosTopicProperty(
       "Geometry", "array/geometry",
       QString::fromStdString(ros::message_traits::datatype<visualization_msgs::MarkerArray>()),
-      "Where the transducers are, visualization_msgs/MarkerArray as array nodes publish it.", this,
-      SLOT(subscribeOthers()));
+      "Topic with the positions of the transducers (visualization_msgs/MarkerArray), as array nodes publish "
+      "it.",
+      this, SLOT(subscribeOthers()));
   points_topic_ = new rviz::RosTopicProperty(
       "Focal points", "array/focal_points",
       QString::fromStdString(ros::message_traits::datatype<tactile_clay::FocalPointArray>()),
-      "Focal points, of which the slice follows the strongest; tactile_clay/FocalPointArray.", this,
-      SLOT(subscribeOthers()));
-  plane_ = new rviz::EnumProperty("Plane", "yz, upright", "Plane of the slice, in the frame of the array.",
-                                  this, SLOT(changed()));
+      "Topic with the focal points (tactile_clay/FocalPointArray). The slice follows the strongest one.",
+      this, SLOT(subscribeOthers()));
+  plane_ = new rviz::EnumProperty("Plane", "yz, upright",
+                                  "Plane of the slice, in the coordinate frame of the array.", this,
+                                  SLOT(changed()));
   plane_->addOption("xz, upright", front);
   plane_->addOption("yz, upright", side);
   plane_->addOption("xy, level", level);
   follow_ = new rviz::BoolProperty(
       "Follow the strongest point", true,
-      "The slice goes through the strongest focal point; else it is at Position.", this, SLOT(changed()));
+      "If true, the slice goes through the strongest focal point. Otherwise it is at Position.", this,
+      SLOT(changed()));
   position_ = new rviz::FloatProperty(
-      "Position", 0.0f, "m along the axis of the array that is not in the plane.", this, SLOT(changed()));
+      "Position", 0.0f,
+      "Position of the slice along the axis of the array that is perpendicular to the plane, m.", this,
+      SLOT(changed()));
   size_ = new rviz::FloatProperty("Size", 0.24f, "Width of the slice, m.", this, SLOT(changed()));
   size_->setMin(0.01f);
   size_->setMax(1.0f);
-  step_ = new rviz::FloatProperty("Step", 0.0025f,
-                                  "Distance of its points, m. The wavelength at 40 kHz is 8.6 mm.", this,
-                                  SLOT(changed()));
+  step_ = new rviz::FloatProperty(
+      "Step", 0.0025f,
+      "Distance between the points at which the sound is computed, m. The wavelength at 40 kHz is 8.6 mm.",
+      this, SLOT(changed()));
   step_->setMin(0.0005f);
   step_->setMax(0.05f);
   unit_ = new rviz::EnumProperty("Unit", "Pa",
-                                 "What the colours stand for: the peak amplitude of the sound "
-                                 "pressure, or its level re 20 uPa rms.",
+                                 "Pa: the colours show the peak amplitude of the sound pressure. "
+                                 "dB: they show its level re 20 uPa rms.",
                                  this, SLOT(changed()));
   unit_->addOption("Pa", pascal);
   unit_->addOption("dB", decibel);
   full_scale_ = new rviz::FloatProperty(
-      "Full scale", 1000.0f, "Peak amplitude at the upper end of the colour bar, Pa.", this, SLOT(changed()));
+      "Full scale", 1000.0f, "Peak amplitude of the sound pressure at the upper end of the colour bar, Pa.",
+      this, SLOT(changed()));
   full_scale_->setMin(1.0f);
-  range_ = new rviz::FloatProperty("Range", 40.0f, "Length of the colour bar where the unit is dB.", this,
-                                   SLOT(changed()));
+  range_ = new rviz::FloatProperty(
+      "Range", 40.0f,
+      "If the unit is dB: difference between the upper and the lower end of the colour bar, dB.", this,
+      SLOT(changed()));
   range_->setMin(1.0f);
-  alpha_ = new rviz::FloatProperty("Alpha", 0.85f, "How opaque the slice is, 0 to 1.", this, SLOT(changed()));
+  alpha_ = new rviz::FloatProperty("Alpha", 0.85f, "Opacity of the slice, 0 (invisible) to 1 (opaque).", this,
+                                   SLOT(changed()));
   alpha_->setMin(0.0f);
   alpha_->setMax(1.0f);
   rate_ = new rviz::FloatProperty("Rate", 10.0f, "Maximum number of slices per second.", this);
@@ -212,7 +222,7 @@ void AcousticSliceDisplay::draw() {
       });
   if (layout_.size() == 0 || !fits) {
     setStatus(rviz::StatusProperty::Error, "Geometry",
-              QString("%1 transducers of %2, which are not those of the drive")
+              QString("%1 transducers of %2, another number than in the drive")
                   .arg(layout_.size())
                   .arg(geometry_topic_->getTopic()));
     return;
@@ -250,7 +260,7 @@ void AcousticSliceDisplay::draw() {
   const auto highest = std::max_element(amplitude.begin(), amplitude.end());
   setStatus(rviz::StatusProperty::Ok, "Field",
             played_.drives().empty() ? QString("the array is silent")
-                                     : QString("at most %1 Pa, %2 dB; %3 points in %4 ms")
+                                     : QString("maximum %1 Pa, %2 dB; %3 points computed in %4 ms")
                                            .arg(static_cast<double>(*highest), 0, 'f', 0)
                                            .arg(static_cast<double>(level_of(*highest)), 0, 'f', 0)
                                            .arg(slice.points.size())

@@ -77,29 +77,30 @@ ExperimenterPanel::~ExperimenterPanel() {
 }
 
 void ExperimenterPanel::addArray(QGridLayout& grid) {
-  auto* stop_button = button(grid, {0, 0, 3}, "STOP", "F12",
-                             "The array is silent at once, until it is reset.", [this] { stop(); });
+  auto* stop_button = button(grid, {0, 0, 3}, "STOP", "F12", "Silences the array at once, until it is reset.",
+                             [this] { stop(); });
   stop_button->setMinimumHeight(64);
   stop_button->setStyleSheet(
       "QPushButton { background: #d2281e; color: white; font-weight: bold; font-size: 20px; border: none; "
       "border-radius: 4px; }");
-  button(grid, {1, 0, 3}, "Reset the array", "Shift+F12", "Sounds again with the next focal points.",
+  button(grid, {1, 0, 3}, "Reset the array", "Shift+F12", "Lets the array sound again.",
          [this] { call("reset of the array", triggerCall(nh_.resolveName(nodes::topic::array_reset))); });
   grid.addWidget(array_line_, 2, 0, 1, 3);
 }
 
 void ExperimenterPanel::addClay(QGridLayout& grid) {
-  button(grid, {3, 0, 1}, "Reset the clay", "F8", "The scene as it began.",
+  button(grid, {3, 0, 1}, "Reset the clay", "F8", "Puts the clay back to the start of the scene.",
          [this] { call("reset of the clay", triggerCall(clay() + "/reset")); });
-  button(grid, {3, 1, 1}, "Save", "F5", "Saves the clay to a new file of the folder, named by the time.",
+  button(grid, {3, 1, 1}, "Save", "F5",
+         "Saves the clay to a new file in the folder. Its name has the date and time.",
          [this] { saveClay(); });
   button(grid, {3, 2, 1}, "Load", "F9",
-         "Goes on from the file that was saved last here; asks for one where there is none.",
+         "Loads the file that this panel saved last. If there is none, asks for a file.",
          [this] { loadClay(); });
   undo_ = button(grid, {4, 2, 1}, "Undo", "Ctrl+Z",
-                 "The clay as it was two simulated seconds before; again: four.", [this] { undo(); });
-  const QString help = "Writes the surface of the clay, closed, to a new file of the folder: ";
-  stl_ = button(grid, {6, 0, 2}, "Export STL", "F7", help + "in millimetres, for printers.",
+                 "Takes the clay back by two simulated seconds, each time you press it.", [this] { undo(); });
+  const QString help = "Writes the surface of the clay as a closed mesh to a new file in the folder: ";
+  stl_ = button(grid, {6, 0, 2}, "Export STL", "F7", help + "in millimetres, for 3D printers.",
                 [this] { exportMesh(".stl"); });
   ply_ = button(grid, {6, 2, 1}, "PLY", "Shift+F7", help + "in metres, with colours.",
                 [this] { exportMesh(".ply"); });
@@ -108,7 +109,7 @@ void ExperimenterPanel::addClay(QGridLayout& grid) {
 
 void ExperimenterPanel::addRecording(QGridLayout& grid) {
   record_ = button(grid, {4, 0, 2}, "Record", "F6",
-                   "All that the rig does, to a new bag of the folder on this computer.",
+                   "Records all that the rig does to a new bag in the folder, on this computer.",
                    [this] { recording_.runs() ? recording_.stop() : record(); });
   record_line_->setTextInteractionFlags(Qt::TextSelectableByMouse);
   record_line_->hide();
@@ -121,12 +122,12 @@ void ExperimenterPanel::addForm(QGridLayout& grid) {
   form->addRow("Scene", scene_line_);
   quality_ = new QComboBox;
   quality_->setToolTip(
-      "How well a step of the clay is solved, from the next frame on (Alt+Q, then up and down).");
+      "How accurately the clay is simulated, from the next frame on (Alt+Q, then up and down).");
   quality_->setEnabled(false);
   form->addRow("&Quality", quality_);
   folder_ = new QLineEdit(QDir::homePath());
   folder_->setToolTip(
-      "Where sculptures are saved, as the computer of the clay names it, and bags, on this one.");
+      "Folder for sculptures and meshes on the computer that simulates the clay, and for bags on this one.");
   form->addRow("Folder", folder_);
   clay_ = new QLineEdit("clay_simulator");
   clay_->setToolTip("Name of the node that simulates the clay.");
@@ -134,7 +135,7 @@ void ExperimenterPanel::addForm(QGridLayout& grid) {
   grid.addLayout(form, 7, 0, 1, 3);
   if (nodes::hasPackage("rqt_reconfigure")) {
     auto* more = new QPushButton("&More parameters");
-    more->setToolTip("Opens rqt_reconfigure, with a slider for each parameter that may change.");
+    more->setToolTip("Opens rqt_reconfigure: a slider for each parameter that can change now.");
     connect(more, &QPushButton::clicked, this, [] {
       QProcess::startDetached("rosrun", {"rqt_reconfigure", "rqt_reconfigure"});
     });
@@ -205,7 +206,7 @@ void ExperimenterPanel::save(rviz::Config config) const {
 void ExperimenterPanel::stop() {
   stop_.publish(std_msgs::Empty());
   if (stop_.getNumSubscribers() == 0)
-    say("stop: no array hears it", false);
+    say("stop: no array node received it", false);
   else
     say("stop: sent to " + QString::number(stop_.getNumSubscribers()) + " array nodes", true);
 }
@@ -270,7 +271,7 @@ std::string ExperimenterPanel::surface() const {
 
 void ExperimenterPanel::call(const std::string& what, ServiceCalls::Call work) {
   const bool free = calls_.start(what, std::move(work));
-  say(QString::fromStdString(what) + (free ? " ..." : ": left out, the one before it is not answered yet"),
+  say(QString::fromStdString(what) + (free ? " ..." : ": not sent, the call before is not answered yet"),
       free);
 }
 

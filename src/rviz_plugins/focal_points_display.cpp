@@ -55,9 +55,10 @@ FocalPointsDisplay::FocalPointsDisplay() {
   state_topic_ = new rviz::RosTopicProperty(
       "State", "array/state",
       QString::fromStdString(ros::message_traits::datatype<tactile_clay::ArrayState>()),
-      "Whether the array sounds, tactile_clay/ArrayState.", this, SLOT(subscribeState()));
-  diameter_ = new rviz::FloatProperty("Diameter", point_diameter, "Diameter of a point of intensity 1, m.",
-                                      this, SLOT(redraw()));
+      "Topic with the state of the array (tactile_clay/ArrayState): whether it sounds.", this,
+      SLOT(subscribeState()));
+  diameter_ = new rviz::FloatProperty("Diameter", point_diameter,
+                                      "Diameter of a focal point of intensity 1, m.", this, SLOT(redraw()));
   diameter_->setMin(0.0f);
   weak_ =
       new rviz::ColorProperty("Weak", QColor(90, 200, 255), "Colour at intensity 0.", this, SLOT(redraw()));
@@ -65,13 +66,15 @@ FocalPointsDisplay::FocalPointsDisplay() {
       new rviz::ColorProperty("Strong", QColor(255, 40, 120), "Colour at intensity 1.", this, SLOT(redraw()));
   silent_ = new rviz::ColorProperty("Silent", QColor(150, 150, 150), "Colour while the array is silent.",
                                     this, SLOT(redraw()));
-  through_ = new rviz::BoolProperty("Show through", true, "Points are seen through hands and clay.", this,
+  through_ = new rviz::BoolProperty("Show through", true,
+                                    "If true, focal points are visible through hands and clay.", this,
                                     SLOT(redraw()));
-  beams_ = new rviz::BoolProperty("Beams", true,
-                                  "A line from the centre of the array to each point, while it sounds.", this,
-                                  SLOT(redraw()));
-  numbers_ = new rviz::BoolProperty(
-      "Numbers", true, "Id and wanted pressure beside each point, such as 3: 0.8 kPa.", this, SLOT(redraw()));
+  beams_ = new rviz::BoolProperty(
+      "Beams", true, "A line from the centre of the array to each focal point, while the array sounds.", this,
+      SLOT(redraw()));
+  numbers_ = new rviz::BoolProperty("Numbers", true,
+                                    "Id and wanted pressure beside each focal point, such as 3: 0.8 kPa.",
+                                    this, SLOT(redraw()));
 }
 
 FocalPointsDisplay::~FocalPointsDisplay() {

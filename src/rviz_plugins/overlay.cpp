@@ -64,7 +64,7 @@ void Overlay::paint(int width, int height, const std::function<void(QPainter&)>&
     if (texture_) Ogre::TextureManager::getSingleton().remove(texture_);
     texture_ = Ogre::TextureManager::getSingleton().createManual(
         name_ + " texture", material_->getGroup(), Ogre::TEX_TYPE_2D, static_cast<Ogre::uint>(width),
-        static_cast<Ogre::uint>(height), 0, Ogre::PF_A8R8G8B8, Ogre::TU_DEFAULT);
+        static_cast<Ogre::uint>(height), 0, Ogre::PF_A8R8G8B8);
     material_->getTechnique(0)->getPass(0)->getTextureUnitState(0)->setTexture(texture_);
     panel_->setDimensions(static_cast<float>(width), static_cast<float>(height));
     place(x_, y_);

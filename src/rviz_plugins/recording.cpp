@@ -22,7 +22,7 @@ Recording::Recording(std::function<void()> changed) : changed_(std::move(changed
   QObject::connect(&process_, QOverload<int, QProcess::ExitStatus>::of(&QProcess::finished), &process_,
                    [this](int code, QProcess::ExitStatus) { ended(code); });
   QObject::connect(&process_, &QProcess::errorOccurred, &process_, [this](QProcess::ProcessError error) {
-    if (error == QProcess::FailedToStart) bag_ = "recording failed: there is no program setpriv";
+    if (error == QProcess::FailedToStart) bag_ = "recording failed: the program setpriv is not installed";
   });
 }
 

@@ -15,11 +15,11 @@ namespace {
 template <typename Service>
 bool callService(const std::string& name, Service& service, std::string& answer) {
   if (!ros::service::exists(name, false)) {
-    answer = "nobody serves " + name;
+    answer = "no node offers the service " + name;
     return false;
   }
   if (ros::service::call(name, service)) return true;
-  answer = name + " failed";
+  answer = "the service " + name + " failed";
   return false;
 }
 

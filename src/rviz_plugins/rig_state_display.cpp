@@ -32,11 +32,11 @@ RigStateDisplay::RigStateDisplay() {
   clay_topic_ = new rviz::RosTopicProperty(
       "Clay", "clay/status",
       QString::fromStdString(ros::message_traits::datatype<tactile_clay::ClayStatus>()),
-      "State of the clay, tactile_clay/ClayStatus.", this, SLOT(subscribe()));
+      "Topic with the state of the clay (tactile_clay/ClayStatus).", this, SLOT(subscribe()));
   array_topic_ = new rviz::RosTopicProperty(
       "Array", "array/state",
       QString::fromStdString(ros::message_traits::datatype<tactile_clay::ArrayState>()),
-      "State of the array, tactile_clay/ArrayState.", this, SLOT(subscribe()));
+      "Topic with the state of the array (tactile_clay/ArrayState).", this, SLOT(subscribe()));
   size_ = new rviz::IntProperty("Text size", 15, "Height of the text, pixels.", this);
   size_->setMin(8);
   size_->setMax(60);

@@ -54,9 +54,9 @@ std::string SplatMaterials::lacking() {
   const Ogre::RenderSystemCapabilities* card =
       Ogre::Root::getSingleton().getRenderSystem()->getCapabilities();
   if (!Ogre::GpuProgramManager::getSingleton().isSyntaxSupported("glsl")) return "shaders (GLSL)";
-  if (!card->hasCapability(Ogre::RSC_HWRENDER_TO_TEXTURE)) return "drawing into textures";
-  if (!card->hasCapability(Ogre::RSC_TEXTURE_FLOAT)) return "textures of floating point numbers";
-  if (card->getNumMultiRenderTargets() < 2) return "drawing into two textures at once";
+  if (!card->hasCapability(Ogre::RSC_HWRENDER_TO_TEXTURE)) return "rendering to textures";
+  if (!card->hasCapability(Ogre::RSC_TEXTURE_FLOAT)) return "floating-point textures";
+  if (card->getNumMultiRenderTargets() < 2) return "rendering to two textures at once";
   return "";
 }
 
@@ -100,7 +100,8 @@ SplatMaterials::SplatMaterials(const std::string& name) : name_(name) {
     made->load();
     for (unsigned short k = 0; k < made->getNumTechniques(); ++k)
       if (!made->getTechnique(k)->isSupported())
-        throw std::runtime_error("refused: " + made->getUnsupportedTechniquesExplanation());
+        throw std::runtime_error("the graphics card or its driver refuses a material: " +
+                                 made->getUnsupportedTechniquesExplanation());
   }
 }
 
@@ -120,7 +121,7 @@ std::string SplatMaterials::program(const std::string& role, Ogre::GpuProgramTyp
   made->setSource(source);
   made->load();
   if (made->hasCompileError() || !made->isSupported())
-    throw std::runtime_error("the shader '" + role + "' is refused; rviz's log of Ogre has the reason");
+    throw std::runtime_error("the shader '" + role + "' is refused (rviz --ogre-log prints the reason)");
   return made->getName();
 }
 

@@ -17,7 +17,7 @@
 namespace tactile_clay::rviz_plugins {
 namespace {
 
-constexpr const char* instead = "Turn on the display 'Clay', or 'Clay as balls', in its place.";
+constexpr const char* instead = "Switch on the display 'Clay' or 'Clay as balls' instead.";
 
 std::string newName() {
   static unsigned count = 0;
@@ -28,7 +28,7 @@ std::string newName() {
 
 SplatsDisplay::SplatsDisplay() {
   spacing_ = new rviz::FloatProperty("Spacing", 0.005f,
-                                     "Distance of the particles at rest, m: `spacing` of the scene file.",
+                                     "Distance between particles at rest, m: `spacing` of the scene file.",
                                      this, SLOT(redraw()));
   spacing_->setMin(0.001f);
   spacing_->setMax(0.02f);
@@ -41,7 +41,7 @@ SplatsDisplay::~SplatsDisplay() {
 void SplatsDisplay::onInitialize() {
   MessageFilterDisplay::onInitialize();
   if (const std::string lacks = SplatMaterials::lacking(); !lacks.empty()) {
-    refuse("the graphics card or its driver lacks " + lacks + ".");
+    refuse("the graphics card or its driver lacks " + lacks);
     return;
   }
   try {
@@ -56,7 +56,7 @@ void SplatsDisplay::onInitialize() {
 }
 
 void SplatsDisplay::refuse(const std::string& reason) {
-  const std::string line = reason + " " + instead;
+  const std::string line = reason + ". " + instead;
   setStatusStd(rviz::StatusProperty::Error, "Shaders", line);
   ROS_WARN("%s: %s", getNameStd().c_str(), line.c_str());
 }
@@ -95,7 +95,7 @@ void SplatsDisplay::redraw() {
     scene_->place(position, orientation);
     scene_->set(splats, spacing);
     setStatus(rviz::StatusProperty::Ok, "Particles",
-              QString("%1, of which %2 are drawn").arg(particles.color.size()).arg(splats.size()));
+              QString("%1 particles, of which %2 are drawn").arg(particles.color.size()).arg(splats.size()));
   } catch (const std::exception& error) {
     scene_->set({}, 1.0);
     setStatusStd(rviz::StatusProperty::Error, "Particles", error.what());

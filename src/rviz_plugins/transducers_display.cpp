@@ -29,8 +29,8 @@ TransducersDisplay::TransducersDisplay() {
   geometry_topic_ = new rviz::RosTopicProperty(
       "Geometry", "array/geometry",
       QString::fromStdString(ros::message_traits::datatype<visualization_msgs::MarkerArray>()),
-      "Where the transducers are, visualization_msgs/MarkerArray with one SPHERE_LIST.", this,
-      SLOT(subscribeGeometry()));
+      "Topic with the positions of the transducers (visualization_msgs/MarkerArray with one SPHERE_LIST).",
+      this, SLOT(subscribeGeometry()));
   size_ = new rviz::FloatProperty("Size", 0.008f, "Diameter of a transducer, m.", this, SLOT(redraw()));
   size_->setMin(0.0f);
 }

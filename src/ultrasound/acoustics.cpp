@@ -2,20 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-#include <string>
+
+#include "values/range.h"
 
 namespace tactile_clay::ultrasound {
 namespace {
 
 constexpr double zero_celsius = 273.15;  // K
 constexpr double max_piston = 4.0;       // largest k R for which pistonDirectivity is accurate
-
-void require(bool holds, const char* name, double value, const char* expected) {
-  if (holds) return;
-  throw std::invalid_argument("acoustics: " + std::string(name) + " is " + std::to_string(value) +
-                              ", expected " + expected);
-}
 
 }  // namespace
 
@@ -37,14 +31,13 @@ double Acoustics::wavenumber() const {
 }
 
 void Acoustics::validate() const {
-  require(temperature >= -40.0 && temperature <= 60.0, "temperature", temperature, "-40 to 60 degrees C");
-  require(frequency > 0.0 && std::isfinite(frequency), "frequency", frequency, "a positive number of Hz");
-  require(attenuation >= 0.0 && attenuation <= 5.0, "attenuation", attenuation, "0 to 5 Np/m");
-  require(reference_pressure > 0.0 && std::isfinite(reference_pressure), "reference_pressure",
-          reference_pressure, "a positive number of Pa m");
+  values::requireIn("acoustics: temperature (degrees C)", temperature, -40.0, 60.0);
+  values::requireAbove("acoustics: frequency (Hz)", frequency, 0.0);
+  values::requireIn("acoustics: attenuation (Np/m)", attenuation, 0.0, 5.0);
+  values::requireAbove("acoustics: reference_pressure (Pa m)", reference_pressure, 0.0);
+  values::requireAbove("acoustics: transducer_radius (m)", transducer_radius, 0.0);
   const double largest = max_piston / wavenumber();
-  require(transducer_radius > 0.0 && transducer_radius <= largest, "transducer_radius", transducer_radius,
-          ("above 0 and at most " + std::to_string(largest) + " m at this frequency").c_str());
+  values::requireIn("acoustics: transducer_radius (m) at this frequency", transducer_radius, 0.0, largest);
 }
 
 double radiationPressure(const Acoustics& acoustics, double amplitude) {

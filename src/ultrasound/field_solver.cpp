@@ -29,10 +29,8 @@ void check(const ArrayLayout& layout, const std::vector<FocalPoint>& targets,
   for (const FocalPoint& target : targets) {
     const std::string name = " of target " + std::to_string(target.id);
     require(target.position.allFinite(), "position" + name + " is not finite");
-    require(target.intensity >= 0.0 && target.intensity <= 1.0,
-            "intensity" + name + " is " + std::to_string(target.intensity) + ", expected 0 to 1");
-    require(target.weight >= 0.0 && std::isfinite(target.weight),
-            "weight" + name + " is " + std::to_string(target.weight) + ", expected 0 or a positive number");
+    values::requireIn("field solver: intensity" + name, target.intensity, 0.0, 1.0);
+    values::requireAtLeast("field solver: weight" + name, target.weight, 0.0);
   }
   for (const Drive& drive : before)
     require(
@@ -159,18 +157,16 @@ float amplitudeOf(const FieldSolverOptions& options, double scale) {
 }  // namespace
 
 void FieldSolverOptions::validate() const {
-  require(strength >= 0.0 && std::isfinite(strength),
-          "strength is " + std::to_string(strength) + ", expected 0 or a positive number");
+  values::requireAtLeast("field solver: strength", strength, 0.0);
   require(patterns == 1 || patterns == 2 || patterns == 4 || patterns == 8,
           "patterns is " + std::to_string(patterns) + ", expected 1, 2, 4 or 8");
   values::requireIn("field solver: evaluations", evaluations, 1, 10000);
-  require(amplitude > 0.0 && amplitude <= 1.0,
-          "amplitude is " + std::to_string(amplitude) + ", expected above 0 and at most 1");
+  values::requireAbove("field solver: amplitude", amplitude, 0.0);
+  values::requireIn("field solver: amplitude", amplitude, 0.0, 1.0);
   if (phase_levels != 0) values::requireIn("field solver: phase_levels, if not 0", phase_levels, 2, 65536);
   values::requireIn("field solver: amplitude_levels", amplitude_levels, 0, 65536);
-  require(max_phase_change >= 0.0,
-          "max_phase_change is " + std::to_string(max_phase_change) + ", expected at least 0");
-  require(blur >= 0.0 && blur <= 0.1, "blur is " + std::to_string(blur) + ", expected 0 to 0.1 m");
+  values::requireAtLeast("field solver: max_phase_change (rad)", max_phase_change, 0.0);
+  values::requireIn("field solver: blur (m)", blur, 0.0, 0.1);
 }
 
 FieldSolution solveField(const ArrayLayout& layout, const Acoustics& acoustics,

@@ -36,19 +36,14 @@ void check(const ArrayLayout& layout, const std::vector<FocalPoint>& points,
   if (options.phase_levels != 0)
     values::requireIn("phase solver: phase_levels, if not 0", options.phase_levels, 2, 65536);
   values::requireIn("phase solver: amplitude_levels", options.amplitude_levels, 0, 65536);
-  if (!(options.max_phase_change >= 0.0)) {
-    throw std::invalid_argument("phase solver: max_phase_change is " +
-                                std::to_string(options.max_phase_change) + ", expected at least 0");
-  }
+  values::requireAtLeast("phase solver: max_phase_change (rad)", options.max_phase_change, 0.0);
   for (const FocalPoint& point : points) {
     if (!point.position.allFinite()) {
       throw std::invalid_argument("phase solver: position of focal point " + std::to_string(point.id) +
                                   " is not finite");
     }
-    if (!(point.intensity >= 0.0 && point.intensity <= 1.0)) {
-      throw std::invalid_argument("phase solver: intensity of focal point " + std::to_string(point.id) +
-                                  " is " + std::to_string(point.intensity) + ", expected 0 to 1");
-    }
+    values::requireIn("phase solver: intensity of focal point " + std::to_string(point.id), point.intensity,
+                      0.0, 1.0);
   }
   if (before != nullptr &&
       (before->phase.size() != layout.size() || before->amplitude.size() != layout.size() ||

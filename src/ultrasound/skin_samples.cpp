@@ -68,8 +68,8 @@ std::vector<SkinSample> skinSamples(const std::vector<PressureSample>& skin, std
   }
   const auto key = [](const auto& entry) {
     const PressureSample& s = entry.second;
-    return std::make_tuple(!(s.pressure > 0.0f), entry.first, s.position.x(), s.position.y(), s.position.z(),
-                           s.pressure, s.area, s.weight);
+    const auto position = std::make_tuple(s.position.x(), s.position.y(), s.position.z());
+    return std::make_tuple(!(s.pressure > 0.0f), entry.first, position, s.pressure, s.area, s.weight);
   };
   std::sort(sorted.begin(), sorted.end(), [&key](const auto& a, const auto& b) { return key(a) < key(b); });
   std::vector<PressureSample> ordered;

@@ -73,9 +73,9 @@ class Splats(unittest.TestCase):
             publish(graph, self.last, ['/tf_static', '/clay/particles'])
             log = os.path.join(graph.folder, 'rviz.log')
             words = lambda: open(log).read()
-            rig_run.wait_until(lambda: 'lacks textures of floating point numbers' in words(), PATIENCE,
+            rig_run.wait_until(lambda: 'lacks floating-point textures' in words(), PATIENCE,
                                'a line of the display')
-            self.assertIn("Turn on the display 'Clay'", words())
+            self.assertIn("Switch on the display 'Clay'", words())
 
 
 if __name__ == '__main__':

@@ -22,11 +22,10 @@ std::vector<Stretch> minutesOf(const scene::Scene& scene, const std::string& whi
   std::vector<Stretch> found;
   kneadLong(scene, solids, hands, how, [&](const Stretch& minute) {
     found.push_back(minute);
-    std::printf(
-        "  %3.0f s: %.2f ms, %.0f awake, %.2f iterations, %.2f crumbs, %.3f bonds, %.2f neighbours, %.1f "
-        "cm^3\n",
-        minute.end, minute.ms, minute.awake, minute.iterations, minute.crumbs, minute.bonds,
-        minute.neighbours, 1e6 * minute.volume);
+    std::printf("  %3.0f s: %.2f ms, %.0f awake, %.2f iterations, ", minute.end, minute.ms, minute.awake,
+                minute.iterations);
+    std::printf("%.2f crumbs, %.3f bonds, %.2f neighbours, %.1f cm^3\n", minute.crumbs, minute.bonds,
+                minute.neighbours, 1e6 * minute.volume);
   });
   return found;
 }

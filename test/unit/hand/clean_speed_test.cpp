@@ -172,11 +172,10 @@ TEST(CleanSpeed, NoRecordingGetsFaster) {
         const Path raw = pathOf(*frames, side), clean = pathOf(out, side);
         if (raw.size() < 2) continue;
         const double ratio = fastest(clean) / fastest(raw), left = farthest(raw, clean);
-        std::printf(
-            "%-28s %s: raw %.2f m/s, cleaned %.2f m/s, at most %.1f mm away (filter alone %.1f mm), %zu of "
-            "%zu\n",
-            name, side == Side::left ? "left " : "right", fastest(raw), fastest(clean), 1e3 * left,
-            1e3 * lagOfTheFilter(raw), clean.size(), raw.size());
+        std::printf("%-28s %s: raw %.2f m/s, cleaned %.2f m/s, ", name,
+                    side == Side::left ? "left " : "right", fastest(raw), fastest(clean));
+        std::printf("at most %.1f mm away (filter alone %.1f mm), %zu of %zu\n", 1e3 * left,
+                    1e3 * lagOfTheFilter(raw), clean.size(), raw.size());
         EXPECT_LE(ratio, max_faster) << name;
         for (int joint = 0; joint < joint_count; ++joint)
           EXPECT_LE(fastest(pathOf(out, side, joint)), max_faster * fastest(pathOf(*frames, side, joint)))

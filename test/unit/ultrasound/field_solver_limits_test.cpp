@@ -109,7 +109,7 @@ TEST_F(FieldSolver, RefusesWhatIsOutOfRange) {
   point.position = {0, 0, 0.2};
   point.intensity = 1.5;
   EXPECT_EQ(errorOf<std::invalid_argument>([&] { solveField(layout, air, {point}); }),
-            "field solver: intensity of target 5 is 1.500000, expected 0 to 1");
+            "field solver: intensity of target 5: expected a number from 0 to 1, got 1.5");
   point.intensity = 0.5;
   point.position.x() = std::nan("");
   EXPECT_EQ(errorOf<std::invalid_argument>([&] { solveField(layout, air, {point}); }),
@@ -117,12 +117,12 @@ TEST_F(FieldSolver, RefusesWhatIsOutOfRange) {
   point.position.x() = 0.0;
   point.weight = -1.0;
   EXPECT_EQ(errorOf<std::invalid_argument>([&] { solveField(layout, air, {point}); }),
-            "field solver: weight of target 5 is -1.000000, expected 0 or a positive number");
+            "field solver: weight of target 5: expected a finite number of at least 0, got -1");
   point.weight = 1.0;
   FieldSolverOptions options;
   options.blur = 0.2;
   EXPECT_EQ(errorOf<std::invalid_argument>([&] { solveField(layout, air, {point}, options); }),
-            "field solver: blur is 0.200000, expected 0 to 0.1 m");
+            "field solver: blur (m): expected a number from 0 to 0.1, got 0.2");
   options.blur = 0.0;
   options.patterns = 3;
   EXPECT_EQ(errorOf<std::invalid_argument>([&] { solveField(layout, air, {point}, options); }),
