@@ -4,7 +4,6 @@
 
 #include <mutex>
 
-#include "nodes/conversions.h"
 #include "nodes/throttle.h"
 #include "values/text.h"
 
