@@ -128,6 +128,7 @@ void ExperimenterPanel::addForm(QGridLayout& grid) {
   more->setToolTip("Opens a table of the live parameters of all nodes: what holds, and what may be set.");
   connect(more, &QPushButton::clicked, this, [this] {
     parameters_->show();
+    parameters_->raise();
     parameters_->activateWindow();
   });
   grid.addWidget(more, 8, 0, 1, 3);
