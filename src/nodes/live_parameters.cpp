@@ -218,7 +218,7 @@ bool LiveParameters::reconfigure(dynamic_reconfigure::Reconfigure::Request& requ
   try {
     ask(valuesOf(request.config));
   } catch (const std::exception& error) {
-    ROS_WARN("%s: no parameter was changed: %s", space_.c_str(), values::printableLine(error.what()).c_str());
+    ROS_WARN("%s%s%s", space_.c_str(), no_change, values::printableLine(error.what()).c_str());
     // A display that shows the refused values then shows the present ones again.
     updates_.publish(configOf(settings_, values_));
     return false;

@@ -13,6 +13,9 @@
 
 namespace tactile_clay::nodes {
 
+/// In the log line of a refused change: between the full name of the node and the reason.
+constexpr char no_change[] = ": no parameter was changed: ";
+
 /// Parameters of a node that may change while it runs, by dynamic_reconfigure: `~set_parameters` asks for
 /// other values, `~parameter_descriptions` and `~parameter_updates` (both latched) publish the parameters and
 /// their present values.

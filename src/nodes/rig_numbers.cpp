@@ -45,7 +45,11 @@ void takeNumbers(const ClayStatus& status, RigNumbers& numbers) {
   numbers.active_particles = static_cast<float>(status.active_particles);
   numbers.particle_contacts = static_cast<float>(status.contacts);
   numbers.lumps = static_cast<float>(status.lumps);
+  numbers.crumbs = static_cast<float>(status.crumbs);
+  numbers.bonds = static_cast<float>(status.bonds);
+  numbers.strays = static_cast<float>(status.strays);
   numbers.density_error_percent = 100.0f * status.density_error_mean;
+  numbers.density_error_highest_percent = 100.0f * status.density_error_max;
 }
 
 void takeNumbers(const sensor_msgs::PointCloud2& pressure, RigNumbers& numbers) {
@@ -62,9 +66,11 @@ void takeNumbers(const sensor_msgs::PointCloud2& pressure, RigNumbers& numbers) 
 
 void takeNumbers(const RenderingReport& report, RigNumbers& numbers) {
   numbers.focal_points = static_cast<float>(report.granted.size());
+  numbers.saturated_points = static_cast<float>(report.saturated_points);
   numbers.rendered_force_mN = report.force;
   numbers.rendered_gain_Pa_per_kPa = 1e3f * report.gain;
   numbers.rendered_error_percent = 100.0f * report.error;
+  numbers.weighted_error_percent = 100.0f * report.weighted_error;
   numbers.vibration_dB = report.vibration;
   numbers.static_force_mN = report.static_force;
 }
@@ -73,6 +79,9 @@ void takeNumbers(const ArrayState& state, RigNumbers& numbers) {
   numbers.header = state.header;
   numbers.hand_to_array_latency_ms = 1e3f * state.latency;
   numbers.head_level_dB = state.head_spl;
+  numbers.array_sounds = state.emitting != 0 ? 1.0f : 0.0f;
+  numbers.frames_late = static_cast<float>(state.frames_late);
+  numbers.frames_rejected = static_cast<float>(state.frames_rejected);
 }
 
 RigNumbers unknownNumbers() {
@@ -91,17 +100,26 @@ RigNumbers unknownNumbers() {
                                     &RigNumbers::active_particles,
                                     &RigNumbers::particle_contacts,
                                     &RigNumbers::lumps,
+                                    &RigNumbers::crumbs,
+                                    &RigNumbers::bonds,
+                                    &RigNumbers::strays,
                                     &RigNumbers::density_error_percent,
+                                    &RigNumbers::density_error_highest_percent,
                                     &RigNumbers::wanted_pressure_highest_kPa,
                                     &RigNumbers::wanted_force_N,
                                     &RigNumbers::touching_skin_cm2,
                                     &RigNumbers::focal_points,
+                                    &RigNumbers::saturated_points,
                                     &RigNumbers::rendered_force_mN,
                                     &RigNumbers::rendered_gain_Pa_per_kPa,
                                     &RigNumbers::rendered_error_percent,
+                                    &RigNumbers::weighted_error_percent,
                                     &RigNumbers::vibration_dB,
                                     &RigNumbers::static_force_mN,
-                                    &RigNumbers::head_level_dB})
+                                    &RigNumbers::head_level_dB,
+                                    &RigNumbers::array_sounds,
+                                    &RigNumbers::frames_late,
+                                    &RigNumbers::frames_rejected})
     numbers.*number = unknown;
   return numbers;
 }

@@ -1,6 +1,5 @@
 #include "rviz_plugins/experimenter_panel.h"
 
-#include <QComboBox>
 #include <QDateTime>
 #include <QDir>
 #include <QFileDialog>
@@ -9,14 +8,12 @@
 #include <QGridLayout>
 #include <QLabel>
 #include <QLineEdit>
-#include <QProcess>
 #include <QPushButton>
 #include <QShortcut>
 #include <QTimer>
 #include <pluginlib/class_list_macros.hpp>
 #include <utility>
 
-#include "nodes/share.h"
 #include "nodes/topics.h"
 #include "rviz_plugins/rig_services.h"
 
@@ -26,17 +23,6 @@ namespace {
 constexpr int look_every = 100;    // ms
 constexpr double patience = 2.0;   // s, without array/state
 constexpr double rig_every = 3.0;  // s, between questions to the master
-constexpr char good_color[] = "#287846", bad_color[] = "#b4281e", no_color[] = "#808080";
-
-/// A long text is cut, so that no line pushes others out of the panel; the tool tip has all of it.
-void showLine(QLabel& line, const QString& words, const char* color) {
-  constexpr int maximum = 80;  // characters, two lines
-  const QString style = QString("color: ") + color;
-  if (line.toolTip() == words && line.styleSheet() == style) return;
-  line.setText(words.size() > maximum ? words.left(maximum) + "…" : words);
-  line.setToolTip(words);
-  line.setStyleSheet(style);
-}
 
 QString newName(const QString& what, const QString& end) {
   return what + "_" + QDateTime::currentDateTime().toString("yyyy-MM-dd_hh-mm-ss-zzz") + end;
@@ -47,7 +33,10 @@ QString newName(const QString& what, const QString& end) {
 ExperimenterPanel::ExperimenterPanel(QWidget* parent)
     : rviz::Panel(parent),
       stop_(nh_.advertise<std_msgs::Empty>(nodes::topic::array_stop, 4)),
-      recording_([this] { lookAtRecording(); }) {
+      recording_([this] { lookAtRecording(); }),
+      parameters_(new ParameterWindow(
+          this, nh_.getNamespace(),
+          [this](const std::string& node, const LiveValue& value) { change(node, value); })) {
   auto* grid = new QGridLayout;
   setLayout(grid);
   for (QLabel** line : {&array_line_, &record_line_, &answer_line_}) {
@@ -65,6 +54,10 @@ ExperimenterPanel::ExperimenterPanel(QWidget* parent)
   state_ = nh_.subscribe<ArrayState>(nodes::topic::array_state, 4, [this](const ArrayState::ConstPtr& state) {
     array_ = state;
     array_came_ = ros::SteadyTime::now();
+  });
+  log_ = nh_.subscribe<rosgraph_msgs::Log>("/rosout", 100, [this](const rosgraph_msgs::Log::ConstPtr& line) {
+    const std::string reason = refusalIn(line->msg, asked_);
+    if (!reason.empty()) say(QString::fromStdString(refusal_ = reason), false);
   });
   auto* timer = new QTimer(this);
   connect(timer, &QTimer::timeout, this, [this] { look(); });
@@ -120,10 +113,9 @@ void ExperimenterPanel::addForm(QGridLayout& grid) {
   auto* form = new QFormLayout;
   scene_line_ = new QLabel("not known");
   form->addRow("Scene", scene_line_);
-  quality_ = new QComboBox;
-  quality_->setToolTip(
-      "How accurately the clay is simulated, from the next frame on (Alt+Q, then up and down).");
-  quality_->setEnabled(false);
+  quality_ = new QualityBox([this](const std::string& quality) {
+    change(clay(), {"quality", "str", quality});
+  });
   form->addRow("&Quality", quality_);
   folder_ = new QLineEdit(QDir::homePath());
   folder_->setToolTip(
@@ -133,41 +125,24 @@ void ExperimenterPanel::addForm(QGridLayout& grid) {
   clay_->setToolTip("Name of the node that simulates the clay.");
   form->addRow("Clay", clay_);
   grid.addLayout(form, 7, 0, 1, 3);
-  if (nodes::hasPackage("rqt_reconfigure")) {
-    auto* more = new QPushButton("&More parameters");
-    more->setToolTip("Opens rqt_reconfigure: a slider for each parameter that can change now.");
-    connect(more, &QPushButton::clicked, this, [] {
-      QProcess::startDetached("rosrun", {"rqt_reconfigure", "rqt_reconfigure"});
-    });
-    grid.addWidget(more, 8, 0, 1, 3);
-  }
+  auto* more = new QPushButton("&More parameters");
+  more->setToolTip("Opens a table of the live parameters of all nodes: their values, and what may be set.");
+  connect(more, &QPushButton::clicked, this, [this] {
+    parameters_->show();
+    parameters_->raise();
+    parameters_->activateWindow();
+  });
+  grid.addWidget(more, 8, 0, 1, 3);
   for (QLineEdit* line : {folder_, clay_})
     connect(line, &QLineEdit::editingFinished, this, [this] { Q_EMIT configChanged(); });
   connect(clay_, &QLineEdit::editingFinished, this, [this] { subscribeClay(); });
-  connect(quality_, QOverload<int>::of(&QComboBox::activated), this,
-          [this](int) { call("quality", qualityCall(clay(), quality_->currentText().toStdString())); });
 }
 
-/// Follows the present quality of the clay.
+/// Follows the clay of this name.
 void ExperimenterPanel::subscribeClay() {
-  quality_->clear();
-  for (const std::string& name : qualities()) quality_->addItem(QString::fromStdString(name));
-  quality_->setCurrentIndex(-1);
-  quality_held_.clear();
-  quality_->setEnabled(false);
   looked_at_rig_ = ros::SteadyTime();
-  const std::string clay = clay_->text().toStdString();
   try {
-    values_ = nh_.subscribe<dynamic_reconfigure::Config>(
-        clay + "/parameter_updates", 4, [this](const dynamic_reconfigure::Config::ConstPtr& all) {
-          for (const auto& value : all->strs) {
-            if (value.name != "quality") continue;
-            quality_held_ = QString::fromStdString(value.value);
-            if (quality_->findText(quality_held_) < 0) quality_->addItem(quality_held_);
-            quality_->setCurrentText(quality_held_);
-            quality_->setEnabled(true);
-          }
-        });
+    quality_->follow(clay_->text().toStdString());
   } catch (const ros::Exception& error) {
     say(error.what(), false);
   }
@@ -242,7 +217,7 @@ void ExperimenterPanel::record() {
 void ExperimenterPanel::lookAtRecording() {
   record_->setText(recording_.runs() ? "Stop recording (F6)" : "Record (F6)");
   const QString words = recording_.words();
-  showLine(*record_line_, words, recording_.isWell() ? good_color : bad_color);
+  showLine(*record_line_, words, recording_.isWell() ? News::good : News::bad);
   record_line_->setVisible(!words.isEmpty());
 }
 
@@ -269,29 +244,46 @@ std::string ExperimenterPanel::surface() const {
   return nh_.resolveName("clay_surface");
 }
 
-void ExperimenterPanel::call(const std::string& what, ServiceCalls::Call work) {
+void ExperimenterPanel::call(const std::string& what, ServiceCalls::Call work, const std::string& node) {
   const bool free = calls_.start(what, std::move(work));
+  if (free) {
+    asked_ = node;
+    refusal_.clear();
+  }
   say(QString::fromStdString(what) + (free ? " ..." : ": not sent, the call before is not answered yet"),
       free);
 }
 
+/// Asks a node for a value of a live parameter.
+void ExperimenterPanel::change(const std::string& node, const LiveValue& value) {
+  try {
+    call(value.name, valueCall(node, value), node);
+  } catch (const std::exception& error) {
+    say(error.what(), false);
+  }
+}
+
 void ExperimenterPanel::say(const QString& words, bool good) {
-  showLine(*answer_line_, words, good ? good_color : bad_color);
+  const News news = good ? News::good : News::bad;
+  showLine(*answer_line_, words, news);
+  parameters_->say(words, news);
 }
 
 void ExperimenterPanel::look() {
   for (const ServiceCalls::Answer& answer : calls_.take()) {
-    say(QString::fromStdString(answer.text), answer.good);
-    if (!answer.good) quality_->setCurrentText(quality_held_);  // the box may show a refused one
+    const bool has_reason = !answer.good && !refusal_.empty();
+    say(QString::fromStdString(has_reason ? refusal_ : answer.text), answer.good);
+    if (!answer.good) quality_->showHeld();  // the box may show a refused one
   }
   lookAtRig();
   lookAtRecording();
+  parameters_->look();
   const bool fresh = array_ && (ros::SteadyTime::now() - array_came_).toSec() < patience;
   const QString words = !fresh ? "array: no news"
                         : array_->emitting
                             ? "array: sounds"
                             : "array: silent, " + QString::fromStdString(array_->silent_reason);
-  showLine(*array_line_, words, !fresh ? no_color : array_->emitting ? good_color : bad_color);
+  showLine(*array_line_, words, !fresh ? News::none : array_->emitting ? News::good : News::bad);
 }
 
 }  // namespace tactile_clay::rviz_plugins

@@ -54,15 +54,13 @@ ServiceCalls::Call undoCall(const std::string& clay, double seconds) {
   };
 }
 
-ServiceCalls::Call qualityCall(const std::string& clay, const std::string& quality) {
-  return [name = clay + "/set_parameters", quality](std::string& answer) {
+ServiceCalls::Call valueCall(const std::string& node, const LiveValue& value) {
+  const dynamic_reconfigure::Config config = configOf(value);
+  return [service = node + "/set_parameters", name = value.name, config](std::string& answer) {
     dynamic_reconfigure::Reconfigure request;
-    dynamic_reconfigure::StrParameter value;
-    value.name = "quality";
-    value.value = quality;
-    request.request.config.strs.push_back(value);
-    if (!callService(name, request, answer)) return false;
-    answer = quality;
+    request.request.config = config;
+    if (!callService(service, request, answer)) return false;
+    answer = textOf(request.response.config, name);
     return true;
   };
 }

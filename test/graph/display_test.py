@@ -13,13 +13,11 @@ import roslib.packages
 
 import rig_messages
 import rig_run
-from rviz_window import (BACKGROUND, CONFIG, HANDS, HEIGHT, PATIENCE, WIDTH, Camera, Window, differs, drawn,
+from rviz_window import (BACKGROUND, CONFIG, HANDS, OVERLAY, PATIENCE, WIDTH, Camera, Window, differs, drawn,
                          has_strong_colours, kneading, places, publish, silhouette)
 
 sys.path.insert(0, os.path.join(rig_run.PACKAGE, 'test', 'emulator'))
 import acoustic_field  # noqa: E402
-
-OVERLAY = (420, HEIGHT - 110)  # pixels; the state of the rig is written left of and below these
 
 
 def on_the_bar(share):
@@ -82,7 +80,7 @@ class Display(unittest.TestCase):
         """Colours of the slice through the strongest focal point, against an independent sum at the same places."""
         full = 500.0
         with rig_run.Graph() as graph:
-            window = Window(graph, only=('Slice of the sound',), Alpha=1, **{'Full scale': full},
+            window = Window(graph, only={'Slice of the sound': {'Alpha': 1, 'Full scale': full}},
                             camera=dict(yaw=math.pi, pitch=0.05, distance=0.4, focus=(0.0, 0.0, -0.03)))
             camera = Camera(window.config)
             self.moment(graph, ['/array/drive', '/array/geometry', '/array/focal_points'])

@@ -8,7 +8,7 @@ import unittest
 import rosbag
 import rosgraph
 import rospy
-from dynamic_reconfigure.msg import Config, StrParameter
+from dynamic_reconfigure.msg import Config, ConfigDescription, DoubleParameter, Group, ParamDescription, StrParameter
 from dynamic_reconfigure.srv import Reconfigure, ReconfigureResponse
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger, TriggerResponse
@@ -20,6 +20,10 @@ from rviz_window import HEIGHT, PATIENCE, Window
 
 STOP_RED = (210, 40, 30)
 PANEL_WIDTH = 350  # pixels
+# Line in the log of the node, by the viscosity that it refuses: first another line than that of a refusal.
+REFUSED = {1e7: 'something else',
+           1e8: '/clay_simulator: no parameter was changed: viscosity of the clay is a number from 0 to a million, and '
+                'not more than that'}
 
 
 class Panel(unittest.TestCase):
@@ -37,14 +41,21 @@ class Panel(unittest.TestCase):
             rospy.Service('clay_simulator/save', SculptureFile, answer('save', SculptureFileResponse(True, 'saved')))
             rospy.Service('clay_simulator/load', SculptureFile,
                           answer('load', SculptureFileResponse(False, 'torn file')))
-            quality = lambda name: Config(strs=[StrParameter('quality', name)])
+            config = lambda quality, viscosity: Config(strs=[StrParameter('quality', quality)],
+                                                       doubles=[DoubleParameter('viscosity', viscosity)])
             held = rospy.Publisher('clay_simulator/parameter_updates', Config, queue_size=1, latch=True)
-            held.publish(quality('balanced'))
+            holds = {'quality': 'balanced', 'viscosity': 150.5}
+            held.publish(config(**holds))
 
             def change(request):
-                asked.append(('quality', request.config.strs[0].value))
-                held.publish(request.config)
-                return ReconfigureResponse(request.config)
+                for value in request.config.strs + request.config.doubles:
+                    asked.append((value.name, value.value))
+                    if value.value in REFUSED:
+                        rospy.logwarn(REFUSED[value.value])
+                        raise rospy.ServiceException('refused')
+                    holds[value.name] = value.value
+                held.publish(config(**holds))
+                return ReconfigureResponse(config(**holds))
             rospy.Service('clay_simulator/set_parameters', Reconfigure, change)
             rospy.set_param('/clay_simulator/scene', '/somewhere/config/scenes/kindergarten.yaml')
             states = rospy.Publisher('array/state', ArrayState, queue_size=1, latch=True)
@@ -123,6 +134,35 @@ class Panel(unittest.TestCase):
                                      if at[1] > int(middle[1]) + 130}
             self.assertFalse(words(seen))
             window.settled(words, part=words).save(os.path.join(pictures, 'panel_answer.png'))
+            # All live parameters by keys, in a window beside the panel: the second one, a number.
+            told = rospy.Publisher('clay_simulator/parameter_descriptions', ConfigDescription, queue_size=1, latch=True)
+            told.publish(ConfigDescription(
+                groups=[Group(name='Default', parameters=[ParamDescription(name='quality', type='str'),
+                                                          ParamDescription(name='viscosity', type='double')])],
+                min=config('', 0.0), max=config('', 1e6), dflt=config('balanced', 100.0)))
+            act('key', 'alt+m')
+            rig_run.wait_until(lambda: graph.subscribed('/clay_simulator/parameter_descriptions'), 30.0, 'the table')
+
+            def set_to(value):
+                def typed():
+                    act('key', 'Down')
+                    act('type', '%d' % value)
+                    act('key', 'Return')
+                    rospy.rostime.wallsleep(0.5)
+                    return ('viscosity', value) in asked
+                rig_run.wait_until(typed, 30.0, 'the viscosity')
+            set_to(250.0)
+            window.settled(lambda picture: not words(picture), part=words).save(
+                os.path.join(pictures, 'panel_parameters.png'))
+            # Refused: the panel has the reason from the log of the node, if there is one, or says that it failed.
+            lengths = []
+            for value in REFUSED:
+                set_to(value)
+                refused = window.settled(words, part=words)
+                lengths.append(len(words(refused)))
+                refused.save(os.path.join(pictures, 'panel_refused%d.png' % len(lengths)))
+            self.assertGreater(lengths[1], 1.2 * lengths[0], 'a line of a refusal is longer')
+            self.assertEqual(holds, {'quality': 'balanced', 'viscosity': 250.0})
 
 
 if __name__ == '__main__':

@@ -36,6 +36,10 @@ TEST(RigNumbers, OfTheClay) {
   status.active_particles = 11;
   status.contacts = 12;
   status.lumps = 13;
+  status.crumbs = 14;
+  status.bonds = 15;
+  status.strays = 16;
+  status.density_error_max = 0.5f;
   status.iterations = 1.5f;
   RigNumbers numbers = unknownNumbers();
   takeNumbers(status, numbers);
@@ -51,7 +55,11 @@ TEST(RigNumbers, OfTheClay) {
   EXPECT_EQ(numbers.active_particles, 11.0f);
   EXPECT_EQ(numbers.particle_contacts, 12.0f);
   EXPECT_EQ(numbers.lumps, 13.0f);
+  EXPECT_EQ(numbers.crumbs, 14.0f);
+  EXPECT_EQ(numbers.bonds, 15.0f);
+  EXPECT_EQ(numbers.strays, 16.0f);
   EXPECT_FLOAT_EQ(numbers.density_error_percent, 2.0f);
+  EXPECT_FLOAT_EQ(numbers.density_error_highest_percent, 50.0f);
 }
 
 TEST(RigNumbers, OfTheTouch) {
@@ -70,6 +78,8 @@ TEST(RigNumbers, OfTheArray) {
   RenderingReport report;
   report.gain = 0.002f;
   report.error = 0.25f;
+  report.weighted_error = 0.125f;
+  report.saturated_points = 2;
   report.force = 3.0f;
   report.vibration = 8.0f;
   report.static_force = 20.0f;
@@ -78,17 +88,25 @@ TEST(RigNumbers, OfTheArray) {
   state.header.stamp = ros::Time(7.0);
   state.latency = 0.012f;
   state.head_spl = 98.0f;
+  state.emitting = true;
+  state.frames_late = 4;
+  state.frames_rejected = 5;
   RigNumbers numbers = unknownNumbers();
   takeNumbers(report, numbers);
   takeNumbers(state, numbers);
   EXPECT_FLOAT_EQ(numbers.rendered_gain_Pa_per_kPa, 2.0f);
   EXPECT_FLOAT_EQ(numbers.rendered_error_percent, 25.0f);
+  EXPECT_FLOAT_EQ(numbers.weighted_error_percent, 12.5f);
+  EXPECT_EQ(numbers.saturated_points, 2.0f);
   EXPECT_EQ(numbers.rendered_force_mN, 3.0f);
   EXPECT_EQ(numbers.vibration_dB, 8.0f);
   EXPECT_EQ(numbers.static_force_mN, 20.0f);
   EXPECT_EQ(numbers.focal_points, 3.0f);
   EXPECT_FLOAT_EQ(numbers.hand_to_array_latency_ms, 12.0f);
   EXPECT_EQ(numbers.head_level_dB, 98.0f);
+  EXPECT_EQ(numbers.array_sounds, 1.0f);
+  EXPECT_EQ(numbers.frames_late, 4.0f);
+  EXPECT_EQ(numbers.frames_rejected, 5.0f);
   EXPECT_EQ(numbers.header.stamp, ros::Time(7.0));
 }
 

@@ -19,6 +19,7 @@ SPACING = 0.005   # m
 BACKGROUND = (236, 238, 241)
 FIELD_OF_VIEW = math.radians(45.0)  # of rviz, from the bottom to the top
 CONFIG = os.path.join(rig_run.PACKAGE, 'rviz', 'rig.rviz')
+OVERLAY = (420, HEIGHT - 110)  # pixels; the state of the rig is written left of and below these
 HANDS = ('/hands/tracked', '/hands/skin', '/hands/pressure')
 
 
@@ -81,9 +82,10 @@ def drawn(picture):
 
 
 class Window:
-    """rviz on a screen of its own, as scripts/rig shows it, in a graph. `only`: the displays that are on, by name."""
+    """rviz on a screen of its own, as scripts/rig shows it, in a graph. `only`: names of the displays that are on; or
+    the properties to be changed, by these names."""
 
-    def __init__(self, graph, only=None, camera=None, fullscreen=True, **changes):
+    def __init__(self, graph, only=None, camera=None, fullscreen=True):
         config = CONFIG
         if only is not None:
             config = os.path.join(graph.folder, 'view.rviz')
@@ -91,7 +93,7 @@ class Window:
                 view = yaml.safe_load(file)
             for display in view['Visualization Manager']['Displays']:
                 display['Enabled'] = display['Value'] = display['Name'] in only
-                display.update(changes if display['Name'] in only else {})
+                display.update(only.get(display['Name'], {}) if isinstance(only, dict) else {})
             current = view['Visualization Manager']['Views']['Current']
             if camera is not None:
                 current.update(Yaw=camera['yaw'], Pitch=camera['pitch'], Distance=camera['distance'])
