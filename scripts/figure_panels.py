@@ -1,6 +1,8 @@
 """What each picture of the documents shows: its runs, moments and views. A module of `figure`, no program."""
 import math
 import os
+import re
+import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 WIDTH, HEIGHT = 1400, 900  # pixels of the window
@@ -32,12 +34,25 @@ def incline(kind):
     return dict(scene='incline' + kind, hands='none')
 
 
+def config(*names):
+    with open(os.path.join(ROOT, 'config', *names)) as file:
+        return file.read()
+
+
 def scene_of(material, folder):
-    """The kindergarten of another material."""
-    with open(os.path.join(ROOT, 'config', 'scenes', 'kindergarten.yaml')) as file:
-        text = file.read().replace('modelling_clay', material)
+    """The kindergarten of another material: NAME, or NAME,KEY=VALUE for one with another number."""
+    name, *change = material.split(',')
+    if change:
+        key, value = change[0].split('=')
+        text, count = re.subn('^%s:.*' % key, '%s: %s' % (key, value), config('materials', name + '.yaml'), flags=re.M)
+        if count != 1:
+            sys.exit("figure: material %s has no '%s'" % (name, key))
+        name += '_' + key
+        with open(os.path.join(folder, name + '.yaml'), 'w') as file:
+            file.write(text)
+    text = config('scenes', 'kindergarten.yaml').replace('modelling_clay', name)
     text = text.replace('urdf: table.urdf', 'urdf: ' + os.path.join(ROOT, 'config', 'urdf', 'table.urdf'))
-    path = os.path.join(folder, material + '.yaml')
+    path = os.path.join(folder, 'scene_of_%s.yaml' % name)
     with open(path, 'w') as file:
         file.write(text)
     return path
@@ -83,7 +98,7 @@ def figures(materials, folder):
         '5': ([[panel(knead, at, table, size=third) for at in (1.5, 3.2, 11.8)]], ((0,), 1.4, 5.8)),
         '6': ([[panel(dict(press, scene=scene_of(material, folder)), 1.6,
                       view(yaw=3.9, pitch=0.3, distance=0.26, focus=(0.045, 0.05, 0.03), only=(CLAY, HANDS, TABLE)),
-                      size=(560, 460), caption=material.replace('_', ' ')) for material in materials]],
+                      size=(560, 460), caption=material.replace('_', ' ').replace(',', ', ')) for material in materials]],
               ((0, 1), 0.6, 1.8)),
         '7': ([[panel(potter, at, wheel, size=third) for at in (1.0, 2.6, 7.9)]], ((0,), 0.6, 5.6)),
     }
