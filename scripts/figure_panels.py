@@ -98,7 +98,7 @@ def figures(materials, folder):
         '5': ([[panel(knead, at, table, size=third) for at in (1.5, 3.2, 11.8)]], ((0,), 1.4, 5.8)),
         '6': ([[panel(dict(press, scene=scene_of(material, folder)), 1.6,
                       view(yaw=3.9, pitch=0.3, distance=0.26, focus=(0.045, 0.05, 0.03), only=(CLAY, HANDS, TABLE)),
-                      size=(560, 460), caption=material.replace('_', ' ').replace(',', ', ')) for material in materials]],
+                      size=(560, 460), caption=re.sub('[_,]+', ' ', material)) for material in materials]],
               ((0, 1), 0.6, 1.8)),
         '7': ([[panel(potter, at, wheel, size=third) for at in (1.0, 2.6, 7.9)]], ((0,), 0.6, 5.6)),
     }
