@@ -83,14 +83,12 @@ void HandCleaner::update(TrackedFrame& frame) {
       see(track, *seen[side], frame.stamp);
     else
       miss(track, frame.stamp);
-    if (!track || !track->shown || track->presence <= 0.0) continue;
-    std::optional<HandTrack>& last = last_shown_[side];
-    const bool was_there = last && last->updated == last_update_;
-    if (last && !was_there && !couldHaveCome(*last, *track)) continue;
-    hands.push_back(faded(*track));
-    last = track;
+    std::optional<TrackedHand> goal;
+    if (track && track->shown && track->presence > 0.0) goal = faded(*track);
+    const bool is_seen = track && track->stamp == frame.stamp;
+    auto shown = limits_[side].step(is_seen ? &track->seen : nullptr, goal ? &*goal : nullptr, frame.stamp);
+    if (shown) hands.push_back(*shown);
   }
-  last_update_ = frame.stamp;
   frame.hands = std::move(hands);
 }
 
@@ -127,6 +125,7 @@ void HandCleaner::see(std::optional<HandTrack>& track, const TrackedHand& hand,
       ++counts_.jumps;
       jumped = true;
       track.reset();
+      limits_[static_cast<int>(hand.side)].forget();
     } else {
       if (renamed) {
         startBlend(*track, hand, stamp);

@@ -7,6 +7,7 @@
 
 #include "hand/clean_config.h"
 #include "hand/hand_track.h"
+#include "hand/speed_limit.h"
 #include "hand/tracked_hand.h"
 
 namespace tactile_clay::hand {
@@ -27,9 +28,9 @@ struct CleanCounts {
 /// - Poses pass a One-Euro filter. It starts anew when a hand returns.
 /// - A hand that is not seen is held for `hold`, and fades out until `gone`. It grows thin about its bones,
 ///   to half its radii, so that skin and touch withdraw from the clay. Its confidence falls to zero.
-/// - A hand never leaps if the tracked hand did not: each of its joints moves at most 1.15 times as fast as
-///   the tracked joint has moved. So a hand that was held or left out catches up with the tracked hand. A
-///   hand that was gone is there again as soon as it could have come there at that speed.
+/// - A hand never leaps if the tracked hand did not (SpeedLimit). So a hand that was held or left out catches
+///   up with the tracked hand. A hand or finger that was gone is there again as soon as it could have come
+///   there.
 /// - A new id is the same hand if that was seen less than `same_hand_time` ago and is within
 ///   `same_hand_distance` of its place. The step that this makes is blended over `blend`.
 /// - A new id farther away, or a jump that no hand makes, is another hand. It is there from its second
@@ -71,12 +72,10 @@ class HandCleaner {
   void forget(std::optional<HandTrack>& track, std::chrono::nanoseconds stamp);
 
   CleanConfig config_;
-  double period_ = 0.0;                                  // s, between the tracker's frames
-  std::optional<std::chrono::nanoseconds> last_frame_;   // of the tracker
-  std::optional<std::chrono::nanoseconds> last_update_;  // of the tracker, or held
-  std::array<std::optional<HandTrack>, 2> tracks_;       // by side
-  std::array<std::optional<HandTrack>, 2>
-      last_shown_;  // by side, as it was when its hand was last in a frame
+  double period_ = 0.0;                                 // s, between the tracker's frames
+  std::optional<std::chrono::nanoseconds> last_frame_;  // of the tracker
+  std::array<std::optional<HandTrack>, 2> tracks_;      // by side
+  std::array<SpeedLimit, 2> limits_;                    // by side
   CleanCounts counts_;
 };
 

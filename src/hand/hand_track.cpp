@@ -16,22 +16,9 @@ constexpr double thinnest = 0.5;
 constexpr double velocity_cutoff = 10.0;  // Hz, of the motion that is used for prediction
 // m/s^2, maximum by which a hand speeds up or slows down: a stroke of half a metre in a sixth of a second.
 constexpr double quickest_start = 100.0;
-constexpr double catching_up = 1.15;  // of the tracked joint's fastest motion: no joint must leap
-constexpr double no_leap = 1e-4;      // m; less than the noise of a tracker
 
 double seconds(std::chrono::nanoseconds time) {
   return std::chrono::duration<double>(time).count();
-}
-
-// Calls use(joint) for each joint that neither hand misses.
-template <class F>
-void forCommonJoints(const TrackedHand& a, const TrackedHand& b, F use) {
-  for (int joint = 0; joint < joint_count; ++joint)
-    if (!a.missing[joint] && !b.missing[joint]) use(joint);
-}
-
-double jointDistance(const TrackedHand& a, const TrackedHand& b, int joint) {
-  return (a.joints[joint].position - b.joints[joint].position).norm();
 }
 
 // Makes the blended and the filtered hand from the seen one.
@@ -75,7 +62,7 @@ void filter(HandTrack& track, const TrackedHand& hand, std::chrono::nanoseconds 
 
 HandTrack startTrack(const TrackedHand& hand, std::chrono::nanoseconds stamp) {
   HandTrack track;
-  track.seen = track.blended = track.clean = track.released = hand;
+  track.seen = track.blended = track.clean = track.predicted = hand;
   track.stamp = track.updated = stamp;
   for (int joint = 0; joint < joint_count; ++joint) {
     track.position[joint].reset(hand.joints[joint].position);
@@ -86,25 +73,9 @@ HandTrack startTrack(const TrackedHand& hand, std::chrono::nanoseconds stamp) {
 
 void goOn(HandTrack& track, const TrackedHand& hand, std::chrono::nanoseconds stamp,
           const CleanConfig& config) {
-  const double te = seconds(stamp - track.stamp);
-  const TrackedHand seen = track.seen, before = track.clean;
-  track.velocity = (hand.joints[palm].position - seen.joints[palm].position) / te;
+  track.velocity =
+      (hand.joints[palm].position - track.seen.joints[palm].position) / seconds(stamp - track.stamp);
   filter(track, hand, stamp, config);
-  double share = 1.0;  // of the step of the hand, for which no joint is too fast
-  forCommonJoints(seen, hand, [&](int joint) {
-    double& fastest = track.fastest[joint];
-    fastest = std::max(fastest, jointDistance(seen, hand, joint) / te);
-    const double farthest = catching_up * fastest * seconds(stamp - track.updated);
-    const double step = jointDistance(before, track.clean, joint);
-    if (step > farthest) share = std::min(share, farthest / step);
-  });
-  if (share < 1.0)
-    forCommonJoints(seen, hand, [&](int joint) {
-      JointPose& pose = track.clean.joints[joint];
-      const JointPose& last = before.joints[joint];
-      pose.position = last.position + share * (pose.position - last.position);
-      pose.orientation = last.orientation.slerp(share, pose.orientation);
-    });
   track.stamp = stamp;
   // A hand that had begun to fade comes back as fast as it faded.
   track.presence =
@@ -112,10 +83,10 @@ void goOn(HandTrack& track, const TrackedHand& hand, std::chrono::nanoseconds st
   track.updated = stamp;
   track.shown = true;
   track.left_out.reset();
-  track.released = track.clean;
+  track.predicted = track.clean;
   if (config.prediction > 0.0)
     for (int joint = 0; joint < joint_count; ++joint) {
-      JointPose& pose = track.released.joints[joint];
+      JointPose& pose = track.predicted.joints[joint];
       pose.position += config.prediction * track.motion[joint].velocity;
       pose.orientation = pose.orientation * rotation(config.prediction * track.motion[joint].turning);
     }
@@ -155,21 +126,8 @@ bool isArtefact(const HandTrack& track, const TrackedHand& hand, std::chrono::na
   return !near(track.velocity, half) && !near(now, half);
 }
 
-bool couldHaveCome(const HandTrack& from, const HandTrack& to) {
-  if (to.updated != to.stamp) return false;  // it is not seen now
-  const double unseen = seconds(to.stamp - from.stamp), gone = seconds(to.updated - from.updated);
-  bool could = true;
-  forCommonJoints(from.released, to.released, [&](int joint) {
-    const double fastest =
-        std::max({from.fastest[joint], to.fastest[joint], jointDistance(from.seen, to.seen, joint) / unseen});
-    could =
-        could && jointDistance(from.released, to.released, joint) <= catching_up * fastest * gone + no_leap;
-  });
-  return could;
-}
-
 TrackedHand faded(const HandTrack& track) {
-  TrackedHand hand = track.released;
+  TrackedHand hand = track.predicted;
   if (track.presence >= 1.0) return hand;
   const double factor = std::max(thinnest + (1.0 - thinnest) * track.presence, minimumRadiusFactor(hand));
   hand.confidence *= track.presence;

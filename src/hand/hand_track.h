@@ -29,15 +29,13 @@ struct HandTrack {
   TrackedHand seen;                  // as the tracker sent it
   TrackedHand blended;               // `seen`, without what is left of the step of a changed id
   TrackedHand clean;                 // `blended`, filtered
-  TrackedHand released;              // `clean`, predicted
+  TrackedHand predicted;             // `clean`, predicted
   std::chrono::nanoseconds stamp;    // when it was seen
   std::chrono::nanoseconds updated;  // when it was seen or missed
   double presence = 1.0;             // 0-1
   bool shown = true;                 // false: it jumped to its place, and was seen there only once
   /// m/s, of the palm, between the last two that were seen
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
-  /// m/s, maximum speed of each joint as the tracker sent it, since the track began
-  std::array<double, joint_count> fastest{};
   std::optional<Artefact> left_out;  // the last artefact since `stamp`
   std::array<OneEuro<3>, joint_count> position;
   std::array<OneEuroRotation, joint_count> orientation;
@@ -61,10 +59,6 @@ void startBlend(HandTrack& track, const TrackedHand& hand, std::chrono::nanoseco
 /// before, or with that after. A leap agrees with neither: it comes from rest and ends at rest.
 bool isArtefact(const HandTrack& track, const TrackedHand& hand, std::chrono::nanoseconds stamp,
                 const CleanConfig& config);
-
-/// Whether a hand that was last shown as `from` moved on to `to` no faster than the tracker saw it move,
-/// before, in between or since.
-bool couldHaveCome(const HandTrack& from, const HandTrack& to);
 
 /// The hand of a track, as thin and unsure as its presence makes it.
 TrackedHand faded(const HandTrack& track);

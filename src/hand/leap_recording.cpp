@@ -7,9 +7,11 @@
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
+#include <vector>
 
 #include "files/input_file.h"
 #include "hand/leap_json.h"
+#include "values/text.h"
 
 namespace tactile_clay::hand {
 namespace {
@@ -25,6 +27,9 @@ constexpr std::size_t beginning = 64U << 10U;  // bytes from which the format is
 // Limits of the search for a hand with bones: 10 s or more of a recording, but not more of any other file.
 constexpr int frames_without_bones = 600;
 constexpr z_off_t bytes_without_bones = 64U << 20U;
+// Median of the intervals between frames, s, and how many are needed for it. Trackers have 10 to 200 Hz.
+constexpr double shortest_interval = 0.001, longest_interval = 0.5;
+constexpr std::size_t fewest_intervals = 10;
 
 }  // namespace
 
@@ -43,6 +48,9 @@ void LeapRecording::open(const SourceOptions& options) {
   toBegin();
   openLeapjs();
   requireBones();
+  startAnew();
+  requireMicroseconds();
+  startAnew();
   first_ = nextFrame();
   if (!first_) fail("holds no frame");
 }
@@ -94,6 +102,32 @@ void LeapRecording::requireBones() {
   if (boneless)
     fail("its fingers have no bones, as in Leap's " +
          (protocol_ ? "protocol " + std::to_string(*protocol_) : std::string("protocols 1 to 4")));
+}
+
+// A recording in milliseconds would be over in no time, and one in nanoseconds would seem to hang.
+void LeapRecording::requireMicroseconds() {
+  std::vector<double> intervals;  // s
+  try {
+    std::optional<std::chrono::nanoseconds> last;
+    for (int i = 0; i < frames_without_bones && gztell(file_.get()) < bytes_without_bones; ++i) {
+      const auto frame = nextFrame();
+      if (!frame) break;
+      const std::chrono::nanoseconds stamp = frame->frame.stamp;
+      if (last && stamp > *last) intervals.push_back(std::chrono::duration<double>(stamp - *last).count());
+      last = stamp;
+    }
+  } catch (const std::runtime_error&) {
+    // The error is reported where the frame is read.
+  }
+  if (intervals.size() < fewest_intervals) return;
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  if (*middle < shortest_interval || *middle > longest_interval)
+    fail("its frames are " + values::text(1e3 * *middle) +
+         " ms apart, expected 1 to 500 ms (timestamps are in microseconds)");
+}
+
+void LeapRecording::startAnew() {
   toBegin();
   stamps_ = {};
   dropped_hands_ = 0;

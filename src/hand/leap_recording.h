@@ -39,6 +39,8 @@ class LeapRecording : public HandSource {
   void toBegin();
   void openLeapjs();
   void requireBones();
+  void requireMicroseconds();
+  void startAnew();
   bool readLine(std::string& line);
   bool readMessage(std::string& message, std::string& where);
   std::optional<LeapFrame> nextFrame();

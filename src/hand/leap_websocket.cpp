@@ -52,8 +52,13 @@ using SessionPtr = std::shared_ptr<Session>;
 WebsocketUrl parseWebsocketUrl(const std::string& text) {
   static const std::regex form(
       R"((?:ws://)?([A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\])(?::([0-9]{1,5}))?(/[!-~]*)?)");
+  constexpr std::size_t longest = 2048;  // bytes; std::regex takes stack for each
   WebsocketUrl url;
   if (text.empty()) return url;
+  if (text.size() > longest)
+    throw std::runtime_error("url '" + text.substr(0, 40) +
+                             "...' of the tracker: " + std::to_string(text.size()) +
+                             " bytes, expected at most " + std::to_string(longest));
   std::smatch part;
   if (!std::regex_match(text, part, form) ||
       (part[2].matched && (std::stoi(part[2]) == 0 || std::stoi(part[2]) > 65535)))

@@ -9,6 +9,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
+// Samples of a hand that are remembered: a tracker may send what its buffers hold in turn.
+constexpr std::size_t remembered = 8;
 constexpr RepeatedHands::Time stands_still = 50ms;  // longer than a driver takes to send a sample twice
 
 // Two NaN count as the same, too.
@@ -21,8 +23,14 @@ bool sameJoints(const TrackedHand& a, const TrackedHand& b) {
     const JointPose &p = a.joints[joint], &q = b.joints[joint];
     for (int i = 0; i < 3; ++i)
       if (!same(p.position[i], q.position[i])) return false;
-    for (int i = 0; i < 4; ++i)
-      if (!same(p.orientation.coeffs()[i], q.orientation.coeffs()[i])) return false;
+    // A quaternion and its negative are the same rotation.
+    for (const double sign : {1.0, -1.0}) {
+      bool equal = true;
+      for (int i = 0; i < 4; ++i)
+        equal = equal && same(p.orientation.coeffs()[i], sign * q.orientation.coeffs()[i]);
+      if (equal) break;
+      if (sign < 0.0) return false;
+    }
   }
   return true;
 }
@@ -31,15 +39,17 @@ bool sameJoints(const TrackedHand& a, const TrackedHand& b) {
 
 LeftOut RepeatedHands::leaveOutRepeats(std::vector<TrackedHand>& hands, Time now) {
   LeftOut out;
-  std::vector<Sample> samples;
   std::vector<TrackedHand> fresh;
   for (const TrackedHand& hand : hands) {
-    const auto before = std::find_if(last_.begin(), last_.end(), [&](const Sample& sample) {
-      return sample.hand.side == hand.side && sameJoints(sample.hand, hand);
-    });
-    const bool repeated = before != last_.end();
-    samples.push_back({hand, repeated ? before->since : now});
-    const Time still = now - samples.back().since;
+    std::deque<Sample>& last = last_[hand.side == Side::left ? 0 : 1];
+    const auto before = std::find_if(last.begin(), last.end(),
+                                     [&](const Sample& sample) { return sameJoints(sample.hand, hand); });
+    const bool repeated = before != last.end();
+    const Time still = repeated ? now - before->since : Time(0);
+    if (!repeated) {
+      last.push_back({hand, now});
+      if (last.size() > remembered) last.pop_front();
+    }
     if (!repeated || still < patience_) {
       fresh.push_back(hand);
       continue;
@@ -52,7 +62,6 @@ LeftOut RepeatedHands::leaveOutRepeats(std::vector<TrackedHand>& hands, Time now
           std::to_string(std::chrono::duration_cast<std::chrono::milliseconds>(still).count()) +
           " ms, expected another sample with each frame");
   }
-  last_ = std::move(samples);
   hands = std::move(fresh);
   return out;
 }

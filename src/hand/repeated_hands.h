@@ -2,7 +2,7 @@
 
 #include <array>
 #include <chrono>
-#include <optional>
+#include <deque>
 #include <vector>
 
 #include "hand/hand_check.h"
@@ -11,9 +11,9 @@
 namespace tactile_clay::hand {
 
 /// Leaves out hands that a live tracker only repeats. A live hand trembles and its tracker has noise, so no
-/// two samples of it have the same bits in all joints. If two have, the tracker has seen nothing new,
-/// whatever its clock, ids and confidence are, and the hand counts as not seen. Recordings and scripted hands
-/// may stand still, so this check is not for them.
+/// two samples of it have the same bits in all joints. If a sample has those of one of the last eight, the
+/// tracker has seen nothing new, whatever its clock, ids and confidence are, and the hand counts as not seen.
+/// Recordings and scripted hands may stand still, so this check is not for them.
 class RepeatedHands {
  public:
   using Time = std::chrono::nanoseconds;
@@ -33,7 +33,7 @@ class RepeatedHands {
   };
 
   Time patience_;
-  std::vector<Sample> last_;
+  std::array<std::deque<Sample>, 2> last_;  // by side, the newest at the end
 };
 
 }  // namespace tactile_clay::hand

@@ -93,7 +93,7 @@ void HandSimulator::simulate(hand::TrackedFrame frame) {
   left_out = jumps_.leaveOutJumps(frame.hands, frame.stamp);
   tell(left_out);
   bad_hands_ += static_cast<unsigned>(left_out.hands);
-  if (live_input_ && live_samples_.isLive(frame)) {
+  if (live_input_ && !frame.played) {
     left_out = repeats_.leaveOutRepeats(frame.hands, std::chrono::steady_clock::now().time_since_epoch());
     tell(left_out);
     repeated_hands_ += static_cast<unsigned>(left_out.hands);

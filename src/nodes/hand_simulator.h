@@ -27,7 +27,7 @@ namespace tactile_clay::nodes {
 ///
 /// Every message is judged (hand_check.h): hands that are wrong, fingers that are missing and hands that jump
 /// get no skin. With `~live_input`, which is for `hands/tracked` of another program, hands that are only
-/// repeated get no skin, either, unless they are played (LiveSamples, repeated_hands.h).
+/// repeated get no skin, either, unless they are played (player.h, repeated_hands.h).
 ///
 /// `~hand_model` is `kinematic` (the skin moves with the tracked bones) or `soft` (bones and flesh are
 /// between the tracked pose and the clay, whose forces come with `clay/contacts`). For soft hands the
@@ -54,7 +54,6 @@ class HandSimulator {
   std::unique_ptr<hand::SoftHands> soft_;
   bool lockstep_, live_input_;
   hand::JumpCheck jumps_;
-  LiveSamples live_samples_;
   hand::RepeatedHands repeats_{repeats_patience};
   std::deque<hand::TrackedFrame> waiting_;
   std::optional<ros::Time> awaited_;  // soft and lockstep: stamp of the skin that the clay has yet to answer

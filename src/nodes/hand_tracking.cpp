@@ -141,7 +141,7 @@ bool HandTracking::isDue(hand::TrackedFrame& frame) {
 // cleaner, releases a frame with the present time instead and returns true: the caller then skips this frame.
 bool HandTracking::leaveOutRepeats(hand::TrackedFrame& frame) {
   // If the input is hands/tracked itself, hand_simulator leaves repeated hands out.
-  if (passes_by_ || !live_samples_.isLive(frame)) return false;
+  if (passes_by_ || frame.played) return false;
   const std::chrono::nanoseconds now = std::chrono::steady_clock::now().time_since_epoch();
   const hand::LeftOut left_out = repeats_->leaveOutRepeats(frame.hands, now);
   repeated_hands_ += static_cast<unsigned>(left_out.hands);

@@ -70,7 +70,6 @@ class HandTracking {
 
   SampleClock clock_;
   std::optional<hand::HandCleaner> cleaner_;  // none if hands are passed on as they are
-  LiveSamples live_samples_;
   std::optional<hand::RepeatedHands> repeats_;
   std::string source_frame_;
   ros::Time last_release_;

@@ -185,9 +185,9 @@ SettingValues LiveParameters::fromYaml(const std::string& text) const {
   for (const auto& entry : YAML::Load(text)) {
     const auto name = entry.first.as<std::string>();
     const auto known = values_.find(name);
+    if (known == values_.end()) refuseName(name, values_);
     try {
-      values[name] = known == values_.end() ? SettingValue(entry.second.as<std::string>())
-                                            : valueOf(entry.second, known->second);
+      values[name] = valueOf(entry.second, known->second);
     } catch (const YAML::Exception&) {
       throw std::runtime_error(naming_(name) + ": expected " + kindOf(known->second));
     }
@@ -195,16 +195,18 @@ SettingValues LiveParameters::fromYaml(const std::string& text) const {
   return values;
 }
 
+void LiveParameters::refuseName(const std::string& name, const SettingValues& known) const {
+  std::string list;
+  for (const auto& one : known) list += (list.empty() ? "" : ", ") + one.first;
+  throw std::runtime_error(naming_(name) + " cannot change while the node runs, expected one of " + list);
+}
+
 // Called with the mutex locked.
 void LiveParameters::ask(const SettingValues& values) {
   SettingValues wanted = pending_ ? pending_->values : values_;
   for (const auto& [name, value] : values) {
     const auto known = wanted.find(name);
-    if (known == wanted.end()) {
-      std::string list;
-      for (const auto& one : wanted) list += (list.empty() ? "" : ", ") + one.first;
-      throw std::runtime_error(naming_(name) + " cannot change while the node runs, expected one of " + list);
-    }
+    if (known == wanted.end()) refuseName(name, wanted);
     known->second = value;
   }
   Settings settings(naming_, std::move(wanted));

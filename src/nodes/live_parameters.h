@@ -60,6 +60,7 @@ class LiveParameters {
                    dynamic_reconfigure::Reconfigure::Response& response);
   void readChanges(const std::string& text);
   SettingValues fromYaml(const std::string& text) const;
+  [[noreturn]] void refuseName(const std::string& name, const SettingValues& known) const;
   void ask(const SettingValues& values);
   void store();
   void tell(const SettingValues& before, ros::Time stamp);

@@ -28,12 +28,6 @@ hand::LeftOut leaveOutBadHands(hand::TrackedFrame& frame) {
   return left_out;
 }
 
-bool LiveSamples::isLive(const hand::TrackedFrame& frame) {
-  const bool stands = frame.stamp == last_;
-  last_ = frame.stamp;
-  return stands || !frame.played;
-}
-
 void placeInWorld(hand::TrackedFrame& frame, const std::string& world, Transforms& transforms) {
   if (frame.frame_id != world && !frame.hands.empty()) {
     const auto pose = transforms.lookup(world, frame.frame_id);

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <chrono>
-#include <optional>
 #include <string>
 
 #include "hand/hand_check.h"
@@ -20,17 +19,6 @@ hand::LeftOut leaveOutBadHands(hand::TrackedFrame& frame);
 /// Time for which a repeated live hand stays if no hand_cleaner bridges it: longer than the 50 ms between two
 /// samples of a slow tracker, short enough for the array to be silent after 150 ms.
 inline constexpr std::chrono::milliseconds repeats_patience = silence_times::hand_repeated;
-
-/// Tells live samples from played ones. A sample that rosbag play publishes is played, as long as its stamps
-/// advance. All others are live, whatever their stamps are: clocks of trackers may be wrong.
-class LiveSamples {
- public:
-  /// @param frame the next sample
-  bool isLive(const hand::TrackedFrame& frame);
-
- private:
-  std::optional<std::chrono::nanoseconds> last_;
-};
 
 /// Moves all hands of a frame into `world`; hands that tf2 cannot place are removed.
 void placeInWorld(hand::TrackedFrame& frame, const std::string& world, Transforms& transforms);

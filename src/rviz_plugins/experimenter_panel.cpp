@@ -83,7 +83,7 @@ void ExperimenterPanel::addArray(QGridLayout& grid) {
 
 void ExperimenterPanel::addClay(QGridLayout& grid) {
   button(grid, {3, 0, 1}, "Reset the clay", "F8", "Puts the clay back to the start of the scene.",
-         [this] { call("reset of the clay", triggerCall(clay() + "/reset")); });
+         [this] { call("reset of the clay", triggerCall(clay_name_ + "/reset")); });
   button(grid, {3, 1, 1}, "Save", "F5",
          "Saves the clay to a new file in the folder. Its name has the date and time.",
          [this] { saveClay(); });
@@ -114,7 +114,7 @@ void ExperimenterPanel::addForm(QGridLayout& grid) {
   scene_line_ = new QLabel("not known");
   form->addRow("Scene", scene_line_);
   quality_ = new QualityBox([this](const std::string& quality) {
-    change(clay(), {"quality", "str", quality});
+    change(clay_name_, {"quality", "str", quality});
   });
   form->addRow("&Quality", quality_);
   folder_ = new QLineEdit(QDir::homePath());
@@ -142,7 +142,10 @@ void ExperimenterPanel::addForm(QGridLayout& grid) {
 void ExperimenterPanel::subscribeClay() {
   looked_at_rig_ = ros::SteadyTime();
   try {
-    quality_->follow(clay_->text().toStdString());
+    const std::string name = clay_->text().toStdString();
+    if (name.empty()) throw ros::InvalidNameException("expected the name of the node of the clay");
+    clay_name_ = nh_.resolveName(name);
+    quality_->follow(clay_name_);
   } catch (const ros::Exception& error) {
     say(error.what(), false);
   }
@@ -188,12 +191,12 @@ void ExperimenterPanel::stop() {
 
 void ExperimenterPanel::undo() {
   constexpr double back = 2.0;  // s
-  call("undo", undoCall(clay(), back));
+  call("undo", undoCall(clay_name_, back));
 }
 
 void ExperimenterPanel::saveClay() {
   newest_ = QDir(folder_->text()).filePath(newName("clay", ".clay")).toStdString();
-  call("save", fileCall(clay() + "/save", newest_));
+  call("save", fileCall(clay_name_ + "/save", newest_));
 }
 
 void ExperimenterPanel::loadClay() {
@@ -202,7 +205,7 @@ void ExperimenterPanel::loadClay() {
     path =
         QFileDialog::getOpenFileName(this, "Load clay", folder_->text(), "Sculptures (*.clay);;All files (*)")
             .toStdString();
-  if (!path.empty()) call("load", fileCall(clay() + "/load", path));
+  if (!path.empty()) call("load", fileCall(clay_name_ + "/load", path));
 }
 
 void ExperimenterPanel::exportMesh(const QString& ending) {
@@ -231,12 +234,7 @@ void ExperimenterPanel::lookAtRig() {
   scene_line_->setToolTip(QString::fromStdString(rig.scene));
   undo_->setVisible(rig.has_undo);
   for (QPushButton* button : {stl_, ply_}) button->setVisible(rig.has_export);
-  calls_.lookAtRig(clay(), surface());
-}
-
-/// Full name of the node that simulates the clay.
-std::string ExperimenterPanel::clay() const {
-  return nh_.resolveName(clay_->text().toStdString());
+  calls_.lookAtRig(clay_name_, surface());
 }
 
 /// Full name of the node that makes the surface of the clay.

@@ -53,7 +53,6 @@ class ExperimenterPanel : public rviz::Panel {
   void record();
   void lookAtRecording();
   void lookAtRig();
-  std::string clay() const;
   std::string surface() const;
   void call(const std::string& what, ServiceCalls::Call work, const std::string& node = "");
   void change(const std::string& node, const LiveValue& value);
@@ -66,9 +65,10 @@ class ExperimenterPanel : public rviz::Panel {
   ArrayState::ConstPtr array_;
   ros::SteadyTime array_came_, looked_at_rig_;
   ServiceCalls calls_;
-  std::string newest_;   // file that was saved last
-  std::string asked_;    // node that was asked for a value last
-  std::string refusal_;  // why it changed nothing
+  std::string clay_name_;  // full name of the node that simulates the clay: the last one that is a name
+  std::string newest_;     // file that was saved last
+  std::string asked_;      // node that was asked for a value last
+  std::string refusal_;    // why it changed nothing
   Recording recording_;
   ParameterWindow* parameters_;
   QLabel *array_line_, *answer_line_, *scene_line_, *record_line_;

@@ -16,8 +16,12 @@ using dynamic_reconfigure::ConfigDescription;
 struct Node {
   ConfigDescription::ConstPtr description;
   Config::ConstPtr values;
+  std::vector<LiveParameter> parameters;  // from both
   ros::Subscriber descriptions, updates;
 };
+
+// What the window can draw many times a second. Longer messages are no parameters of a rig.
+constexpr std::size_t max_bytes = 256U << 10U;
 
 /// @throws ros::Exception if the master does not answer
 std::set<std::string> nodesIn(const std::string& space) {
@@ -53,9 +57,18 @@ ros::Subscriber LiveNodes::Shared::subscribe(const std::string& node, const char
       node + topic, 1, [weak, node, member](const typename Message::ConstPtr& message) {
         const std::shared_ptr<Shared> shared = weak.lock();
         if (!shared) return;
+        if (const std::size_t bytes = ros::serialization::serializationLength(*message); bytes > max_bytes) {
+          ROS_WARN_THROTTLE(1.0, "live parameters of %s left out: %zu bytes, expected at most %zu",
+                            node.c_str(), bytes, max_bytes);
+          return;
+        }
         const std::lock_guard<std::mutex> lock(shared->mutex);
         const auto found = shared->nodes.find(node);
-        if (found != shared->nodes.end()) found->second.*member = message;
+        if (found == shared->nodes.end()) return;
+        Node& mine = found->second;
+        mine.*member = message;
+        if (mine.description)
+          mine.parameters = liveParameters(*mine.description, mine.values ? *mine.values : Config());
       });
 }
 
@@ -105,8 +118,7 @@ std::map<std::string, std::vector<LiveParameter>> LiveNodes::parameters() const 
   std::map<std::string, std::vector<LiveParameter>> all;
   const std::lock_guard<std::mutex> lock(shared_->mutex);
   for (const auto& [name, node] : shared_->nodes)
-    if (node.description)
-      all[name] = liveParameters(*node.description, node.values ? *node.values : Config());
+    if (node.description) all[name] = node.parameters;
   return all;
 }
 

@@ -141,8 +141,11 @@ class Recorder {
     if (!named_.empty()) return;
     ros::master::V_TopicInfo published;
     if (!ros::master::getTopics(published)) return;
+    constexpr std::size_t longest = 1000;  // bytes of a name; std::regex takes stack for each
     for (const ros::master::TopicInfo& topic : published)
-      if (subscribers_.count(topic.name) == 0 && std::regex_match(topic.name, of_rig_)) subscribe(topic.name);
+      if (subscribers_.count(topic.name) == 0 && topic.name.size() <= longest &&
+          std::regex_match(topic.name, of_rig_))
+        subscribe(topic.name);
   }
 
   void subscribe(const std::string& topic) {

@@ -1,8 +1,9 @@
 #pragma once
 
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <locale>
 #include <optional>
 #include <sstream>
@@ -11,11 +12,11 @@
 
 namespace tactile_clay::values {
 
-/// A number as text with six significant digits.
+/// A number as text with six significant digits. Its decimal point is a point in every locale.
 inline std::string text(double value) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.6g", value);
-  return buffer;
+  std::array<char, 32> buffer;
+  const auto end = std::to_chars(buffer.begin(), buffer.end(), value, std::chars_format::general, 6).ptr;
+  return {buffer.begin(), end};
 }
 
 /// The numbers of a text, with white space between them. Their decimal point is a point in every locale.

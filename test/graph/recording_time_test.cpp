@@ -1,4 +1,5 @@
 #include "nodes/recording_time.h"
+#include "nodes/player.h"
 
 #include <gtest/gtest.h>
 
@@ -55,6 +56,15 @@ TEST(RecordingTime, StampsOfAnotherAgeAreRepaired) {
     EXPECT_LE(now - before, 1h);
     before = now;
   }
+}
+
+TEST(IsPlayer, TakesTheNamesOfRosbagPlayAndNoOther) {
+  for (const char* name : {"/play_1700000000123456789", "/rig/play_1700000000123456789",
+                           "/play_my_host_4711_2305843009213693951"})
+    EXPECT_TRUE(isPlayer(name)) << name;
+  for (const char* name :
+       {"/play_area", "/play_hands_2", "/play", "/player_1700000000123456789", "/tracker", ""})
+    EXPECT_FALSE(isPlayer(name)) << name;
 }
 
 }  // namespace

@@ -107,6 +107,49 @@ TEST(CleanSpeed, WhatIsMissedInAStrokeIsCaughtUpWithoutALeapOfAnyJoint) {
   std::printf("strokes with gaps: a joint is at most %.2f times as fast\n", worst);
 }
 
+// Every rate and number of lost frames, with prediction, and with a finger that comes back later than its
+// hand.
+TEST(CleanSpeed, NoJointLeapsAfterAnyNumberOfLostFrames) {
+  double worst = 0.0;
+  for (const int rate : {30, 38, 60, 90, 120})
+    for (int lost = 1; lost <= rate / 2; lost += lost < 12 ? 1 : 7)
+      for (const double prediction : {0.0, 0.01, 0.02})
+        for (const int late : {0, 1, 3}) {  // frames for which the index finger is missing afterwards
+          std::vector<TrackedFrame> frames;
+          CleanConfig config;
+          config.prediction = prediction;
+          HandCleaner cleaner(config);
+          std::vector<TrackedFrame> out;
+          for (int k = 0; k < rate; ++k) {
+            const double u = std::clamp((k - 0.2 * rate) / (0.6 * rate), 0.0, 1.0);
+            const double share = u * u * u * (10.0 + u * (6.0 * u - 15.0));  // minimum jerk
+            HandPose pose;
+            pose.wrist.translation().x() = 0.3 * share;
+            for (int finger = 1; finger < finger_count; ++finger)
+              pose.fingers[finger].flexion.fill(0.8 * share);
+            const int since = k - static_cast<int>(0.4 * rate);  // frames since it was lost
+            TrackedFrame frame;
+            frame.stamp = Nanoseconds(1'000'000'000LL * (rate + k) / rate);
+            if (since < 0 || since >= lost) frame.hands = {forwardKinematics(pose)};
+            if (since >= lost && since < lost + late)
+              for (int joint = index_metacarpal; joint <= index_tip; ++joint)
+                frame.hands[0].missing.set(joint);
+            frames.push_back(frame);
+            cleaner.clean(frame);
+            out.push_back(frame);
+          }
+          for (int joint = 0; joint < joint_count; ++joint) {
+            const double raw = fastest(pathOf(frames, Side::right, joint));
+            const double ratio = fastest(pathOf(out, Side::right, joint)) / raw;
+            worst = std::max(worst, ratio);
+            EXPECT_LE(ratio, max_faster) << rate << " Hz, " << lost << " lost, " << late
+                                         << " late, prediction " << prediction << ", joint " << joint;
+          }
+          EXPECT_FALSE(out.back().hands.empty());
+        }
+  std::printf("lost frames: a joint is at most %.2f times as fast\n", worst);
+}
+
 // A hand that was gone is felt again soon: at once if it is where it was, and else when it could have come.
 TEST(CleanSpeed, AHandThatWasGoneIsBackSoon) {
   for (const double speed : {0.0, 0.05, 0.2, 1.0}) {  // m/s, while it is not seen

@@ -82,5 +82,19 @@ TEST(RepeatedHands, AreWaitedForWhereNobodyBridgesThem) {
   }
 }
 
+// A tracker with several buffers may send the samples in them in turn, or a rotation with either sign.
+TEST(RepeatedHands, SamplesThatComeInTurnAreRepeatedToo) {
+  for (const int buffers : {2, 3, 8}) {
+    RepeatedHands check(0ns);
+    for (int i = 0; i < 40; ++i) {
+      TrackedHand hand = at({0.001 * (i % buffers), 0.0, 0.0});
+      if (i % 5 == 0)
+        for (JointPose& joint : hand.joints) joint.orientation.coeffs() *= -1.0;
+      std::vector<TrackedHand> hands = {hand};
+      EXPECT_EQ(check.leaveOutRepeats(hands, i * 10ms).hands, i < buffers ? 0U : 1U) << buffers << ", " << i;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tactile_clay::hand

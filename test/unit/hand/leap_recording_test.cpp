@@ -174,6 +174,18 @@ TEST_F(LeapRecordingFile, LimitsEndWhatHasNoEnd) {
   }
 }
 
+TEST_F(LeapRecordingFile, OtherUnitsOfTimeAreRefused) {
+  const auto recorded = [&](int interval) {  // in units of the timestamps, at 100 Hz
+    std::string text = "{\"version\":6}\n";
+    for (int i = 1; i <= 20; ++i) text += emptyFrame(i * interval);
+    return openError(write("every" + std::to_string(interval), text));
+  };
+  EXPECT_EQ(recorded(10'000), "");                                                                    // us
+  EXPECT_NE(recorded(10).find("frames are 0.01 ms apart, expected 1 to 500 ms"), std::string::npos);  // ms
+  EXPECT_NE(recorded(10'000'000).find("frames are 10000 ms apart"), std::string::npos);               // ns
+  EXPECT_EQ(recorded(0), "");  // stamps that stand still are repaired
+}
+
 TEST(LoopStamps, NoStampMakesThemWrapAround) {
   LoopStamps stamps;
   for (int pass = 0; pass < 5; ++pass) {

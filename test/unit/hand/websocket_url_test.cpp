@@ -28,5 +28,15 @@ TEST(WebsocketUrl, SaysWhatIsExpected) {
   }
 }
 
+TEST(WebsocketUrl, AnEndlessOneIsRefused) {
+  try {
+    parseWebsocketUrl("ws://a/" + std::string(100'000, 'b'));
+    ADD_FAILURE() << "it is taken for a url";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("100007 bytes, expected at most 2048"), std::string::npos);
+    EXPECT_LT(std::string(error.what()).size(), 200U);
+  }
+}
+
 }  // namespace
 }  // namespace tactile_clay::hand
