@@ -150,8 +150,24 @@ void turnRound(ClosedSurface& surface, const std::vector<bool>& bodies) {
     if (bodies[surface.body[t]]) turnRound(surface, t);
 }
 
-/// Turns bodies outwards. A body that is turned inwards within the box of another one is a hole of that one,
-/// and joins it.
+/// Whether a body encloses a point, by the sum of the solid angles of its triangles (Van Oosterom & Strackee
+/// 1983).
+bool encloses(const ClosedSurface& surface, std::uint32_t body, const Eigen::Vector3d& point) {
+  double angle = 0.0;
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    if (surface.body[t] != body) continue;
+    const Triangle& corners = surface.triangles[t];
+    const Eigen::Vector3d a = surface.vertices[corners[0]] - point, b = surface.vertices[corners[1]] - point,
+                          c = surface.vertices[corners[2]] - point;
+    const double la = a.norm(), lb = b.norm(), lc = c.norm();
+    angle +=
+        2.0 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+  }
+  return std::abs(angle) > 2.0 * M_PI;
+}
+
+/// Turns bodies outwards. A body that is turned inwards and inside another one is a hole of that one, and
+/// joins it.
 void turnOutwards(ClosedSurface& surface) {
   const std::vector<double> volumes = volumesOf(surface);
   std::vector<Eigen::AlignedBox3d> boxes(surface.bodies);
@@ -161,14 +177,17 @@ void turnOutwards(ClosedSurface& surface) {
                                         [](double a, double b) { return std::abs(a) < std::abs(b); });
   const double out = *largest < 0.0 ? -1.0 : 1.0;
   std::vector<bool> turned(surface.bodies, out < 0.0);
-  std::vector<std::uint32_t> joins(surface.bodies);
+  std::vector<std::uint32_t> joins(surface.bodies), corner(surface.bodies);
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+    corner[surface.body[t]] = surface.triangles[t][0];
   for (std::uint32_t b = 0; b < surface.bodies; ++b) {
     joins[b] = b;
     if (out * volumes[b] >= 0.0) continue;
     double minimum = INFINITY;
     for (std::uint32_t around = 0; around < surface.bodies; ++around) {
       const double volume = out * volumes[around];
-      if (volume > 0.0 && volume < minimum && boxes[around].contains(boxes[b])) {
+      if (volume > 0.0 && volume < minimum && boxes[around].contains(boxes[b]) &&
+          encloses(surface, around, surface.vertices[corner[b]])) {
         minimum = volume;
         joins[b] = around;
       }

@@ -42,6 +42,9 @@ std::vector<std::uint8_t> autd3Modulation(const Emission& emission) {
   const bool swells =
       emission.modulation == Modulation::amplitude || emission.modulation == Modulation::field;
   const double frequency = swells ? std::round(emission.modulation_frequency) : 0.0;
+  if (swells && emission.modulation_frequency > 0.0 && frequency < 1.0)
+    throw std::invalid_argument("autd3: modulation of " + values::text(emission.modulation_frequency) +
+                                " Hz, expected 0 or at least 1 Hz, in whole Hz");
   constexpr auto samples = static_cast<std::size_t>(Autd3Boards::sample_rate);
   std::vector<std::uint8_t> buffer;
   for (std::size_t k = 0; k < samples; ++k) {

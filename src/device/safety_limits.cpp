@@ -12,6 +12,8 @@ namespace {
 
 using values::text;
 
+constexpr double farthest = 10.0;  // m, of the corners of a workspace; no array is felt so far away
+
 constexpr std::pair<Rule, const char*> names[] = {{Rule::emergency_stop, "emergency_stop"},
                                                   {Rule::not_started, "not_started"},
                                                   {Rule::stale, "stale"},
@@ -44,10 +46,10 @@ Rule ruleOf(const std::string& name) {
 void SafetyGateConfig::validate() const {
   values::requireAbove("safety gate: stale_timeout (s)", stale_timeout, 0.0);
   for (int axis = 0; axis < 3; ++axis) {
-    if (!(std::isfinite(low[axis]) && std::isfinite(high[axis]) && low[axis] < high[axis]))
+    if (!(low[axis] >= -farthest && high[axis] <= farthest && low[axis] < high[axis]))
       throw std::invalid_argument(std::string("safety gate: workspace in ") + "xyz"[axis] + " is " +
                                   text(low[axis]) + " to " + text(high[axis]) +
-                                  ", expected two finite numbers of m, the lower one first");
+                                  ", expected two numbers of m from -10 to 10, the lower one first");
   }
   values::requireIn("safety gate: intensity_cap", intensity_cap, 0.0, 1.0);
   values::requireAbove("safety gate: intensity_slew (1/s)", intensity_slew, 0.0);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "safety/silence_times.h"
+#include "values/text.h"
 
 namespace tactile_clay::device {
 namespace {
@@ -16,6 +17,8 @@ using Clock = std::chrono::steady_clock;
 constexpr char self[] = "sonic_surface";
 constexpr auto retry = 250ms;           // between tries to open a lost port
 constexpr auto open_patience = 1000ms;  // lets the guard of a driver that has just died finish
+// Hz. Half a period has to be shorter than the age at which points are stale: new ones are sent between them.
+constexpr double slowest_modulation = 20.0;
 constexpr std::size_t max_points = 16;  // of a board, at the same time: 16 transducers each
 
 Clock::duration duration(double seconds) {
@@ -98,6 +101,10 @@ void SonicSurface::submit(const Sound& sound) {
     next.bytes = sonic_surface::frame(sound.parts.front().drive, settings_.boards, settings_.array.added);
     if (settings_.boards.firmware == Firmware::tactile)
       next.bytes.insert(next.bytes.begin(), sonic_surface::modulation(emission.modulation_frequency));
+    else if (emission.modulation_frequency > 0.0 && emission.modulation_frequency < slowest_modulation)
+      throw std::runtime_error(std::string(self) + ": modulation of " +
+                               values::text(emission.modulation_frequency) + " Hz, expected 0 or at least " +
+                               values::text(slowest_modulation) + " Hz");
     else if (emission.modulation_frequency > 0.0)
       next.half_period = duration(0.5 / emission.modulation_frequency);
     pattern = std::move(next);

@@ -18,6 +18,7 @@
 #include "nodes/params.h"
 #include "nodes/share.h"
 #include "nodes/topics.h"
+#include "scene/overlap.h"
 #include "scene/robot_model.h"
 #include "values/text.h"
 
@@ -49,6 +50,8 @@ std::unique_ptr<scene::Solids> solidsOf(const ros::NodeHandle& nh, const scene::
     throw std::runtime_error(source + ": " + error.what());
   }
   for (const std::string& remark : solids->remarks()) ROS_WARN("clay_simulator: %s", remark.c_str());
+  for (const std::string& line : scene::startsInside(scene, solids->solids()))
+    ROS_WARN("clay_simulator: %s", values::printableLine(line).c_str());
   return solids;
 }
 

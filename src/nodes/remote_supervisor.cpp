@@ -3,6 +3,7 @@
 #include <ros/master.h>
 #include <ros/network.h>
 #include <ros/this_node.h>
+#include <ros/xmlrpc_manager.h>
 #include <xmlrpcpp/XmlRpcClient.h>
 
 #include <stdexcept>
@@ -42,7 +43,11 @@ class Client : public XmlRpc::XmlRpcClient {
     if (isFault() || answer.getType() != XmlRpcValue::TypeArray || answer.size() != 3 ||
         answer[0].getType() != XmlRpcValue::TypeInt)
       return Answer::none;
-    return static_cast<int>(answer[0]) == 1 ? Answer::yes : Answer::refused;
+    if (static_cast<int>(answer[0]) != 1) return Answer::refused;
+    const bool as_expected =
+        question.value.empty() || (answer[2].getType() == XmlRpcValue::TypeString &&
+                                   static_cast<std::string>(answer[2]) == question.value);
+    return as_expected ? Answer::yes : Answer::refused;
   }
 };
 
@@ -52,6 +57,8 @@ std::unique_ptr<RemoteSupervisor> RemoteSupervisor::master() {
   Question question;
   question.method = "lookupNode";
   question.arguments[0] = question.arguments[1] = ros::this_node::getName();
+  // A new master may know another node of this name.
+  question.value = ros::XMLRPCManager::instance()->getServerURI();
   question.refused =
       "does not know this node any more, because the master was started again: start the rig again";
   return std::make_unique<RemoteSupervisor>("the master", ros::master::getURI(), question);

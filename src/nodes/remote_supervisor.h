@@ -20,7 +20,8 @@ class RemoteSupervisor : public Supervisor {
   struct Question {
     std::string method;
     XmlRpc::XmlRpcValue arguments;
-    std::string refused;  // meaning of an answer that is an error; empty: none
+    std::string value;    // that the answer has to contain; empty: any
+    std::string refused;  // meaning of an answer that is an error, or has another value; empty: none
   };
 
   /// The master, which also has to know this node.

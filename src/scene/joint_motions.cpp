@@ -126,21 +126,37 @@ void JointMotions::addMotions(const urdf::ModelInterface& urdf, const std::vecto
                      [](const Motion& a, const Motion& b) { return a.start < b.start; });
 }
 
+/// Adds remarks about joints that a motion moves faster than their limits allow.
+/// @throws std::runtime_error if it moves one so fast that its position is no number
+void JointMotions::remarkSpeeds(const urdf::ModelInterface& urdf, const std::string& leader,
+                                const Motion& motion, std::set<std::string>& told) {
+  for (const auto& [name, link] : links_) {
+    if (link.joint != leader) continue;
+    const double speed = (name == leader ? 1.0 : link.multiplier) * motion.velocity;
+    const auto joint = urdf.getJoint(name);
+    if (!(std::abs(speed) <= max_joint_speed))
+      refuse(name, "is moved with " + text(speed, *joint) + "/s, expected at most " +
+                       text(max_joint_speed, *joint) + "/s");
+    if (joint->limits && joint->limits->velocity > 0.0 && std::abs(speed) > joint->limits->velocity &&
+        told.insert("velocity of " + name).second)
+      remarks_.push_back("joint '" + name + "' is moved with " + text(speed, *joint) +
+                         "/s, faster than its velocity limit of " + text(joint->limits->velocity, *joint) +
+                         "/s");
+  }
+}
+
 /// Adds remarks about motions of a joint that its limits do not allow.
 void JointMotions::remark(const urdf::ModelInterface& urdf, const std::string& name, const Track& track) {
   const auto joint = urdf.getJoint(name);
   const Range& range = track.range;
   if (track.start != 0.0)
     remarks_.push_back("joint '" + name + "' starts at " + text(track.start, *joint) +
-                       ", since its limits do not allow 0");
+                       ", since the limits of '" +
+                       (track.start > 0.0 ? range.lower_joint : range.upper_joint) + "' do not allow 0");
   double at = track.start;
   std::set<std::string> told;
   for (const Motion& motion : track.motions) {
-    if (joint->limits && joint->limits->velocity > 0.0 &&
-        std::abs(motion.velocity) > joint->limits->velocity && told.insert("velocity").second)
-      remarks_.push_back("joint '" + name + "' is moved with " + text(motion.velocity, *joint) +
-                         "/s, faster than its velocity limit of " + text(joint->limits->velocity, *joint) +
-                         "/s");
+    remarkSpeeds(urdf, name, motion, told);
     const double end = position({at, range, {motion}}, infinity);
     const double asked = motion.velocity == 0.0 ? at : at + motion.velocity * motion.duration;
     if (asked < range.lower || asked > range.upper) {

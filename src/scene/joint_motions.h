@@ -3,6 +3,7 @@
 #include <urdf_model/model.h>
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,8 @@ class JointMotions {
  public:
   /// @param motions the motions of one joint do not overlap
   /// @throws std::runtime_error with one line: a motion of a joint that does not exist, cannot move, has no
-  ///   axis or mimics another; joints that mimic each other in a circle; limits that allow no position
+  ///   axis or mimics another; joints that mimic each other in a circle; limits that allow no position;
+  ///   a joint that is moved faster than max_joint_speed
   JointMotions(const urdf::ModelInterface& urdf, const std::vector<Motion>& motions);
 
   /// Position, rad or m, of a joint that can move, at time t (s).
@@ -49,6 +51,8 @@ class JointMotions {
   static Link leaderOf(const urdf::ModelInterface& urdf, const urdf::Joint& joint);
   void limit(const urdf::Joint& joint, const Link& link, Range& range);
   void addMotions(const urdf::ModelInterface& urdf, const std::vector<Motion>& motions);
+  void remarkSpeeds(const urdf::ModelInterface& urdf, const std::string& leader, const Motion& motion,
+                    std::set<std::string>& told);
   void remark(const urdf::ModelInterface& urdf, const std::string& joint, const Track& track);
   static double position(const Track& track, double t);
 

@@ -197,6 +197,9 @@ Scene loadScene(const std::string& name, const std::string& share, double spacin
     Motion motion;
     motion.joint = entry.get<std::string>("joint", "the name of a joint of the URDF");
     motion.velocity = entry.get<double>("velocity", "rad/s or m/s");
+    if (!(std::abs(motion.velocity) <= max_joint_speed))
+      entry.failAt("velocity", "'velocity' of a motion is out of its range, expected at most " +
+                                   values::text(max_joint_speed) + " rad/s or m/s");
     motion.start = entry.get("start", 0.0, "s");
     motion.duration = entry.getOrInfinite("duration", std::numeric_limits<double>::infinity(), "s");
     entry.finish();

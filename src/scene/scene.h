@@ -15,11 +15,14 @@ struct Body {
   Eigen::Vector3f color = Eigen::Vector3f::Constant(0.6f);  // RGB, 0-1
 };
 
+/// rad/s or m/s: some half a radian, or half a metre, in a step of the clay. A faster turn would look slower.
+inline constexpr double max_joint_speed = 100.0;
+
 /// A piece of the motion of a joint of the URDF. The pieces of one joint follow one another without overlap.
 struct Motion {
   std::string joint;
   double start = 0.0;     // s
-  double velocity = 0.0;  // rad/s or m/s
+  double velocity = 0.0;  // rad/s or m/s, at most max_joint_speed
   double duration = 0.0;  // s; infinite if not given
 };
 

@@ -48,21 +48,29 @@ struct Point {
 };
 
 /// Points of a lattice about the middle of a box that are inside a shape, or not farther out than `around`,
-/// m.
+/// m. Along a row, points are skipped that the last distance tells enough about: a distance changes by no
+/// more than the way between two points. Points deeper than `around` may have a smaller depth than theirs,
+/// but not less than `around`.
 /// @param phase of each axis: 0 if the middle is a point, 1 if it lies between two points
 std::vector<Point> latticeNear(const Eigen::AlignedBox3d& box, const Distance& distance, double spacing,
                                const Eigen::Array3i& phase, double around) {
   const Eigen::Array3d first = 0.5 * phase.cast<double>();
   const Eigen::Array3i reach = (0.5 * box.sizes().array() / spacing).ceil().cast<int>();
   std::vector<Point> points;
+  const auto addRow = [&](int x, int end, const auto& at) {
+    while (x <= end) {
+      const double d = box.exteriorDistance(at(x)) > around ? around : distance(at(x));
+      const int next = x + 1 + static_cast<int>(std::max(0.0, (std::abs(d) - around) / spacing));
+      if (d < around) points.push_back({at(x), d});
+      for (int i = x + 1; d < 0.0 && i < next; ++i) points.push_back({at(i), d + spacing * (i - x)});
+      x = next;
+    }
+  };
   for (int z = -reach.z() - 1; z <= reach.z(); ++z)
     for (int y = -reach.y() - 1; y <= reach.y(); ++y)
-      for (int x = -reach.x() - 1; x <= reach.x(); ++x) {
-        const Eigen::Vector3d place = box.center() + spacing * (Eigen::Array3d(x, y, z) + first).matrix();
-        if (box.exteriorDistance(place) > around) continue;
-        const double d = distance(place);
-        if (d < around) points.push_back({place, d});
-      }
+      addRow(-reach.x() - 1, reach.x(), [&](int x) -> Eigen::Vector3d {
+        return box.center() + spacing * (Eigen::Array3d(x, y, z) + first).matrix();
+      });
   return points;
 }
 

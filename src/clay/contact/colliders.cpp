@@ -9,8 +9,9 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr float disc = 1.0f;     // spacings, radius of a sample's disc of skin
-constexpr float flesh = 0.012f;  // m, thickness that hands have everywhere
+constexpr float disc = 1.0f;                  // spacings, radius of a sample's disc of skin
+constexpr float flesh = 0.012f;               // m, thickness that hands have everywhere
+constexpr std::int64_t looks_of_mesh = 1000;  // looks at samples that take as long as one distance of a mesh
 // Mean size of the boxes around samples in their own order, spacings; above it they count as scattered. Boxes
 // of hands are 9 to 15 spacings wide.
 constexpr float scattered = 20.0f;
@@ -238,8 +239,8 @@ std::optional<Vector> Colliders::nearestFree(const Vector& x, float clearance, f
     for (const MovingSolid& moving : solids_) {
       const SurfacePoint touch = surface(moving.solid, moving.to_end * place.cast<double>());
       f(static_cast<float>(touch.distance), Vector((moving.end.linear() * touch.normal).cast<float>()));
+      looks -= moving.solid.shape == Solid::Shape::mesh ? looks_of_mesh : 1;
     }
-    looks -= static_cast<std::int64_t>(solids_.size());
   };
   const auto pushedOut = [&](Vector place) {
     for (int k = 0; k < 3; ++k) {

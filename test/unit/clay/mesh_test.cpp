@@ -180,6 +180,20 @@ TEST(Mesh, ASurfaceTurnedInwardsWithinAnotherIsAHole) {
   }
 }
 
+TEST(Mesh, ASurfaceTurnedInwardsBesideAnotherIsABodyToo) {
+  Triangles both;  // a corner of a cube, and a small cube in the box around that corner, but not in it
+  both.vertices = {{0.0, 0.0, 0.0}, {0.1, 0.0, 0.0}, {0.0, 0.1, 0.0}, {0.0, 0.0, 0.1}};
+  both.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+  const Vector3d middle(0.08, 0.08, 0.08), half(0.01, 0.01, 0.01);
+  Triangles cube = boxOfTriangles(middle - half, middle + half);
+  cube.turnRound();
+  both.add(cube);
+  const Mesh mesh = meshOf(both);
+  EXPECT_NEAR(mesh.volume(), 1e-3 / 6.0 + 8.0 * half.prod(), 1e-12);
+  EXPECT_NEAR(mesh.surface(middle).distance, -0.01, 1e-12);
+  EXPECT_GT(mesh.surface({0.05, 0.05, 0.05}).distance, 0.0);
+}
+
 TEST(Mesh, WhatIsFarOffIsToldAtOnce) {
   // A bowl: a globe with a hole in it, in which clay lies far from its wall.
   Triangles bowl = globeOfTriangles(0.05, 24), hole = globeOfTriangles(0.045, 24);

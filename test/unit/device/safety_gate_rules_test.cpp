@@ -66,6 +66,8 @@ TEST(SafetyGate, RefusesBadSettingsByName) {
             "safety gate: stale_timeout (s): expected a finite number above 0, got 0");
   EXPECT_NE(message([](auto& c) { c.low.y() = 0.3; }).find("workspace in y is 0.3 to 0.2"),
             std::string::npos);
+  EXPECT_NE(message([](auto& c) { c.low.x() = -100.0; }).find("workspace in x is -100 to"),
+            std::string::npos);
   EXPECT_NE(message([](auto& c) { c.high.z() = nan; }).find("workspace in z"), std::string::npos);
   EXPECT_EQ(message([](auto& c) { c.intensity_cap = 1.1; }),
             "safety gate: intensity_cap: expected a number from 0 to 1, got 1.1");

@@ -47,6 +47,17 @@ TEST_F(SonicSurfaceOnATerminal, DoesNotPlayWhatTheWireIsTooSlowFor) {
   EXPECT_THROW(device.submit(soundOf(path, &device)), std::runtime_error);
 }
 
+// New patterns are sent between two half periods of the sound. At 0.5 Hz old points would sound for a second.
+TEST_F(SonicSurfaceOnATerminal, RefusesAModulationThatWouldHoldBackNewPoints) {
+  SonicSurface device;
+  device.open(options);
+  Emission slow = focus();
+  slow.modulation_frequency = 19.0;
+  EXPECT_THROW(device.submit(soundOf(slow, &device)), std::runtime_error);
+  slow.modulation_frequency = 20.0;
+  EXPECT_NO_THROW(device.submit(soundOf(slow, &device)));
+}
+
 // A port of boards always has its guard. The multiplexer of pseudo-terminals stands for one: it is a
 // terminal, and no end of a pseudo-terminal.
 TEST_F(SonicSurfaceOnATerminal, NoPortOfBoardsIsWithoutItsGuard) {

@@ -86,6 +86,22 @@ TEST(JointMotions, WhatIsFasterThanTheVelocityLimitIsTold) {
       has(solids.remarks()[0], "'lid' is moved with 12 rad/s, faster than its velocity limit of 10 rad/s"));
 }
 
+TEST(JointMotions, WhatMimicsHasVelocityLimitsOfItsOwn) {
+  const auto robotWith = [](double multiplier) {
+    return robot(joint("slow", "revolute", limits(-9.0, 9.0)) +
+                 joint("quick", "revolute", limits(-99.0, 99.0) + mimic("slow", multiplier, 0.0)));
+  };
+  const std::vector<Motion> motions = {{"slow", 0.0, 5.0, 0.1}};
+  const Solids solids(robotWith(-3.0), motions);
+  ASSERT_EQ(solids.remarks().size(), 1U);
+  EXPECT_TRUE(
+      has(solids.remarks()[0], "'quick' is moved with -15 rad/s, faster than its velocity limit of 10"))
+      << solids.remarks()[0];
+  EXPECT_TRUE(
+      has(complaint(robotWith(1e300), motions), "joint 'quick' is moved with 5e+300 rad/s, expected at most"))
+      << complaint(robotWith(1e300), motions);
+}
+
 TEST(JointMotions, MimicJointsFollowThroughChains) {
   const std::string chain = robot(joint("c", "continuous", mimic("b", 3.0, 0.5)) +
                                   joint("b", "prismatic", limits(-1.0, 1.0) + mimic("a", -2.0, 0.1)) +

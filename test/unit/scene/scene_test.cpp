@@ -1,4 +1,7 @@
 #include "scene/scene.h"
+#include "scene/overlap.h"
+#include "scene/robot_model.h"
+#include "scene/solids.h"
 #include "support/error_of.h"
 
 #include <gtest/gtest.h>
@@ -33,9 +36,22 @@ TEST(Scene, EveryShippedSceneLoads) {
     const Scene scene = loadScene(entry.path().stem().string(), share);
     EXPECT_FALSE(scene.particles.empty()) << entry.path();
     EXPECT_NO_THROW(clay::Clay(scene.config, scene.materials, scene.particles)) << entry.path();
+    const Solids solids(loadRobotModel(scene.urdf), scene.motions);
+    EXPECT_TRUE(startsInside(scene, solids.solids()).empty()) << entry.path();
     ++count;
   }
   EXPECT_GE(count, 7);
+}
+
+TEST(Scene, ABodyThatStartsInsideASolidIsTold) {
+  const Scene scene = loadScene("kindergarten", share);
+  clay::Solid huge;  // as a mesh in millimetres
+  huge.name = "table";
+  huge.size = {200.0, 200.0, 100.0};
+  const std::vector<std::string> lines = startsInside(scene, {huge});
+  ASSERT_EQ(lines.size(), scene.bodies.size());
+  EXPECT_EQ(lines[0].find("body 'red': 512 of 512 particles start inside the solid of 'table'"), 0U)
+      << lines[0];
 }
 
 TEST(Scene, OneMaterialMayStandForThatOfAllBodies) {
@@ -164,6 +180,7 @@ TEST(Scene, NumbersAreFiniteAndInTheirRange) {
       {"tolerance: .inf\n" + good, ":1: 'tolerance' is not finite"},
       {"tolerance: -1\n" + good, "'tolerance' is out of its range"},
       {wheel + "  - {joint: wheel_joint, velocity: .nan}\n", ":5: 'velocity' is not finite"},
+      {wheel + "  - {joint: wheel_joint, velocity: 1e308}\n", "expected at most 100 rad/s or m/s"},
       {wheel + "  - {joint: wheel_joint, velocity: 1, duration: .nan}\n", ":5: 'duration' is no number"},
       {wheel + "  - {joint: wheel_joint, velocity: 1, start: -1}\n", ":5: 'start' or 'duration'"},
       {wheel + "  - {joint: wheel_joint, velocity: 1}\n  - {joint: wheel_joint, velocity: 2}\n",
