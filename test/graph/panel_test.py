@@ -23,7 +23,7 @@ PANEL_WIDTH = 350  # pixels
 # Line in the log of the node, by the viscosity that it refuses: first another line than that of a refusal.
 REFUSED = {1e7: 'something else',
            1e8: '/clay_simulator: no parameter was changed: viscosity of the clay is a number from 0 to a million, and '
-                'not more than that'}
+                'not more than that, whatever somebody types'}
 
 
 class Panel(unittest.TestCase):
