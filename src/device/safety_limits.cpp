@@ -49,7 +49,8 @@ void SafetyGateConfig::validate() const {
     if (!(low[axis] >= -farthest && high[axis] <= farthest && low[axis] < high[axis]))
       throw std::invalid_argument(std::string("safety gate: workspace in ") + "xyz"[axis] + " is " +
                                   text(low[axis]) + " to " + text(high[axis]) +
-                                  ", expected two numbers of m from -10 to 10, the lower one first");
+                                  ", expected two numbers of m from " + text(-farthest) + " to " +
+                                  text(farthest) + ", the lower one first");
   }
   values::requireIn("safety gate: intensity_cap", intensity_cap, 0.0, 1.0);
   values::requireAbove("safety gate: intensity_slew (1/s)", intensity_slew, 0.0);

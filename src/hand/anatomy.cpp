@@ -96,6 +96,12 @@ double personScale(const TrackedHand& hand) {
     if (!hand.missing[joint]) positions[joint] = hand.joints[joint].position;
   return personScale(positions);
 }
+int fingersLeft(const TrackedHand& hand) {
+  return static_cast<int>(std::count_if(fingers.begin(), fingers.end(), [&](const FingerJoints& finger) {
+    return !hand.missing[finger.tip()];
+  }));
+}
+
 double handScale(const TrackedHand& hand) {
   return std::clamp(personScale(hand), smallest_hand, largest_hand);
 }

@@ -33,6 +33,10 @@ inline constexpr std::array<FingerJoints, finger_count> fingers = {{{thumb_metac
                                                                     {ring_metacarpal, 5},
                                                                     {little_metacarpal, 5}}};
 
+/// Minimum number of fingers of a hand, and how many of its fingers are there as far as the tip.
+inline constexpr int min_fingers = 3;
+int fingersLeft(const TrackedHand& hand);
+
 /// The metacarpals do not move in the palm, so the palm is one rigid piece. Positions of a finger's first two
 /// joints and its flexion axis (+X), in the palm's frame of a right hand, scale 1. The thumb's first
 /// two joints bend: its `base` stays in place, its `knuckle` moves and is given at zero angles.

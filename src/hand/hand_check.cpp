@@ -22,7 +22,6 @@ constexpr double squarest_norm = 1e-6;  // minimum norm of a quaternion
 // more.
 constexpr double shortest_bone = 0.4, longest_bone = 2.0;  // over the table's, at the hand's size
 constexpr double off_in_palm = 0.035;                      // m, at scale 1
-constexpr int min_fingers = 3;                             // of a hand
 
 /// One hand under judgement: what is wrong with each joint.
 class Judgement {
@@ -39,7 +38,7 @@ class Judgement {
       if (!faults_[joint].empty()) return noHand(nameOf(hand_), faults_[joint]);
     takeOutFingers();
     // Told before the size, which fingers that are not there may have made wrong.
-    if (anyFault() && fingersLeft() < min_fingers) return noHand(nameOf(hand_), firstFault());
+    if (anyFault() && fingersLeft(hand_) < min_fingers) return noHand(nameOf(hand_), firstFault());
     scale_ = personScale(hand_);
     if (!(scale_ >= smallest_hand && scale_ <= largest_hand)) {
       std::ostringstream line;
@@ -53,7 +52,7 @@ class Judgement {
       if (!faults_[joint].empty()) return noHand(nameOf(hand_), faults_[joint]);
     judgeBones();
     takeOutFingers();
-    if (fingersLeft() < min_fingers) return noHand(nameOf(hand_), firstFault());
+    if (fingersLeft(hand_) < min_fingers) return noHand(nameOf(hand_), firstFault());
     const std::string other_side = faultOfSide(hand_, scale_);
     if (!other_side.empty()) return noHand(nameOf(hand_), other_side);
     HandFaults faults;
@@ -168,13 +167,6 @@ class Judgement {
         hand_.joints[joint] = {at(wrist), hand_.joints[wrist].orientation, 0.0};
       }
     }
-  }
-
-  int fingersLeft() const {
-    int left = 0;
-    for (const FingerJoints& finger : fingers)
-      if (there(finger.tip())) ++left;
-    return left;
   }
 
   bool anyFault() const {

@@ -1,14 +1,15 @@
 #include "hand/hand_cleaner.h"
 
 #include <algorithm>
-#include <string>
 #include <utility>
 
 #include "hand/jump_check.h"
-#include "values/range.h"
+#include "values/seconds.h"
 
 namespace tactile_clay::hand {
 namespace {
+
+using values::seconds;
 
 // For a slow tracker: its next frame is late after this many periods. The hand is then gone in time
 // for the array to be silent after 0.15 s.
@@ -16,31 +17,11 @@ constexpr double late = 1.15;
 constexpr double longest_hold = 0.07, shortest_fade = 0.03;  // s
 constexpr double newest_period = 0.2;                        // share of the newest period in the mean
 
-double seconds(std::chrono::nanoseconds time) {
-  return std::chrono::duration<double>(time).count();
-}
-
 double palmDistance(const TrackedHand& a, const TrackedHand& b) {
   return (a.joints[palm].position - b.joints[palm].position).norm();
 }
 
 }  // namespace
-
-void validate(const CleanConfig& config) {
-  using values::requireAbove, values::requireAtLeast, values::requireIn;
-  const std::string cleaning = "clean tracking: ";
-  for (const auto& [what, filter] :
-       {std::pair("position", config.position), std::pair("orientation", config.orientation)}) {
-    const std::string name = cleaning + what;
-    requireAbove(name + " min_cutoff, Hz", filter.min_cutoff, 0.0);
-    requireAtLeast(name + " beta", filter.beta, 0.0);
-    requireAbove(name + " derivative_cutoff, Hz", filter.derivative_cutoff, 0.0);
-  }
-  requireIn(cleaning + "hold, s", config.hold, 0.0, 0.05);
-  requireAbove(cleaning + "gone, s (beyond hold)", config.gone, config.hold);
-  requireIn(cleaning + "same_hand_time, s (from gone on)", config.same_hand_time, config.gone, 0.15);
-  requireIn(cleaning + "prediction, s", config.prediction, 0.0, max_prediction);
-}
 
 HandCleaner::HandCleaner(const CleanConfig& config) : config_(config) {
   validate(config_);

@@ -3,9 +3,12 @@
 #include <algorithm>
 
 #include "hand/hand_radii.h"
+#include "values/seconds.h"
 
 namespace tactile_clay::hand {
 namespace {
+
+using values::seconds;
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
@@ -16,10 +19,6 @@ constexpr double thinnest = 0.5;
 constexpr double velocity_cutoff = 10.0;  // Hz, of the motion that is used for prediction
 // m/s^2, maximum by which a hand speeds up or slows down: a stroke of half a metre in a sixth of a second.
 constexpr double quickest_start = 100.0;
-
-double seconds(std::chrono::nanoseconds time) {
-  return std::chrono::duration<double>(time).count();
-}
 
 // Makes the blended and the filtered hand from the seen one.
 void filter(HandTrack& track, const TrackedHand& hand, std::chrono::nanoseconds stamp,

@@ -27,7 +27,9 @@ constexpr std::size_t beginning = 64U << 10U;  // bytes from which the format is
 // Limits of the search for a hand with bones: 10 s or more of a recording, but not more of any other file.
 constexpr int frames_without_bones = 600;
 constexpr z_off_t bytes_without_bones = 64U << 20U;
-// Median of the intervals between frames, s, and how many are needed for it. Trackers have 10 to 200 Hz.
+// Median of the intervals between the first frames, s, and how many are needed for it. Trackers have 10 to
+// 200 Hz.
+constexpr int timed_frames = 100;
 constexpr double shortest_interval = 0.001, longest_interval = 0.5;
 constexpr std::size_t fewest_intervals = 10;
 
@@ -109,7 +111,7 @@ void LeapRecording::requireMicroseconds() {
   std::vector<double> intervals;  // s
   try {
     std::optional<std::chrono::nanoseconds> last;
-    for (int i = 0; i < frames_without_bones && gztell(file_.get()) < bytes_without_bones; ++i) {
+    for (int i = 0; i < timed_frames && gztell(file_.get()) < bytes_without_bones; ++i) {
       const auto frame = nextFrame();
       if (!frame) break;
       const std::chrono::nanoseconds stamp = frame->frame.stamp;

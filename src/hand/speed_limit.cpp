@@ -3,17 +3,16 @@
 #include <algorithm>
 
 #include "hand/anatomy.h"
+#include "values/seconds.h"
 
 namespace tactile_clay::hand {
 namespace {
 
+using values::seconds;
+
 constexpr double faster = 1.15;    // than the tracker has shown
 constexpr double no_leap = 1e-4;   // m; less than the noise of a tracker
 constexpr double forgotten = 1.0;  // s; what a joint did before it was unseen for longer tells nothing
-
-double seconds(SpeedLimit::Time time) {
-  return std::chrono::duration<double>(time).count();
-}
 
 double distance(const JointPose& a, const JointPose& b) {
   return (a.position - b.position).norm();
@@ -73,15 +72,13 @@ bool SpeedLimit::leaveOut(TrackedHand& hand, bool seen, Time stamp) const {
     return !hand.missing[k] && !wasShown(k) && !(seen && couldCome(k, hand.joints[k], stamp));
   };
   if (leaps(palm) || leaps(wrist)) return false;
-  int whole = 0;
   for (const FingerJoints& finger : fingers) {
     bool leap = false;
     for (int i = 0; i < finger.count; ++i) leap = leap || leaps(finger[i]);
     for (int i = 0; i < finger.count && leap; ++i)
       if (!wasShown(finger[i])) hand.missing.set(finger[i]);
-    whole += hand.missing[finger.tip()] ? 0 : 1;
   }
-  return whole >= 3;
+  return fingersLeft(hand) >= min_fingers;
 }
 
 std::optional<TrackedHand> SpeedLimit::step(const TrackedHand* seen, const TrackedHand* goal, Time stamp) {

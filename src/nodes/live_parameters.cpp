@@ -8,6 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "nodes/named_value.h"
 #include "nodes/params.h"
 #include "nodes/topics.h"
 #include "values/text.h"
@@ -26,23 +27,15 @@ std::vector<std::string> groupsOf(const std::vector<Setting>& settings) {
   return groups;
 }
 
-template <class Parameter, typename T>
-Parameter parameter(const std::string& name, const T& value) {
-  Parameter made;
-  made.name = name;
-  made.value = value;
-  return made;
-}
-
 void add(Config& config, const std::string& name, const SettingValue& value) {
   if (const bool* truth = std::get_if<bool>(&value))
-    config.bools.push_back(parameter<dynamic_reconfigure::BoolParameter>(name, *truth));
+    config.bools.push_back(namedValue<dynamic_reconfigure::BoolParameter>(name, *truth));
   else if (const int* whole = std::get_if<int>(&value))
-    config.ints.push_back(parameter<dynamic_reconfigure::IntParameter>(name, *whole));
+    config.ints.push_back(namedValue<dynamic_reconfigure::IntParameter>(name, *whole));
   else if (const double* number = std::get_if<double>(&value))
-    config.doubles.push_back(parameter<dynamic_reconfigure::DoubleParameter>(name, *number));
+    config.doubles.push_back(namedValue<dynamic_reconfigure::DoubleParameter>(name, *number));
   else
-    config.strs.push_back(parameter<dynamic_reconfigure::StrParameter>(name, std::get<std::string>(value)));
+    config.strs.push_back(namedValue<dynamic_reconfigure::StrParameter>(name, std::get<std::string>(value)));
 }
 
 /// A Config with one value per setting, and with the groups of the settings.

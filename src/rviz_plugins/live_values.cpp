@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "nodes/live_parameters.h"
+#include "nodes/named_value.h"
 #include "values/text.h"
 
 namespace tactile_clay::rviz_plugins {
@@ -44,14 +45,6 @@ std::vector<std::string> choicesIn(const std::string& method) {
   return choices;
 }
 
-template <class Parameter, typename T>
-Parameter parameter(const std::string& name, const T& value) {
-  Parameter made;
-  made.name = name;
-  made.value = value;
-  return made;
-}
-
 }  // namespace
 
 std::vector<LiveParameter> liveParameters(const dynamic_reconfigure::ConfigDescription& description,
@@ -85,25 +78,26 @@ Config configOf(const LiveValue& value) {
   };
   Config config;
   if (value.type == "str") {
-    config.strs.push_back(parameter<dynamic_reconfigure::StrParameter>(value.name, value.text));
+    config.strs.push_back(nodes::namedValue<dynamic_reconfigure::StrParameter>(value.name, value.text));
     return config;
   }
   if (value.type == "bool") {
     const bool truth = value.text == "true";
     if (!truth && value.text != "false") throw expected("true or false");
-    config.bools.push_back(parameter<dynamic_reconfigure::BoolParameter>(value.name, truth));
+    config.bools.push_back(nodes::namedValue<dynamic_reconfigure::BoolParameter>(value.name, truth));
     return config;
   }
   const auto numbers = values::numbersOf(value.text);
   if (!numbers || numbers->size() != 1) throw expected("a number");
   const double number = numbers->front();
   if (value.type == "double") {
-    config.doubles.push_back(parameter<dynamic_reconfigure::DoubleParameter>(value.name, number));
+    config.doubles.push_back(nodes::namedValue<dynamic_reconfigure::DoubleParameter>(value.name, number));
     return config;
   }
   if (number != std::floor(number) || std::abs(number) > std::numeric_limits<int>::max())
     throw expected("a whole number");
-  config.ints.push_back(parameter<dynamic_reconfigure::IntParameter>(value.name, static_cast<int>(number)));
+  config.ints.push_back(
+      nodes::namedValue<dynamic_reconfigure::IntParameter>(value.name, static_cast<int>(number)));
   return config;
 }
 

@@ -32,13 +32,15 @@ class ValueDelegate : public QStyledItemDelegate {
   }
 };
 
+QStringList choicesOf(const LiveParameter& parameter) {
+  QStringList choices;
+  for (const std::string& choice : parameter.choices) choices << QString::fromStdString(choice);
+  return choices;
+}
+
 QString helpOf(const LiveParameter& parameter) {
   QString help = QString::fromStdString(parameter.meaning);
-  if (!parameter.choices.empty()) {
-    QStringList choices;
-    for (const std::string& choice : parameter.choices) choices << QString::fromStdString(choice);
-    help += "; one of " + choices.join(", ");
-  }
+  if (!parameter.choices.empty()) help += "; one of " + choicesOf(parameter).join(", ");
   if (!parameter.fallback.empty()) help += "; default " + QString::fromStdString(parameter.fallback);
   return "<p>" + help.toHtmlEscaped() + "</p>";  // wrapped at the end of a line
 }
@@ -108,9 +110,7 @@ void ParameterWindow::showRow(int at, const Row& row) {
   table_->write(at, value_column, QString::fromStdString(parameter.now.text), help);
   table_->write(at, low_column, QString::fromStdString(parameter.low), help);
   table_->write(at, high_column, QString::fromStdString(parameter.high), help);
-  QStringList choices;
-  for (const std::string& choice : parameter.choices) choices << QString::fromStdString(choice);
-  table_->item(at, value_column)->setData(choices_role, choices);
+  table_->item(at, value_column)->setData(choices_role, choicesOf(parameter));
 }
 
 /// The cell shows the present value again until the node holds the new one.

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "nodes/live_parameters.h"
+#include "nodes/named_value.h"
 #include "support/error_of.h"
 
 namespace tactile_clay::rviz_plugins {
@@ -14,19 +15,11 @@ namespace {
 
 using dynamic_reconfigure::Config;
 
-template <class Parameter, typename T>
-Parameter parameter(const std::string& name, const T& value) {
-  Parameter made;
-  made.name = name;
-  made.value = value;
-  return made;
-}
-
 Config numbers(int whole, double number, double other) {
   Config config;
-  config.ints.push_back(parameter<dynamic_reconfigure::IntParameter>("max_points", whole));
-  config.doubles.push_back(parameter<dynamic_reconfigure::DoubleParameter>("wax/viscosity", number));
-  config.doubles.push_back(parameter<dynamic_reconfigure::DoubleParameter>("tolerance", other));
+  config.ints.push_back(nodes::namedValue<dynamic_reconfigure::IntParameter>("max_points", whole));
+  config.doubles.push_back(nodes::namedValue<dynamic_reconfigure::DoubleParameter>("wax/viscosity", number));
+  config.doubles.push_back(nodes::namedValue<dynamic_reconfigure::DoubleParameter>("tolerance", other));
   return config;
 }
 
@@ -62,8 +55,8 @@ dynamic_reconfigure::ConfigDescription description() {
 
 TEST(LiveValues, RowsAreTheParametersOfAllGroupsInTheirOrder) {
   Config values = numbers(5, 100.0, 1e-4);
-  values.bools.push_back(parameter<dynamic_reconfigure::BoolParameter>("sleeping", true));
-  values.strs.push_back(parameter<dynamic_reconfigure::StrParameter>("another", "text"));
+  values.bools.push_back(nodes::namedValue<dynamic_reconfigure::BoolParameter>("sleeping", true));
+  values.strs.push_back(nodes::namedValue<dynamic_reconfigure::StrParameter>("another", "text"));
   const auto rows = liveParameters(description(), values);
   ASSERT_EQ(rows.size(), 6u);
   EXPECT_EQ(rows[0].now.name, "max_points");

@@ -122,7 +122,7 @@ TEST(CleanSpeed, NoJointLeapsAfterAnyNumberOfLostFrames) {
           std::vector<TrackedFrame> out;
           for (int k = 0; k < rate; ++k) {
             const double u = std::clamp((k - 0.2 * rate) / (0.6 * rate), 0.0, 1.0);
-            const double share = u * u * u * (10.0 + u * (6.0 * u - 15.0));  // minimum jerk
+            const double share = profiles.front().share(u);
             HandPose pose;
             pose.wrist.translation().x() = 0.3 * share;
             for (int finger = 1; finger < finger_count; ++finger)
