@@ -1,7 +1,5 @@
 #include "device/array_device.h"
 
-#include <numeric>
-
 #include "ultrasound/slip.h"
 
 namespace tactile_clay::device {
@@ -9,11 +7,8 @@ namespace tactile_clay::device {
 namespace {
 
 std::vector<ultrasound::Instant> withoutSlip(const Emission& emission) {
-  if (emission.modulation == ultrasound::Modulation::amplitude && emission.modulation_frequency == 0.0) {
-    std::vector<std::size_t> all(emission.points.size());
-    std::iota(all.begin(), all.end(), std::size_t{0});
-    return {{emission.points, 1.0, all}};
-  }
+  if (emission.modulation == ultrasound::Modulation::amplitude && emission.modulation_frequency == 0.0)
+    return {ultrasound::allAtOnce(emission.points)};
   return ultrasound::period(emission.points, emission.modulation);
 }
 

@@ -38,7 +38,7 @@ ultrasound::FieldSolution solveCircle(const Instrument& instrument, double ampli
                                       const std::vector<ultrasound::Drive>& before,
                                       const std::vector<ultrasound::Instant>& places) {
   ultrasound::FieldSolution all;
-  const std::size_t count = places.front().points.size();
+  const std::size_t count = places.front().points->size();
   std::vector<double> wanted(count, 0.0), reached(count, 0.0);
   const auto over = static_cast<double>(places.size());
   all.reach.assign(count, 0.0);
@@ -46,7 +46,7 @@ ultrasound::FieldSolution solveCircle(const Instrument& instrument, double ampli
       before.begin(), before.begin() + static_cast<std::ptrdiff_t>(before.size() / places.size()));
   for (std::size_t k = 0; k < places.size(); ++k) {
     const ultrasound::FieldSolution here =
-        instrument.solve_field(places[k].points, amplitude, last, k == 0 ? 1.0 : circle_effort);
+        instrument.solve_field(*places[k].points, amplitude, last, k == 0 ? 1.0 : circle_effort);
     for (std::size_t m = 0; m < count; ++m) {
       all.reach[m] += here.reach.at(m) / over;
       wanted[m] += here.wanted.at(m) * here.wanted[m] / over;
@@ -115,8 +115,8 @@ Loudness solvePatterns(const Instrument& instrument, double amplitude,
     const std::size_t patterns = field->drives.size();
     for (std::size_t k = 0; k < patterns; ++k) {
       const auto& place = instants[circles ? k * instants.size() / patterns : 0];
-      loudest.add(instrument.loudness(field->drives[k], place.points));
-      ultrasound::Part part{place.points, place.which, {}, 0.0, 0.0};
+      loudest.add(instrument.loudness(field->drives[k], *place.points));
+      ultrasound::Part part{*place.points, *place.which, {}, 0.0, 0.0};
       if (circles) {
         part.instants = {k};
         part.time = 1.0 / static_cast<double>(patterns);

@@ -143,9 +143,12 @@ double SafetyGate::rise(const ultrasound::FieldSolution& field,
   const double time = since_last > 0.0 ? std::min(since_last, longest_rise) : 0.0;  // NaN counts as 0
   double factor = 1.0;
   for (std::size_t k = 0; k < targets.size(); ++k) {
+    const Eigen::Vector3d& at = targets[k].position;
     double before = 0.0;
-    for (const Given& given : given_)
-      if ((given.position - targets[k].position).norm() <= same_place) before = std::max(before, given.share);
+    auto given = std::partition_point(given_.begin(), given_.end(),
+                                      [&](const Given& g) { return g.position.x() < at.x() - same_place; });
+    for (; given != given_.end() && given->position.x() <= at.x() + same_place; ++given)
+      if ((given->position - at).norm() <= same_place) before = std::max(before, given->share);
     const double maximum = (before + config_.intensity_slew * time) * field.reach[k];
     if (field.reached[k] > maximum) factor = std::min(factor, maximum / field.reached[k]);
   }
@@ -274,6 +277,8 @@ void SafetyGate::keep(const Verdict& verdict) {
     if (verdict.field->reach[k] > 0.0)
       given_.push_back(
           {sound.emission.points[k].position, verdict.field->reached[k] / verdict.field->reach[k]});
+  std::sort(given_.begin(), given_.end(),
+            [](const Given& a, const Given& b) { return a.position.x() < b.position.x(); });
 }
 
 }  // namespace tactile_clay::device

@@ -119,7 +119,7 @@ class SafetyGate {
     Eigen::Vector3d position;
     double share;  // amplitude there, over that of the whole array focused there
   };
-  std::vector<Given> given_;  // shares that these patterns reached, at each sample
+  std::vector<Given> given_;  // shares that these patterns reached, at each sample, by ascending x
 };
 
 }  // namespace tactile_clay::device

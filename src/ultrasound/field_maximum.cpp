@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <stdexcept>
 #include <string>
 
@@ -165,16 +166,32 @@ void FieldMaximum::split(const Part& part, const FieldCell::Ratio& ratio, std::v
             {first + 2.0f * half.cwiseProduct(Eigen::Vector3i(x, y, z).cast<float>()), half, part.cell});
 }
 
+/// The strongest of these places. A field has hundreds: they are compared in single precision.
+FieldMaximum::Peak FieldMaximum::atStrongest(const Drive& drive,
+                                             const std::vector<Eigen::Vector3d>& places) const {
+  if (places.empty()) return {};
+  std::vector<Eigen::Vector3f> at;
+  at.reserve(places.size());
+  for (const Eigen::Vector3d& place : places) at.push_back(place.cast<float>());
+  std::size_t strongest = 0;
+  float highest = -1.0f;
+  const std::vector<std::complex<float>> pressures = pressuresAt(layout_, acoustics_, drive, at);
+  for (std::size_t k = 0; k < pressures.size(); ++k) {
+    const float pressure = std::abs(pressures[k]);
+    if (pressure <= highest) continue;  // NaN counts as higher
+    highest = pressure;
+    strongest = k;
+    if (std::isnan(pressure)) break;
+  }
+  return {std::abs(pressureAt(layout_, acoustics_, drive, places[strongest])), places[strongest]};
+}
+
 FieldMaximum::Peak FieldMaximum::find(const Drive& drive, const std::vector<Eigen::Vector3d>& places,
                                       Effort* effort) const {
   if (drive.phase.size() != layout_.size() || drive.amplitude.size() != layout_.size())
     throw std::invalid_argument("field maximum: drive of " + std::to_string(drive.phase.size()) +
                                 " channels, expected " + std::to_string(layout_.size()));
-  Search search{floor_, {}, {}};
-  for (const Eigen::Vector3d& place : places) {
-    const double pressure = std::abs(pressureAt(layout_, acoustics_, drive, place));
-    if (!(pressure <= search.best.pressure)) search.best = {pressure, place};
-  }
+  Search search{floor_, atStrongest(drive, places), {}};
   search.effort.evaluations += places.size();
   double bound = 0.0;
   float strongest = 0.0f;

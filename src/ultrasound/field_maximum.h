@@ -61,6 +61,7 @@ class FieldMaximum {
   std::vector<Lobe> follow(const DrivenGroups& sources, std::size_t depth, const std::vector<Part>& open,
                            Search& search) const;
   std::vector<Lobe> lobes(const DrivenGroups& sources, float strongest, Search& search) const;
+  Peak atStrongest(const Drive& drive, const std::vector<Eigen::Vector3d>& places) const;
   void climbAll(const DrivenGroups& sources, float strongest, Search& search) const;
   static void split(const Part& part, const FieldCell::Ratio& ratio, std::vector<Part>& parts);
   Peak climb(const DrivenGroups& sources, const Lobe& from, Effort& effort) const;

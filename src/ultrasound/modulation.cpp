@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
 
 #include "ultrasound/weighted_k_means.h"
 
@@ -15,8 +16,8 @@ bool same(const Part& known, const Instant& instant) {
   const auto equal = [](const FocalPoint& x, const FocalPoint& y) {
     return x.position == y.position && x.intensity == y.intensity;
   };
-  return known.which == instant.which && std::equal(known.points.begin(), known.points.end(),
-                                                    instant.points.begin(), instant.points.end(), equal);
+  return known.which == *instant.which && std::equal(known.points.begin(), known.points.end(),
+                                                     instant.points->begin(), instant.points->end(), equal);
 }
 
 }  // namespace
@@ -149,25 +150,35 @@ double envelope(Modulation modulation, double t) {
   return swells ? std::abs(std::sin(M_PI * t)) : 1.0;
 }
 
+Instant allAtOnce(const std::vector<FocalPoint>& points) {
+  std::vector<std::size_t> all(points.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return {std::make_shared<const std::vector<FocalPoint>>(points), 1.0,
+          std::make_shared<const std::vector<std::size_t>>(std::move(all))};
+}
+
 std::vector<Instant> period(const std::vector<FocalPoint>& points, Modulation modulation, double stroke) {
   std::vector<Instant> instants;
   if (points.empty()) return instants;
   if (modulation == Modulation::spatiotemporal) {
-    for (std::size_t k = 0; k < points.size(); ++k) instants.push_back({{points[k]}, 1.0, {k}});
+    for (std::size_t k = 0; k < points.size(); ++k)
+      instants.push_back({std::make_shared<const std::vector<FocalPoint>>(1, points[k]), 1.0,
+                          std::make_shared<const std::vector<std::size_t>>(1, k)});
     return instants;
   }
-  std::vector<std::size_t> all(points.size());
-  std::iota(all.begin(), all.end(), std::size_t{0});
+  const Instant all = allAtOnce(points);
   const bool circles = modulation == Modulation::circle || modulation == Modulation::field_circle;
   const std::size_t steps = modulation == Modulation::circle         ? circle_steps
                             : modulation == Modulation::field_circle ? field_circle_steps
                                                                      : period_steps;
   for (std::size_t step = 0; step < steps; ++step) {
     const double t = static_cast<double>(step) / static_cast<double>(steps);
-    instants.push_back({points, envelope(modulation, t), all});
+    instants.push_back({all.points, envelope(modulation, t), all.which});
     if (!circles && modulation != Modulation::lateral) continue;
     const Eigen::Vector3d offset = circles ? circleOffset(t, circle_radius) : lateralOffset(t, stroke);
-    for (FocalPoint& point : instants.back().points) point.position += offset;
+    auto moved = std::make_shared<std::vector<FocalPoint>>(points);
+    for (FocalPoint& point : *moved) point.position += offset;
+    instants.back().points = std::move(moved);
   }
   return instants;
 }
@@ -176,10 +187,11 @@ std::vector<Part> parts(const std::vector<Instant>& instants) {
   std::vector<Part> parts;
   const double share = 1.0 / static_cast<double>(std::max<std::size_t>(instants.size(), 1));
   for (std::size_t i = 0; i < instants.size(); ++i) {
-    auto part =
-        std::find_if(parts.begin(), parts.end(), [&](const Part& known) { return same(known, instants[i]); });
+    auto part = std::find_if(parts.begin(), parts.end(), [&](const Part& known) {
+      return instants[known.instants.front()].points == instants[i].points || same(known, instants[i]);
+    });
     if (part == parts.end())
-      part = parts.insert(parts.end(), {instants[i].points, instants[i].which, {}, 0.0, 0.0});
+      part = parts.insert(parts.end(), {*instants[i].points, *instants[i].which, {}, 0.0, 0.0});
     part->instants.push_back(i);
     part->time += share;
     part->power += share * instants[i].amplitude * instants[i].amplitude;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -72,12 +73,16 @@ Eigen::Vector3d circleOffset(double t, double radius);
 /// square, is (1 - cos 2 pi t) / 2. Others: 1.
 double envelope(Modulation modulation, double t);
 
-/// A part of a period: the points that sound at the same time, and the share of their amplitude.
+/// A part of a period: the points that sound at the same time, and the share of their amplitude. Instants
+/// with the same points share them, because a field has hundreds.
 struct Instant {
-  std::vector<FocalPoint> points;
+  std::shared_ptr<const std::vector<FocalPoint>> points;
   double amplitude = 1.0;
-  std::vector<std::size_t> which;  // index of each of `points` among the points of the emission
+  std::shared_ptr<const std::vector<std::size_t>> which;  // index of each of `points` in the emission
 };
+
+/// All points of an emission at once, at their full amplitude.
+Instant allAtOnce(const std::vector<FocalPoint>& points);
 
 constexpr double lateral_stroke = 0.006;  // m
 /// Steps per period of AM and lateral modulation. A step of lateral modulation is 0.75 mm, less than 1 mm.

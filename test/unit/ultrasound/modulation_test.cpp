@@ -81,8 +81,8 @@ TEST(Modulation, LateralStepsAreUnderAMillimetreAndReturn) {
   double farthest = 0.0;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < instants.size(); ++i) {
-    const Eigen::Vector3d here = instants[i].points[0].position;
-    const Eigen::Vector3d next = instants[(i + 1) % instants.size()].points[0].position;
+    const Eigen::Vector3d here = (*instants[i].points)[0].position;
+    const Eigen::Vector3d next = (*instants[(i + 1) % instants.size()].points)[0].position;
     EXPECT_LE((next - here).norm(), 0.001 + 1e-12);
     EXPECT_EQ(instants[i].amplitude, 1.0);
     farthest = std::max(farthest, (here - Eigen::Vector3d(0.01, 0.02, 0.2)).norm());
@@ -101,11 +101,11 @@ TEST(Modulation, CirclesAreThosePublished) {
     ASSERT_EQ(instants.size(), mode == Modulation::circle ? circle_steps : field_circle_steps);
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (std::size_t i = 0; i < instants.size(); ++i) {
-      const Eigen::Vector3d here = instants[i].points[0].position;
-      const Eigen::Vector3d next = instants[(i + 1) % instants.size()].points[0].position;
+      const Eigen::Vector3d here = (*instants[i].points)[0].position;
+      const Eigen::Vector3d next = (*instants[(i + 1) % instants.size()].points)[0].position;
       EXPECT_NEAR((here - centre).norm(), 0.003, 1e-12);
       EXPECT_EQ(here.z(), 0.2);
-      EXPECT_NEAR((instants[i].points[1].position - here - Eigen::Vector3d(0.04, -0.02, 0)).norm(), 0.0,
+      EXPECT_NEAR(((*instants[i].points)[1].position - here - Eigen::Vector3d(0.04, -0.02, 0)).norm(), 0.0,
                   1e-12)
           << "all go round as one";
       EXPECT_LE((next - here).norm(), mode == Modulation::circle ? 0.001 : 0.0024);
@@ -188,7 +188,7 @@ TEST(Modulation, TactilePressureIsTheTimeAverageOfTheField) {
     for (std::size_t i = 0; i < at.size(); ++i) {
       double expected = 0.0;
       for (const Instant& instant : instants) {
-        const Drive drive = solvePhases(layout, air, instant.points).drive;
+        const Drive drive = solvePhases(layout, air, *instant.points).drive;
         const double p = instant.amplitude * heardAmplitude(layout, air, drive, at[i].cast<double>());
         expected += 0.5 * p * p * 2.0 / (air.airDensity() * std::pow(air.soundSpeed(), 2)) /
                     static_cast<double>(instants.size());
