@@ -19,6 +19,7 @@
 #include <pluginlib/class_list_macros.hpp>
 
 #include "rviz_plugins/label_rows.h"
+#include "rviz_plugins/shown_points.h"
 
 namespace tactile_clay::rviz_plugins {
 namespace {
@@ -128,12 +129,10 @@ void FocalPointsDisplay::redraw() {
   clear();
   if (!message_) return;
   if (!place(message_->header)) return;
-  for (const tactile_clay::FocalPoint& point : message_->points) {
-    const float x = static_cast<float>(point.position.x), y = static_cast<float>(point.position.y),
-                z = static_cast<float>(point.position.z);
+  for (const tactile_clay::FocalPoint& point : shownPoints(*message_)) {
+    const Ogre::Vector3 at(static_cast<float>(point.position.x), static_cast<float>(point.position.y),
+                           static_cast<float>(point.position.z));
     const float intensity = std::clamp(point.intensity, 0.0f, 1.0f);
-    if (!std::isfinite(x + y + z + point.intensity)) continue;
-    const Ogre::Vector3 at(x, y, z);
     const Ogre::ColourValue color =
         is_silent_ ? silent_->getOgreColor()
                    : weak_->getOgreColor() * (1.0f - intensity) + strong_->getOgreColor() * intensity;
