@@ -77,7 +77,11 @@ class LiveClock {
 /// Sums of the frames of a stretch.
 class Sums {
  public:
-  void add(const clay::Statistics& s, double ms, double cpu_ms) {
+  void add(const clay::Clay& clay, double ms, double cpu_ms) {
+    const clay::Statistics& s = clay.statistics();
+    const std::vector<SkinForce>& forces = clay.skinForces();
+    sum_.touched += static_cast<double>(std::count_if(
+        forces.begin(), forces.end(), [](const SkinForce& f) { return f.force.squaredNorm() > 0.0f; }));
     ms_.push_back(ms);
     sum_.cpu_ms += cpu_ms;
     sum_.awake += static_cast<double>(s.awake);
@@ -97,7 +101,8 @@ class Sums {
     const auto frames = static_cast<double>(ms_.size()),
                particles = static_cast<double>(clay.particles().size());
     Stretch s = sum_;
-    for (double* value : {&s.cpu_ms, &s.awake, &s.contacts, &s.iterations, &s.rounds, &s.lumps, &s.crumbs})
+    for (double* value :
+         {&s.cpu_ms, &s.touched, &s.awake, &s.contacts, &s.iterations, &s.rounds, &s.lumps, &s.crumbs})
       *value /= frames;
     for (clay::Stage& stage : s.stages) stage.ms /= frames;
     s.end = clay.time();
@@ -177,8 +182,7 @@ void kneadLong(const scene::Scene& scene, const scene::Solids& solids, const std
     const std::clock_t cpu_begun = std::clock();
     clay.advance(skin, solids.solids(), solids.motion(), duration);
     const double took = Seconds(Clock::now() - begun).count();
-    sums.add(clay.statistics(), 1e3 * took,
-             1e3 * static_cast<double>(std::clock() - cpu_begun) / CLOCKS_PER_SEC);
+    sums.add(clay, 1e3 * took, 1e3 * static_cast<double>(std::clock() - cpu_begun) / CLOCKS_PER_SEC);
     pace.took(duration, clock.computed(duration, took));
     if (clay.time() < next_stretch) continue;
     next_stretch += how.stretch;

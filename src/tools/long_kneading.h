@@ -17,6 +17,7 @@ struct Stretch {
   double yardstick_ms = 0.0;      // median of the yardstick's frames at the end of the stretch
   double cpu_ms = 0.0;            // of all threads, per frame; time of other programs does not count
   double dropped = 0.0;           // s that a live run did not simulate
+  double touched = 0.0;           // skin samples that the clay presses
   double awake = 0.0, contacts = 0.0, iterations = 0.0, rounds = 0.0, lumps = 0.0, crumbs = 0.0;
   double bonds = 0.0, neighbours = 0.0;  // per particle, at the end
   double volume = 0.0;                   // m^3, at the end (volumeOf)

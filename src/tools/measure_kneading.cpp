@@ -40,8 +40,8 @@ Columns:
                     the stretch, because the speed of a computer changes
   cpu_ms            time of a frame, sum over all threads, mean
   dropped_s         time that was dropped (live)
-  awake ... crumbs  means over the frames: particles that are awake, contacts, iterations and rounds per
-                    substep, lumps, crumbs
+  touched ... crumbs  means over the frames: skin samples that the clay presses, particles that are awake,
+                    contacts, iterations and rounds per substep, lumps, crumbs
   bonds, neighbours per particle, at the end
   volume_cm3        at the end
   strays            particles that left the scene
@@ -74,7 +74,7 @@ void run(int argc, char** argv) {
             [&](const Stretch& s) {
               if (head) {
                 std::printf(
-                    "s,ms,ms_p99,yardstick_ms,cpu_ms,dropped_s,awake,contacts,iterations,rounds,"
+                    "s,ms,ms_p99,yardstick_ms,cpu_ms,dropped_s,touched,awake,contacts,iterations,rounds,"
                     "lumps,crumbs,bonds,neighbours,volume_cm3,strays,memory_mb");
                 for (const clay::Stage& stage : s.stages) std::printf(",%s_ms", stage.name.c_str());
                 std::printf("\n");
@@ -82,7 +82,8 @@ void run(int argc, char** argv) {
               }
               std::printf("%.1f,%.2f,%.2f,%.2f,%.2f,%.2f", s.end, s.ms, s.ms_p99, s.yardstick_ms, s.cpu_ms,
                           s.dropped);
-              std::printf(",%.0f,%.0f,%.2f,%.2f", s.awake, s.contacts, s.iterations, s.rounds);
+              std::printf(",%.1f,%.0f,%.0f,%.2f,%.2f", s.touched, s.awake, s.contacts, s.iterations,
+                          s.rounds);
               std::printf(",%.2f,%.2f,%.3f,%.3f", s.lumps, s.crumbs, s.bonds, s.neighbours);
               std::printf(",%.2f,%zu,%.1f", 1e6 * s.volume, s.strays, s.memory);
               for (const clay::Stage& stage : s.stages) std::printf(",%.3f", stage.ms);
