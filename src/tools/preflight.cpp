@@ -243,7 +243,7 @@ std::string checkAll(const Arguments& arguments) {
   checkPose(arguments.at("tracker_pose"));
   checkDevice(arguments);
   clay::nodes::requiredSupervisors(valueOf(arguments, "supervisors", "none"));
-  if (const std::string modulation = valueOf(arguments, "modulation", "am"); modulation != "auto")
+  if (const std::string modulation = valueOf(arguments, "modulation", "auto"); modulation != "auto")
     clay::ultrasound::modulation(modulation);
   clay::ultrasound::arrayLayouts(valueOf(arguments, "layout", "usx"));
   clay::ultrasound::phaseMethod(valueOf(arguments, "phase_method", "newton"));

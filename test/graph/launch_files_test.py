@@ -99,11 +99,11 @@ class LaunchFiles(unittest.TestCase):
                      'focal_point_renderer/max_points', 'simulated_array/phase_levels'):
             self.assertIs(type(params['/' + name].value), int, name)
 
-    def test_auto_is_a_field_where_the_array_takes_phases(self):
+    def test_the_sound_is_a_field_where_the_array_takes_phases(self):
         for device, array, expected in (('simulated', 'simulated_array', 'field'),
                                         ('sonic_surface', 'array_driver', 'field'),
                                         ('debug', 'array_driver', 'am')):
-            params = load('modulation:=auto', 'device:=' + device, 'port:=/dev/nowhere').params
+            params = load('device:=' + device, 'port:=/dev/nowhere').params
             self.assertEqual(params['/focal_point_renderer/modulation'].value, expected, device)
             self.assertEqual(params['/%s/modulation' % array].value, expected, device)
             self.assertEqual(params['/contact_pressure/around'].value, 0.06 if expected == 'field' else 0.0)
