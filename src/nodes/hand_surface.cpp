@@ -159,7 +159,7 @@ void HandSurface::look() {
     return;
   }
   subscribe();
-  if (!news_ || !tracked_) return;
+  if (!news_ || !tracked_ || !pace_.isDue(ros::SteadyTime::now())) return;
   news_ = false;
   try {
     show();
@@ -237,7 +237,9 @@ void HandSurface::show() {
     publisher_.publish(markers);
   }
   if (rendered_.wanted()) rendered_.publish(hands, touch_now, skin_.get(), header, transforms_);
-  times_.add((ros::SteadyTime::now() - start).toSec());
+  const auto end = ros::SteadyTime::now();
+  times_.add((end - start).toSec());
+  pace_.worked(start, end);
 }
 
 void HandSurface::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
