@@ -21,32 +21,39 @@ def font():
                                     check=True).stdout]
 
 
-def save(picture, panel_, path):
+def save(picture, panel_, path, told=None):
+    """Cuts a panel out of an image of the window. `told`: a second line for the caption, and the full scale with its
+    unit for a colour bar."""
     (width, height), (x, y) = panel_['size'], panel_['middle']
     left, top = round(x * WIDTH - 0.5 * width), round(y * HEIGHT - 0.5 * height)
     cut = ['-crop', '%dx%d+%d+%d' % (width, height, max(0, left), max(0, top)), '+repage']
-    words = [] if not panel_['caption'] else ['-background', BACKGROUND_NAME, '-gravity', 'north', '-splice',
-                                              '0x%d' % CAPTION,
-                                              *font(), '-pointsize', '20', '-annotate', '+0+6', panel_['caption']]
+    lines = [line for line in (panel_['caption'], told[0] if told else '') if line]
+    words = [] if not lines else ['-background', BACKGROUND_NAME, '-gravity', 'north', '-splice',
+                                  '0x%d' % (CAPTION if told is None else 2 * CAPTION),
+                                  *font(), '-pointsize', '20', '-annotate', '+0+6', '\n'.join(lines).replace('%', '%%')]
     subprocess.run(['convert', '-size', '%dx%d' % (WIDTH, HEIGHT), '-depth', '8', 'rgb:-'] + cut + words + [path],
                    input=picture,
                    check=True)
+    if told:
+        bar = path + '.bar.png'
+        legend(bar, '', told[1], width // 2)
+        joined([[path], [bar]], path, False)
 
 
-def legend(path):
+def legend(path, title='pressure on the skin  ', full_scale='%d kPa' % FULL_SCALE, width=300):
     """The colours of pressure with their numbers, to lie below a figure."""
-    width, height = 300, 14
+    height = 14
     line = b''
     for x in range(width):
         at = (len(PRESSURE_COLORS) - 1) * x / width
         k = int(at)
         line += bytes(round(255 * (a + (at - k) * (b - a))) for a, b in zip(PRESSURE_COLORS[k], PRESSURE_COLORS[k + 1]))
     words = lambda text, gravity: ['(', '-background', BACKGROUND_NAME, '-gravity', gravity, *font(), '-pointsize',
-                                   '18', '-size', '260x%d' % CAPTION, 'caption:' + text, ')']
+                                   '18', '-size', '%dx%d' % (260 if title else 100, CAPTION), 'caption:' + text, ')']
     bar = ['(', '-size', '%dx%d' % (width, height), '-depth', '8', 'rgb:-', '-background', BACKGROUND_NAME,
            '-gravity', 'center', '-extent', '%dx%d' % (width + 16, CAPTION), ')']
-    subprocess.run(['convert'] + words('pressure on the skin   0 ', 'east') + bar +
-                   words(' %d kPa' % FULL_SCALE, 'west') +
+    subprocess.run(['convert'] + words(title + ' 0 ', 'east') + bar +
+                   words(' ' + full_scale, 'west') +
                    ['+append', path], input=line * height, check=True)
 
 

@@ -12,7 +12,7 @@ CLAY, BALLS = 'Clay', 'Clay as balls'
 HANDS, PRESSURE = 'Hands, with the pressure on their skin', 'Samples of the pressure'
 SKIN, POINTS, ARRAY = 'Samples of the skin', 'Focal points', 'Array'
 TRANSDUCERS, STATE, SLICE = 'Transducers, by phase and amplitude', 'State of the rig', 'Slice of the sound'
-RENDERED, TABLE = 'Wanted and given pressure, side by side', 'Table and wheel'
+RENDERED, TABLE, FORCES = 'Wanted and given pressure, side by side', 'Table and wheel', 'Forces on the clay'
 
 
 def view(yaw=3.55, pitch=0.5, distance=0.55, focus=(0.0, 0.0, -0.02), **displays):
@@ -20,14 +20,22 @@ def view(yaw=3.55, pitch=0.5, distance=0.55, focus=(0.0, 0.0, -0.02), **displays
     return dict(yaw=yaw, pitch=pitch, distance=distance, focus=focus, **displays)
 
 
-def panel(run, at, camera, size=(WIDTH, HEIGHT), middle=(0.5, 0.5), caption='', change=None):
-    """One picture: a run, s of its input, a view, and what is cut out of the window (pixels; shares of the window)."""
+def panel(run, at, camera, size=(WIDTH, HEIGHT), middle=(0.5, 0.5), caption='', change=None, rendered=None):
+    """One picture: a run, s of its input, a view, and what is cut out of the window (pixels; shares of the window).
+    `rendered` names a picture of hands/rendered: its errors and its colour bar are written beside it."""
     return dict(run=run, at=at, view=camera, size=size, middle=middle, caption=caption, change=change,
-                legend=size != (WIDTH, HEIGHT))
+                rendered=rendered, legend=size != (WIDTH, HEIGHT))
 
 
 def bag(name):
     return dict(hands='bag', file=os.path.join(BAGS, name + '.bag'))
+
+
+def palms(run, at, picture, caption):
+    """One of the pictures of hands/rendered: both hands, seen from the front, and no more."""
+    aside = {'wanted': 0.17, 'weight': 0.51, 'given': -0.17}[picture]
+    return panel(run, at, view(only=(RENDERED,), yaw=math.pi, pitch=0.0, distance=0.55, focus=(0.28, aside, 0.17)),
+                 size=(480, 440), middle=(0.5, 0.49), caption=caption, rendered=picture)
 
 
 def incline(kind):
@@ -62,39 +70,38 @@ def figures(materials, folder):
     """For each figure its panels by rows, and the panels of the first row, first and last moment of its animation."""
     knead = dict(scene='kindergarten', **bag('knead'))
     potter = dict(scene='potters_wheel', **bag('potter'))
-    touch = dict(yaw=math.pi, pitch=0.12, distance=1.0, focus=(0.28, 0.0, 0.15))
+    touch = view(yaw=math.pi, pitch=0.12, distance=1.0, focus=(0.28, 0.17, 0.17), only=(RENDERED,))
     slope = view(yaw=4.71, pitch=0.2, distance=0.55, focus=(0.05, 0.0, 0.0), only=(CLAY, TABLE))
     slopes = (('', 'full model'), ('_no_viscosity', 'no viscosity'), ('_no_bonds', 'no elastoplasticity'),
               ('_no_friction', 'no friction'))
     third = (460, 460)
     table = view(distance=0.82, pitch=0.8, focus=(-0.02, 0.0, 0.0), minus=(STATE,))
     wheel = view(distance=0.68, pitch=0.7, focus=(0.0, 0.0, 0.02), minus=(STATE,))
-    wanted = dict(size=(440, 440), middle=(0.32, 0.46))
-    given = dict(size=(560, 440), middle=(0.70, 0.46))
     press = bag('press_deeper')
-    low = view(yaw=math.pi, pitch=-1.1, distance=0.62, focus=(0.0, 0.0, 0.03), only=(SKIN,))
+    moment = 3.23333  # s; two fingers press with their pads
     return {
         'rig': ([[panel(knead, 3.2, view(minus=(STATE,)))]], None),
         'soft_hand': ([[panel(dict(scene='stiff_bar', hands='choreography', file='press_bar', hand_model='soft'), 2.6,
                               view(yaw=5.15, pitch=0.2, distance=0.24, focus=(0.03, 0.0, 0.04), plus=(BALLS,),
                                    minus=(CLAY, POINTS, STATE)), change=('Clay as balls', 'Alpha', 0.35))]], None),
-        'touch': ([[panel(knead, 3.2, view(only=(RENDERED,), **touch), size=(1200, 560), middle=(0.5, 0.47))]], None),
+        'touch': ([[panel(knead, moment, touch, size=(1300, 400), middle=(0.5, 0.46))]], None),
         '2': ([[panel(incline(kind), at, slope, size=(330, 220), middle=(0.5, 0.46), caption=words if at < 0.2 else '')
                 for kind, words in slopes] for at in (0.1, 0.2, 1.1)], ((0, 1, 2, 3), 0.0, 1.2)),
-        '3': ([[panel(knead, 3.2, view(distance=0.58, focus=(0.0, 0.0, 0.03), only=(BALLS, HANDS, TABLE)), size=third,
-                      caption='hands on the particles of the clay'),
-                panel(knead, 3.2, view(pitch=0.1, distance=0.58, focus=(0.0, 0.0, 0.03), only=(HANDS,)), size=third,
+        '3': ([[panel(knead, moment, view(yaw=3.4, pitch=0.42, distance=0.62, focus=(0.0, 0.0, 0.04),
+                                          only=(BALLS, SKIN, TABLE, FORCES)), size=third,
+                      caption='forces on the particles of the clay', change=(SKIN, 'Size (m)', 0.003, 'Alpha', 1)),
+                panel(knead, moment, view(yaw=math.pi, pitch=-1.0, distance=0.59, focus=(0.0, 0.0, 0.03),
+                                          only=(HANDS,)), size=third, middle=(0.5, 0.459),
                       caption='pressure on the skin'),
-                panel(knead, 3.2, view(pitch=0.25, distance=0.66, focus=(0.0, 0.0, -0.03),
-                                        only=(HANDS, POINTS, ARRAY, TRANSDUCERS, SLICE)), size=third,
-                      caption='focal points, and a slice of their sound')]], ((1, 2), 1.4, 5.0)),
-        '4': ([[panel(knead, 3.2, view(only=(RENDERED,), **touch), caption='wanted by the clay', **wanted),
-                panel(knead, 3.2, low, size=(440, 440), caption='weights: red counts most',
-                      change=(SKIN, 'Color Transformer', 'Intensity', 'Channel Name', 'weight', 'Use rainbow', False,
-                              'Min Color', '240; 225; 200', 'Max Color', '200; 0; 30', 'Alpha', 1)),
-                panel(knead, 3.2, view(only=(RENDERED,), **touch), caption='given, weighted', **given),
-                panel(dict(knead, perceptual_weights='false'), 3.2, view(only=(RENDERED,), **touch),
-                      caption='given, not weighted', **given)]], ((0, 2), 1.4, 5.0)),
+                panel(knead, moment, view(yaw=3.4, pitch=0.25, distance=0.68, focus=(0.0, 0.0, -0.04),
+                                          only=(HANDS, POINTS, ARRAY, TRANSDUCERS, SLICE)), size=third,
+                      caption='focal points, and a slice of their sound', change=(POINTS, 'Numbers', False))]],
+              ((0, 1, 2), 1.4, 5.0)),
+        '4': ([[palms(knead, moment, 'wanted', 'wanted by the clay'),
+                palms(knead, moment, 'given', 'given, with weights')],
+               [palms(knead, moment, 'weight', 'weights'),
+                palms(dict(knead, perceptual_weights='false'), moment, 'given', 'given, without weights')]],
+              ((0, 1), 1.4, 5.0)),
         '5': ([[panel(knead, at, table, size=third) for at in (1.5, 3.2, 11.8)]], ((0,), 1.4, 5.8)),
         '6': ([[panel(dict(press, scene=scene_of(material, folder)), 1.6,
                       view(yaw=3.9, pitch=0.3, distance=0.26, focus=(0.045, 0.05, 0.03), only=(CLAY, HANDS, TABLE)),

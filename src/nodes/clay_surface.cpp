@@ -54,7 +54,7 @@ void ClaySurface::look() {
     subscriber_ = inbox_.subscribe<Cloud>(nh_, topic::clay_particles, 1,
                                           [this](const auto& cloud) { latest_ = cloud; });
   }
-  if (!latest_) return;
+  if (!latest_ || !pace_.isDue(ros::SteadyTime::now())) return;
   const Cloud::ConstPtr cloud = std::move(latest_);
   latest_.reset();
   try {
@@ -71,7 +71,9 @@ void ClaySurface::show(const Cloud& cloud) {
   const surface::TriangleMesh mesh = surface_.update(particles.position, particles.color);
   publisher_.publish(surfaceMarker(mesh, lit(mesh), mesh.triangles, 1.0f, cloud.header, "clay", 0));
   triangles_ = mesh.triangles.size();
-  times_.add((ros::SteadyTime::now() - start).toSec());
+  const auto end = ros::SteadyTime::now();
+  times_.add((end - start).toSec());
+  pace_.worked(start, end);
 }
 
 void ClaySurface::write(const std::string& file, files::Existing existing,

@@ -5,6 +5,7 @@
 #include <tactile_clay/SculptureFile.h>
 
 #include "files/output_file.h"
+#include "nodes/display_pace.h"
 #include "nodes/frame_times.h"
 #include "nodes/health.h"
 #include "nodes/inbox.h"
@@ -14,7 +15,7 @@ namespace tactile_clay::nodes {
 
 /// The surface of the clay, for display: `clay/particles` in, `clay/surface` out, a marker of triangles. The
 /// node subscribes only while somebody subscribes to its output. It publishes at most `~rate` (30) times per
-/// second, and always uses the newest particles.
+/// second, less often if the computer is busy (DisplayPace), and always uses the newest particles.
 ///
 /// `~scene` is the scene of clay_simulator; its spacing of the particles is used. The services `~export` and
 /// `~overwrite` write the surface as PLY or STL, depending on the ending of the file name. Only `~overwrite`
@@ -36,6 +37,7 @@ class ClaySurface {
   surface::ClaySurface surface_;
   Cloud::ConstPtr latest_;  // newest particles, not shown yet
   FrameTimes times_;
+  DisplayPace pace_;
   std::size_t triangles_ = 0;
 
   Inbox inbox_;

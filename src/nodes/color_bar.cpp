@@ -67,8 +67,7 @@ void addColorBar(visualization_msgs::MarkerArray& markers, const ColorBar& wante
     markers.markers.push_back(label(header, wanted.name, first + 1 + k,
                                     wanted.foot + 1.5f * wanted.width + share * wanted.height, text));
   }
-  markers.markers.push_back(
-      label(header, wanted.name, first + 1 + numbers, wanted.foot + 1.14f * wanted.height, wanted.title));
+  markers.markers.push_back(label(header, wanted.name, first + 1 + numbers, wanted.title_at, wanted.title));
 }
 
 }  // namespace tactile_clay::nodes

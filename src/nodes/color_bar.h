@@ -15,9 +15,10 @@ Eigen::Vector3f pressureColor(float share);
 /// An upright bar with the colours of pressure, and numbers beside it.
 struct ColorBar {
   std::string name;                     // namespace of its markers
-  std::string title;                    // above it, with the unit
+  std::string title;                    // with the unit
   double full_scale;                    // in that unit
   Eigen::Vector3f foot, width, height;  // m; numbers are on the side to which width points
+  Eigen::Vector3f title_at;             // m
 };
 
 /// @param frame coordinate frame of the bar

@@ -38,6 +38,7 @@ constexpr float touching_alpha = 0.30f, transparent_from = 0.10f;
 constexpr float tracked_alpha = 0.22f;
 // m, of the colour bar: so far beside the table that in the default view of rviz hands seldom cover it.
 const Vector3f bar_foot(0.10f, 0.30f, 0.01f);
+constexpr float bar_height = 0.13f;
 
 const Vector3f tracked_color(0.35f, 0.50f, 0.95f);
 
@@ -158,7 +159,7 @@ void HandSurface::look() {
     return;
   }
   subscribe();
-  if (!news_ || !tracked_) return;
+  if (!news_ || !tracked_ || !pace_.isDue(ros::SteadyTime::now())) return;
   news_ = false;
   try {
     show();
@@ -228,14 +229,17 @@ void HandSurface::show() {
         surfaceMarker(tracked, lit(tracked), tracked.triangles, tracked_alpha, header, "tracked hand", s));
   }
   if (publisher_.getNumSubscribers() > 0) {
-    addColorBar(markers,
-                {"pressure, kPa", "pressure on the skin, kPa", full_scale_, bar_foot,
-                 Vector3f(-0.006f, 0.013f, 0.0f), Vector3f(0.0f, 0.0f, 0.13f)},
-                world_);
+    addColorBar(
+        markers,
+        {"pressure, kPa", "pressure on the skin, kPa", full_scale_, bar_foot, Vector3f(-0.006f, 0.013f, 0.0f),
+         Vector3f(0.0f, 0.0f, bar_height), bar_foot + Vector3f(0.0f, 0.0f, 1.14f * bar_height)},
+        world_);
     publisher_.publish(markers);
   }
-  if (rendered_.wanted()) rendered_.publish(hands, touch_now, header, transforms_);
-  times_.add((ros::SteadyTime::now() - start).toSec());
+  if (rendered_.wanted()) rendered_.publish(hands, touch_now, skin_.get(), header, transforms_);
+  const auto end = ros::SteadyTime::now();
+  times_.add((end - start).toSec());
+  pace_.worked(start, end);
 }
 
 void HandSurface::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {

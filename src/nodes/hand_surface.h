@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "nodes/display_pace.h"
 #include "nodes/frame_times.h"
 #include "nodes/health.h"
 #include "nodes/inbox.h"
@@ -22,7 +23,7 @@ namespace tactile_clay::nodes {
 /// Shows the hands as skin: `hands/tracked`, `hands/skin` and `hands/pressure` in, `hands/surface` out:
 /// markers of closed meshes on which the pressure is painted, and a colour bar in kPa beside the table. The
 /// node subscribes only while somebody subscribes to its output. It publishes at most `~rate` (30) times per
-/// second, and always uses the newest messages.
+/// second, less often if the computer is busy (DisplayPace), and always uses the newest messages.
 ///
 /// Skin that touches is opaque. The rest of a hand that touches is transparent, so that contacts are seen
 /// from any side. If the hand that the clay meets is not the tracked one (a soft hand), the tracked hand is
@@ -51,6 +52,7 @@ class HandSurface {
   Cloud::ConstPtr skin_, pressure_;
   bool news_ = false;
   FrameTimes times_;
+  DisplayPace pace_;
   Transforms transforms_;
 
   Inbox inbox_;

@@ -5,9 +5,11 @@
 #include <csignal>
 
 #include "nodes/exit_code.h"
+#include "nodes/freed_memory.h"
 #include "nodes/run_node.h"
 
 int main(int argc, char** argv) {
+  tactile_clay::nodes::keepFreedMemory();
   ros::init(argc, argv, "manager");
   std::signal(SIGTERM, [](int) { ros::requestShutdown(); });
   std::signal(SIGHUP, [](int) { ros::requestShutdown(); });

@@ -3,33 +3,41 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 #include <utility>
 
 #include "nodes/array_markers.h"
 #include "nodes/array_model.h"
+#include "nodes/cloud.h"
 #include "nodes/color_bar.h"
+#include "nodes/conversions.h"
 #include "nodes/frame_name.h"
 #include "nodes/surface_markers.h"
 #include "nodes/topics.h"
+#include "surface/samples_on_mesh.h"
 #include "ultrasound/acoustic_field.h"
-#include "ultrasound/field_solver.h"
+#include "ultrasound/perceptual_weight.h"
 
 namespace tactile_clay::nodes {
 namespace {
 
 using Eigen::Vector3f;
 
-// Place of hands/rendered in world, m: the wanted pressure on the left of the person at the table, the given
-// one on the right.
+// Place of hands/rendered in world, m: for the person at the table the wanted pressure is on the left, the
+// given one on the right, and the weights are left of both.
 const Vector3f rendered_about(0.0f, 0.0f, 0.03f), rendered_at(0.28f, 0.0f, 0.17f);
-constexpr float rendered_aside = 0.17f;
-constexpr float counted = 0.06f;    // m from a contact: skin within it counts for the error
-constexpr float forgotten = 0.98f;  // factor per frame by which the kept highest pressure decays
+constexpr float rendered_aside = 0.17f, weight_aside = 0.51f;
+constexpr float bar_aside = 0.155f, title_above = 0.15f;  // m, from the middle of a picture
+constexpr float counted = 0.06f;        // m from a contact: skin within it counts for the error
+constexpr float forgotten = 0.98f;      // factor per frame by which the kept highest pressure decays
+constexpr float pad_reach = 0.010f;     // m, from a corner to the samples of the skin around it
+constexpr float far_from_pads = 1.0f;   // m
+constexpr double least_on_pads = 0.01;  // share of the wanted pressure: with less there is no error on pads
 
-/// 1, 2 or 5 times a power of ten, the smallest that is not below the value.
+/// 1, 2, 3, 4, 6 or 8 times a power of ten, the smallest that is not below the value.
 double roundScale(double value) {
   const double power = std::pow(10.0, std::floor(std::log10(std::max(value, 1e-3))));
-  for (const double step : {1.0, 2.0, 5.0})
+  for (const double step : {1.0, 2.0, 3.0, 4.0, 6.0, 8.0})
     if (value <= step * power) return step * power;
   return 10.0 * power;
 }
@@ -44,6 +52,45 @@ std::vector<float> cornerAreas(const surface::TriangleMesh& mesh) {
   }
   return area;
 }
+
+/// Distance of each corner to the nearest finger pad along the skin, m.
+std::vector<float> padDistances(const surface::TriangleMesh& mesh, const sensor_msgs::PointCloud2& skin) {
+  const Skin all = pressureSkin(skin);
+  const auto distance = column<float>(skin, "pad_distance");
+  std::vector<Vector3f> known(all.position.size());  // distance, 1
+  for (std::size_t i = 0; i < known.size(); ++i) known[i] = {distance[i], 1.0f, 0.0f};
+  const bool soft = !all.tracked_position.empty();
+  const auto weights = surface::sampleWeights(mesh, soft ? all.tracked_position : all.position,
+                                              soft ? all.tracked_normal : all.normal, pad_reach);
+  std::vector<float> out;
+  for (const Vector3f& mean : surface::meanAt(weights, known))
+    out.push_back(mean.y() > 0.0f ? mean.x() : far_from_pads);
+  return out;
+}
+
+/// The factor that brings `gives` closest to `wants`.
+double bestScale(const std::vector<double>& wants, const std::vector<double>& gives) {
+  const double both = std::inner_product(wants.begin(), wants.end(), gives.begin(), 0.0);
+  const double square = std::inner_product(gives.begin(), gives.end(), gives.begin(), 0.0);
+  return square > 0.0 ? both / square : 0.0;
+}
+
+/// Relative RMS difference of both at a scale. 0 if nothing is wanted.
+double errorOf(const std::vector<double>& wants, const std::vector<double>& gives, double scale) {
+  double difference = 0.0, square = 0.0;
+  for (std::size_t k = 0; k < wants.size(); ++k) {
+    difference += (scale * gives[k] - wants[k]) * (scale * gives[k] - wants[k]);
+    square += wants[k] * wants[k];
+  }
+  return square > 0.0 ? std::sqrt(difference / square) : 0.0;
+}
+
+/// What is drawn of the hands: one of several pictures side by side.
+struct Picture {
+  std::string name, title;
+  double scale, unit;  // at the upper end of the bar; of the values, in that unit
+  float aside;         // m
+};
 
 }  // namespace
 
@@ -73,8 +120,9 @@ void RenderedHands::unsubscribe() {
 }
 
 void RenderedHands::publish(const std::array<PaintedHand, 2>& hands, const Touch& touch,
-                            const std_msgs::Header& header, Transforms& transforms) {
-  publisher_.publish(markers(hands, touch, header, transforms));
+                            const sensor_msgs::PointCloud2* skin, const std_msgs::Header& header,
+                            Transforms& transforms) {
+  publisher_.publish(markers(hands, touch, skin, header, transforms));
 }
 
 /// Radiation pressure at the corners, Pa.
@@ -103,64 +151,96 @@ std::vector<float> RenderedHands::given(const surface::TriangleMesh& mesh, Trans
   return pressure;
 }
 
-visualization_msgs::MarkerArray RenderedHands::markers(const std::array<PaintedHand, 2>& hands,
-                                                       const Touch& touch_now, const std_msgs::Header& header,
-                                                       Transforms& transforms) {
-  std::array<std::vector<float>, 2> gives;
-  std::vector<double> wants_amplitude, gives_amplitude;  // of the skin around contacts, for the error
-  double force = 0.0;                                    // N, on all skin that faces the array
-  highest_wanted_ *= forgotten;
-  highest_given_ *= forgotten;
+/// Both pressures on the skin that faces the array, and how far they are apart.
+RenderedHands::Comparison RenderedHands::compare(const std::array<PaintedHand, 2>& hands, const Touch& touch,
+                                                 const sensor_msgs::PointCloud2* skin,
+                                                 Transforms& transforms) {
+  Comparison found;
+  std::vector<double> wants, gives, wants_on_pads, gives_on_pads;  // Pa, of the skin around contacts
   for (std::size_t s = 0; s < hands.size(); ++s) {
+    const surface::TriangleMesh& mesh = hands[s].mesh;
     std::vector<char> facing;
-    gives[s] = given(hands[s].mesh, transforms, facing);
-    const std::vector<float> area = cornerAreas(hands[s].mesh);
-    for (std::size_t c = 0; c < gives[s].size(); ++c) {
-      highest_wanted_ = std::max(highest_wanted_, hands[s].pressure[c]);
-      highest_given_ = std::max(highest_given_, gives[s][c]);
-      force += static_cast<double>(gives[s][c]) * area[c];
-      if (!facing[c] || !isNear(hands[s].mesh.position[c], touch_now.position, counted)) continue;
-      wants_amplitude.push_back(std::sqrt(static_cast<double>(hands[s].pressure[c])));
-      gives_amplitude.push_back(std::sqrt(static_cast<double>(gives[s][c])));
+    found.given[s] = given(mesh, transforms, facing);
+    const std::vector<float> area = cornerAreas(mesh);
+    const std::vector<float> from_pad =
+        skin != nullptr ? padDistances(mesh, *skin) : std::vector<float>(mesh.position.size(), far_from_pads);
+    for (std::size_t c = 0; c < mesh.position.size(); ++c) {
+      found.weight[s].push_back(
+          static_cast<float>(ultrasound::perceptualWeight(static_cast<double>(from_pad[c]))));
+      found.highest_wanted = std::max(found.highest_wanted, hands[s].pressure[c]);
+      found.highest_given = std::max(found.highest_given, found.given[s][c]);
+      found.force += static_cast<double>(found.given[s][c]) * area[c];
+      if (!facing[c] || !isNear(mesh.position[c], touch.position, counted)) continue;
+      wants.push_back(static_cast<double>(hands[s].pressure[c]));
+      gives.push_back(static_cast<double>(found.given[s][c]));
+      if (static_cast<double>(from_pad[c]) > ultrasound::pad_radius) continue;
+      wants_on_pads.push_back(wants.back());
+      gives_on_pads.push_back(gives.back());
     }
   }
+  const double scale = bestScale(wants, gives);
+  found.error = errorOf(wants, gives, scale);
+  const auto sum = [](const std::vector<double>& pressure) {
+    return std::accumulate(pressure.begin(), pressure.end(), 0.0);
+  };
+  if (sum(wants_on_pads) > least_on_pads * sum(wants))
+    found.error_on_pads = errorOf(wants_on_pads, gives_on_pads, scale);
+  return found;
+}
+
+std::string RenderedHands::titleOfGiven(const Comparison& found, bool touches) const {
+  const std::string title = "given by the array, Pa";
+  if (played_.drives().empty()) return title + ": silent";
+  if (!touches) return title;
+  char all[64], pads[48] = "";
+  std::snprintf(all, sizeof all, "\nerror %.0f %%", 100.0 * found.error);
+  if (found.error_on_pads)
+    std::snprintf(pads, sizeof pads, ", on finger pads %.0f %%", 100.0 * *found.error_on_pads);
+  char force[32];
+  std::snprintf(force, sizeof force, "; %.1f mN", 1e3 * found.force);
+  return title + all + pads + force;
+}
+
+visualization_msgs::MarkerArray RenderedHands::markers(const std::array<PaintedHand, 2>& hands,
+                                                       const Touch& touch,
+                                                       const sensor_msgs::PointCloud2* skin,
+                                                       const std_msgs::Header& header,
+                                                       Transforms& transforms) {
+  const Comparison found = compare(hands, touch, skin, transforms);
+  highest_wanted_ = std::max(forgotten * highest_wanted_, found.highest_wanted);
+  highest_given_ = std::max(forgotten * highest_given_, found.highest_given);
   // Tipped up about the axis from left to right, so that palms and not backs are seen.
   const Eigen::Matrix3f up =
       Eigen::AngleAxisf(static_cast<float>(M_PI_2), Vector3f::UnitY()).toRotationMatrix();
-  const double kilo = 1e-3 * static_cast<double>(highest_wanted_);
   visualization_msgs::MarkerArray markers;
-  for (const bool is_given : {false, true}) {
-    const std::string name = is_given ? "given" : "wanted";
-    const Vector3f at = rendered_at + Vector3f(0.0f, is_given ? -rendered_aside : rendered_aside, 0.0f);
-    const double scale = roundScale(is_given ? static_cast<double>(highest_given_) : kilo);
-    const double unit = is_given ? 1.0 : 1e3;
+  const auto draw = [&](const Picture& picture, const std::array<std::vector<float>, 2>& value) {
+    const Vector3f at = rendered_at + Vector3f(0.0f, picture.aside, 0.0f);
     for (std::size_t s = 0; s < hands.size(); ++s) {
       surface::TriangleMesh mesh = hands[s].mesh;
-      const std::vector<float>& pressure = is_given ? gives[s] : hands[s].pressure;
       mesh.color.resize(mesh.position.size());
       for (std::size_t c = 0; c < mesh.position.size(); ++c) {
         mesh.position[c] = at + up * (mesh.position[c] - rendered_about);
         mesh.normal[c] = up * mesh.normal[c];
-        mesh.color[c] =
-            painted(pressure[c] / static_cast<float>(scale * unit), lit(skinColor(), mesh.normal[c]));
+        mesh.color[c] = painted(value[s][c] / static_cast<float>(picture.scale * picture.unit),
+                                lit(skinColor(), mesh.normal[c]));
       }
       markers.markers.push_back(
-          surfaceMarker(mesh, mesh.color, mesh.triangles, 1.0f, header, name, static_cast<int>(s)));
+          surfaceMarker(mesh, mesh.color, mesh.triangles, 1.0f, header, picture.name, static_cast<int>(s)));
     }
-    std::string title = is_given ? "given by the array, Pa" : "wanted by the clay, kPa";
-    if (is_given && played_.drives().empty()) {
-      title += ": silent";
-    } else if (is_given && !touch_now.position.empty()) {
-      char words[64];
-      std::snprintf(words, sizeof words, ": %.0f %% error, %.1f mN",
-                    100.0 * ultrasound::fieldFit(wants_amplitude, gives_amplitude).error, 1e3 * force);
-      title += words;
-    }
+    const float side = picture.aside < 0.0f ? -1.0f : 1.0f;
     addColorBar(markers,
-                {name, title, scale, at + Vector3f(0.0f, is_given ? -0.19f : 0.19f, -0.09f),
-                 Vector3f(0.0f, is_given ? -0.014f : 0.014f, 0.0f), Vector3f(0.0f, 0.0f, 0.16f)},
+                {picture.name + ", bar", picture.title, picture.scale,
+                 at + Vector3f(0.0f, side * bar_aside, -0.09f), Vector3f(0.0f, side * 0.014f, 0.0f),
+                 Vector3f(0.0f, 0.0f, 0.16f), at + Vector3f(0.0f, 0.0f, title_above)},
                 world_);
-  }
+  };
+  draw({"weight", "weight of the skin", 1.0, 1.0, weight_aside}, found.weight);
+  draw({"wanted", "wanted by the clay, kPa", roundScale(1e-3 * static_cast<double>(highest_wanted_)), 1e3,
+        rendered_aside},
+       {hands[0].pressure, hands[1].pressure});
+  draw({"given", titleOfGiven(found, !touch.position.empty()),
+        roundScale(static_cast<double>(highest_given_)), 1.0, -rendered_aside},
+       found.given);
   return markers;
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "nodes/exit_code.h"
+#include "nodes/freed_memory.h"
 #include "nodes/kept.h"
 
 namespace tactile_clay::nodes {
@@ -47,6 +48,7 @@ class SignsOfLife {
 /// @return the program's exit code; 1 after one line of error
 template <class Node>
 int runNode(int argc, char** argv, const char* name) {
+  keepFreedMemory();
   ros::init(argc, argv, name);
   // roscpp handles SIGINT; an array must go silent on these signals as well.
   std::signal(SIGTERM, [](int) { ros::requestShutdown(); });

@@ -13,7 +13,7 @@
 
 namespace tactile_clay::rviz_plugins {
 
-/// A display of messages in the frame of an array.
+/// A display of messages in the frame of an array, or in another one that does not move.
 template <class Message>
 class ArrayDisplay : public rviz::MessageFilterDisplay<Message> {
  protected:

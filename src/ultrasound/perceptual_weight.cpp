@@ -7,7 +7,6 @@ namespace tactile_clay::ultrasound {
 
 double perceptualWeight(double pad_distance) {
   constexpr double palm = 58.0 / 241.0;
-  constexpr double pad_radius = 0.008;     // m
   constexpr double decay_length = 0.0113;  // m
   if (!std::isfinite(pad_distance)) return palm;
   const double x = std::max(pad_distance - pad_radius, 0.0) / decay_length;

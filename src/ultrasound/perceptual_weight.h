@@ -2,6 +2,8 @@
 
 namespace tactile_clay::ultrasound {
 
+constexpr double pad_radius = 0.008;  // m, of a finger pad
+
 /// Perceptual weight alpha of a skin sample (Eq. 8), after the density of low-threshold mechanoreceptive
 /// units: 241 units/cm^2 at the fingertip and 58 in the palm; palm : main part of the finger : fingertip = 1
 /// : 1.6 : 4.2 (Johansson & Vallbo 1979, J. Physiol. 286:283-300, doi 10.1113/jphysiol.1979.sp012619).

@@ -150,12 +150,12 @@ class Window:
         return ', '.join(words)
 
 
-def kneading():
-    """A lockstep run of two hands that knead, and the last message of each topic."""
+def kneading(moment=MOMENT):
+    """A lockstep run of two hands that knead until a moment, and the last message of each topic."""
     for program in ('Xvfb', 'import'):
         if not shutil.which(program):
             raise AssertionError('%s is missing, expected the packages of scripts/setup' % program)
-    run = rig_run.Run(dict(rig_run.LOCKSTEP, modulation='am', hands='bag', file=rig_run.bag('knead'), duration=MOMENT),
+    run = rig_run.Run(dict(rig_run.LOCKSTEP, modulation='am', hands='bag', file=rig_run.bag('knead'), duration=moment),
                       rig_run.CHAIN + ['/tf_static', '/clay/particles', '/array/drive', '/array/geometry'])
     last = {topic: found[-1] for topic, found in run.messages.by_topic.items() if topic != '/tf_static'}
     frames = run.messages['/tf_static'][-1]
