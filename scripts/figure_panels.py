@@ -68,7 +68,8 @@ def scene_of(material, folder):
 
 def figures(materials, folder):
     """For each figure its panels by rows, and the panels of the first row, first and last moment of its animation."""
-    knead = dict(scene='kindergarten', **bag('knead'))
+    kneading = dict(scene='kindergarten', **bag('knead'))
+    knead = dict(kneading, modulation='am')  # the paper's focal points
     potter = dict(scene='potters_wheel', **bag('potter'))
     touch = view(yaw=math.pi, pitch=0.12, distance=1.0, focus=(0.28, 0.17, 0.17), only=(RENDERED,))
     slope = view(yaw=4.71, pitch=0.2, distance=0.55, focus=(0.05, 0.0, 0.0), only=(CLAY, TABLE))
@@ -80,11 +81,11 @@ def figures(materials, folder):
     press = bag('press_deeper')
     moment = 3.23333  # s; two fingers press with their pads
     return {
-        'rig': ([[panel(knead, 3.2, view(minus=(STATE,)))]], None),
+        'rig': ([[panel(kneading, 3.2, view(minus=(STATE,)))]], None),
         'soft_hand': ([[panel(dict(scene='stiff_bar', hands='choreography', file='press_bar', hand_model='soft'), 2.6,
                               view(yaw=5.15, pitch=0.2, distance=0.24, focus=(0.03, 0.0, 0.04), plus=(BALLS,),
                                    minus=(CLAY, POINTS, STATE)), change=('Clay as balls', 'Alpha', 0.35))]], None),
-        'touch': ([[panel(knead, moment, touch, size=(1300, 400), middle=(0.5, 0.46))]], None),
+        'touch': ([[panel(kneading, moment, touch, size=(1300, 400), middle=(0.5, 0.46))]], None),
         '2': ([[panel(incline(kind), at, slope, size=(330, 220), middle=(0.5, 0.46), caption=words if at < 0.2 else '')
                 for kind, words in slopes] for at in (0.1, 0.2, 1.1)], ((0, 1, 2, 3), 0.0, 1.2)),
         '3': ([[panel(knead, moment, view(yaw=3.4, pitch=0.42, distance=0.62, focus=(0.0, 0.0, 0.04),
