@@ -53,17 +53,27 @@ std::vector<float> cornerAreas(const surface::TriangleMesh& mesh) {
   return area;
 }
 
+/// Samples of the skin of all hands, and for each its distance to the nearest finger pad, m, and 1.
+struct PadSamples {
+  std::vector<Vector3f> position, normal, known;
+};
+
+/// @param skin hands/skin, or null: there are no samples
+PadSamples padSamples(const sensor_msgs::PointCloud2* skin) {
+  if (skin == nullptr) return {};
+  const Skin all = pressureSkin(*skin);
+  const auto distance = column<float>(*skin, "pad_distance");
+  PadSamples samples{all.isTracked() ? all.position : all.tracked_position,
+                     all.isTracked() ? all.normal : all.tracked_normal, std::vector<Vector3f>(all.size())};
+  for (std::size_t i = 0; i < samples.known.size(); ++i) samples.known[i] = {distance[i], 1.0f, 0.0f};
+  return samples;
+}
+
 /// Distance of each corner to the nearest finger pad along the skin, m.
-std::vector<float> padDistances(const surface::TriangleMesh& mesh, const sensor_msgs::PointCloud2& skin) {
-  const Skin all = pressureSkin(skin);
-  const auto distance = column<float>(skin, "pad_distance");
-  std::vector<Vector3f> known(all.position.size());  // distance, 1
-  for (std::size_t i = 0; i < known.size(); ++i) known[i] = {distance[i], 1.0f, 0.0f};
-  const bool soft = !all.tracked_position.empty();
-  const auto weights = surface::sampleWeights(mesh, soft ? all.tracked_position : all.position,
-                                              soft ? all.tracked_normal : all.normal, pad_reach);
+std::vector<float> padDistances(const surface::TriangleMesh& mesh, const PadSamples& samples) {
+  const auto weights = surface::sampleWeights(mesh, samples.position, samples.normal, pad_reach);
   std::vector<float> out;
-  for (const Vector3f& mean : surface::meanAt(weights, known))
+  for (const Vector3f& mean : surface::meanAt(weights, samples.known))
     out.push_back(mean.y() > 0.0f ? mean.x() : far_from_pads);
   return out;
 }
@@ -156,14 +166,14 @@ RenderedHands::Comparison RenderedHands::compare(const std::array<PaintedHand, 2
                                                  const sensor_msgs::PointCloud2* skin,
                                                  Transforms& transforms) {
   Comparison found;
+  const PadSamples pads = padSamples(skin);
   std::vector<double> wants, gives, wants_on_pads, gives_on_pads;  // Pa, of the skin around contacts
   for (std::size_t s = 0; s < hands.size(); ++s) {
     const surface::TriangleMesh& mesh = hands[s].mesh;
     std::vector<char> facing;
     found.given[s] = given(mesh, transforms, facing);
     const std::vector<float> area = cornerAreas(mesh);
-    const std::vector<float> from_pad =
-        skin != nullptr ? padDistances(mesh, *skin) : std::vector<float>(mesh.position.size(), far_from_pads);
+    const std::vector<float> from_pad = padDistances(mesh, pads);
     for (std::size_t c = 0; c < mesh.position.size(); ++c) {
       found.weight[s].push_back(
           static_cast<float>(ultrasound::perceptualWeight(static_cast<double>(from_pad[c]))));

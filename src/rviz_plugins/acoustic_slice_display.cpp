@@ -1,10 +1,5 @@
 #include "rviz_plugins/acoustic_slice_display.h"
 
-#include <OgreManualObject.h>
-#include <OgreMaterialManager.h>
-#include <OgreResourceGroupManager.h>
-#include <OgreSceneManager.h>
-#include <OgreTechnique.h>
 #include <rviz/properties/bool_property.h>
 #include <rviz/properties/enum_property.h>
 #include <rviz/properties/float_property.h>
@@ -92,26 +87,16 @@ AcousticSliceDisplay::AcousticSliceDisplay() {
   rate_->setMax(60.0f);
 }
 
-AcousticSliceDisplay::~AcousticSliceDisplay() {
-  if (object_ != nullptr) scene_manager_->destroyManualObject(object_);
-  if (material_) Ogre::MaterialManager::getSingleton().remove(material_);
-}
+AcousticSliceDisplay::~AcousticSliceDisplay() = default;
 
 void AcousticSliceDisplay::onInitialize() {
   ArrayDisplay::onInitialize();
-  static int count = 0;
-  const std::string name = "tactile_clay acoustic slice " + std::to_string(count++);
-  material_ = Ogre::MaterialManager::getSingleton().create(
-      name + " material", Ogre::ResourceGroupManager::DEFAULT_RESOURCE_GROUP_NAME);
-  Ogre::Pass* pass = material_->getTechnique(0)->getPass(0);
-  pass->setLightingEnabled(false);
-  pass->setCullingMode(Ogre::CULL_NONE);
-  pass->setSceneBlending(Ogre::SBT_TRANSPARENT_ALPHA);
-  pass->setDepthWriteEnabled(false);
-  object_ = scene_manager_->createManualObject(name);
-  object_->setDynamic(true);
-  scene_node_->attachObject(object_);
-  bar_ = std::make_unique<Overlay>(name + " bar");
+  slice_ = std::make_unique<DrawnObject>(*scene_manager_, *scene_node_, "acoustic slice");
+  Ogre::Pass& pass = slice_->pass();
+  pass.setCullingMode(Ogre::CULL_NONE);
+  pass.setSceneBlending(Ogre::SBT_TRANSPARENT_ALPHA);
+  pass.setDepthWriteEnabled(false);
+  bar_ = std::make_unique<Overlay>(slice_->name() + " bar");
   bar_->place(-12, 12);
 }
 
@@ -160,7 +145,7 @@ void AcousticSliceDisplay::subscribeOthers() {
 void AcousticSliceDisplay::reset() {
   ArrayDisplay::reset();
   played_.clear();
-  if (object_ != nullptr) object_->clear();
+  if (slice_) (*slice_)->clear();
 }
 
 void AcousticSliceDisplay::changed() {
@@ -211,8 +196,9 @@ AcousticSliceDisplay::Grid AcousticSliceDisplay::grid() const {
 }
 
 void AcousticSliceDisplay::draw() {
-  if (object_ == nullptr || !isEnabled()) return;
-  object_->clear();
+  if (!slice_ || !isEnabled()) return;
+  DrawnObject& object = *slice_;
+  object->clear();
   drawBar(full_scale_->getFloat());
   context_->queueRender();
   if (header_.frame_id.empty() || !place(header_)) return;
@@ -239,23 +225,23 @@ void AcousticSliceDisplay::draw() {
         ultrasound::soundPressureLevel(static_cast<double>(std::max(pascals, quietest))));
   };
   const bool in_decibels = unit_->getOptionInt() == decibel;
-  object_->begin(material_->getName(), Ogre::RenderOperation::OT_TRIANGLE_LIST);
+  object.begin();
   for (std::size_t k = 0; k < slice.points.size(); ++k) {
     const float share = in_decibels ? 1.0f + (level_of(amplitude[k]) - level_of(top)) / range_->getFloat()
                                     : amplitude[k] / top;
     Ogre::ColourValue color = soundColor(share);
     color.a = alpha;
-    object_->position(slice.points[k].x(), slice.points[k].y(), slice.points[k].z());
-    object_->colour(color);
+    object->position(slice.points[k].x(), slice.points[k].y(), slice.points[k].z());
+    object->colour(color);
   }
   for (int row = 0; row + 1 < slice.rows; ++row) {
     for (int column = 0; column + 1 < slice.columns; ++column) {
       const auto at = static_cast<Ogre::uint32>(row * slice.columns + column);
       const auto above = at + static_cast<Ogre::uint32>(slice.columns);
-      object_->quad(at, at + 1, above + 1, above);
+      object->quad(at, at + 1, above + 1, above);
     }
   }
-  object_->end();
+  object->end();
   const double ms = 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const auto highest = std::max_element(amplitude.begin(), amplitude.end());
   setStatus(rviz::StatusProperty::Ok, "Field",

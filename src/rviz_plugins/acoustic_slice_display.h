@@ -1,6 +1,5 @@
 #pragma once
 
-#include <OgreMaterial.h>
 #include <ros/ros.h>
 #include <rviz/message_filter_display.h>
 #include <tactile_clay/ArrayDrive.h>
@@ -12,12 +11,9 @@
 
 #include "nodes/played_drives.h"
 #include "rviz_plugins/array_display.h"
+#include "rviz_plugins/drawn_object.h"
 #include "rviz_plugins/overlay.h"
 #include "ultrasound/array_layout.h"
-
-namespace Ogre {
-class ManualObject;
-}  // namespace Ogre
 
 namespace rviz {
 class BoolProperty;
@@ -71,8 +67,7 @@ class AcousticSliceDisplay : public ArrayDisplay<tactile_clay::ArrayDrive> {
   nodes::PlayedDrives played_;
   std_msgs::Header header_;  // header of the newest drive
   tactile_clay::FocalPointArray::ConstPtr points_;
-  Ogre::ManualObject* object_ = nullptr;
-  Ogre::MaterialPtr material_;
+  std::unique_ptr<DrawnObject> slice_;
   std::unique_ptr<Overlay> bar_;
   std::string bar_drawn_;
   bool news_ = false;

@@ -1,11 +1,6 @@
 #include "rviz_plugins/contact_forces_display.h"
 
 #include <OgreCamera.h>
-#include <OgreManualObject.h>
-#include <OgreMaterialManager.h>
-#include <OgreResourceGroupManager.h>
-#include <OgreSceneManager.h>
-#include <OgreTechnique.h>
 #include <rviz/properties/bool_property.h>
 #include <rviz/properties/color_property.h>
 #include <rviz/properties/enum_property.h>
@@ -54,27 +49,17 @@ ContactForcesDisplay::ContactForcesDisplay() {
       "Show through", true, "If true, arrows are visible through hands and clay.", this, SLOT(redraw()));
 }
 
-ContactForcesDisplay::~ContactForcesDisplay() {
-  if (object_ != nullptr) scene_manager_->destroyManualObject(object_);
-  if (material_) Ogre::MaterialManager::getSingleton().remove(material_);
-}
+ContactForcesDisplay::~ContactForcesDisplay() = default;
 
 void ContactForcesDisplay::onInitialize() {
   ArrayDisplay::onInitialize();
-  static int count = 0;
-  const std::string name = "tactile_clay contact forces " + std::to_string(count++);
-  material_ = Ogre::MaterialManager::getSingleton().create(
-      name + " material", Ogre::ResourceGroupManager::DEFAULT_RESOURCE_GROUP_NAME);
-  material_->getTechnique(0)->getPass(0)->setLightingEnabled(false);  // the colours contain the light
-  object_ = scene_manager_->createManualObject(name);
-  object_->setDynamic(true);
-  scene_node_->attachObject(object_);
+  arrows_ = std::make_unique<DrawnObject>(*scene_manager_, *scene_node_, "contact forces");
 }
 
 void ContactForcesDisplay::reset() {
   ArrayDisplay::reset();
   message_.reset();
-  if (object_ != nullptr) object_->clear();
+  if (arrows_) (*arrows_)->clear();
 }
 
 void ContactForcesDisplay::processMessage(const sensor_msgs::PointCloud2::ConstPtr& message) {
@@ -94,8 +79,8 @@ std::vector<PlacedForce> ContactForcesDisplay::forces() const {
 }
 
 void ContactForcesDisplay::redraw() {
-  if (object_ == nullptr) return;
-  object_->clear();
+  if (!arrows_) return;
+  (*arrows_)->clear();
   context_->queueRender();
   if (!message_ || !place(message_->header)) return;
   try {
@@ -116,8 +101,9 @@ void ContactForcesDisplay::redraw() {
 
 void ContactForcesDisplay::draw(std::vector<PlacedForce> arrows) {
   const bool through = through_->getBool();
-  material_->setDepthCheckEnabled(!through);
-  object_->setRenderQueueGroup(through ? Ogre::RENDER_QUEUE_9 : Ogre::RENDER_QUEUE_MAIN);
+  DrawnObject& object = *arrows_;
+  object.pass().setDepthCheckEnabled(!through);
+  object->setRenderQueueGroup(through ? Ogre::RENDER_QUEUE_9 : Ogre::RENDER_QUEUE_MAIN);
   // Without depths the last one lies on top: from the farthest to the nearest.
   if (const rviz::ViewController* view = context_->getViewManager()->getCurrent();
       through && view != nullptr) {
@@ -134,15 +120,15 @@ void ContactForcesDisplay::draw(std::vector<PlacedForce> arrows) {
   if (mesh.triangles.empty()) return;
   const Ogre::ColourValue chosen = color_->getOgreColor();
   const Eigen::Vector3f color(chosen.r, chosen.g, chosen.b);
-  object_->begin(material_->getName(), Ogre::RenderOperation::OT_TRIANGLE_LIST);
+  object.begin();
   for (std::size_t k = 0; k < mesh.position.size(); ++k) {
     const Eigen::Vector3f& at = mesh.position[k];
     const Eigen::Vector3f shade = nodes::lit(color, mesh.normal[k]);
-    object_->position(at.x(), at.y(), at.z());
-    object_->colour(shade.x(), shade.y(), shade.z());
+    object->position(at.x(), at.y(), at.z());
+    object->colour(shade.x(), shade.y(), shade.z());
   }
-  for (const auto& [a, b, c] : mesh.triangles) object_->triangle(a, b, c);
-  object_->end();
+  for (const auto& [a, b, c] : mesh.triangles) object->triangle(a, b, c);
+  object->end();
 }
 
 }  // namespace tactile_clay::rviz_plugins

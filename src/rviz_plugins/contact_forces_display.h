@@ -1,16 +1,13 @@
 #pragma once
 
-#include <OgreMaterial.h>
 #include <sensor_msgs/PointCloud2.h>
 
+#include <memory>
 #include <vector>
 
 #include "rviz_plugins/array_display.h"
+#include "rviz_plugins/drawn_object.h"
 #include "rviz_plugins/force_arrows.h"
-
-namespace Ogre {
-class ManualObject;
-}  // namespace Ogre
 
 namespace rviz {
 class BoolProperty;
@@ -46,8 +43,7 @@ class ContactForcesDisplay : public ArrayDisplay<sensor_msgs::PointCloud2> {
   rviz::ColorProperty* color_;
   rviz::BoolProperty* through_;
   sensor_msgs::PointCloud2::ConstPtr message_;
-  Ogre::ManualObject* object_ = nullptr;
-  Ogre::MaterialPtr material_;
+  std::unique_ptr<DrawnObject> arrows_;
 };
 
 }  // namespace tactile_clay::rviz_plugins

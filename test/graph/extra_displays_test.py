@@ -28,10 +28,11 @@ FULL, RANGE = 500.0, 40.0  # Pa and dB, of the slice
 LENGTH = 0.01              # m, of the arrow of 1 N
 
 
-def sound_color(share):
-    at = 4.0 * min(max(share, 0.0), 1.0)
-    k = min(3, int(at))
-    return [a + (at - k) * (b - a) for a, b in zip(SOUND_STOPS[k], SOUND_STOPS[k + 1])]
+def color_at(stops, share):
+    """The colour at a share of the full scale, 0 to 1."""
+    at = (len(stops) - 1) * min(max(share, 0.0), 1.0)
+    k = min(len(stops) - 2, int(at))
+    return [a + (at - k) * (b - a) for a, b in zip(stops[k], stops[k + 1])]
 
 
 def contacts(forces):
@@ -89,8 +90,9 @@ class ExtraDisplays(unittest.TestCase):
         for y, z in places:
             pressure, pixels = look(y, z)
             shares.append(share_of(pressure))
-            if all(differs(near, sound_color(shares[-1]), 26) for near in pixels):
-                wrong.append((y, z, sound_color(shares[-1]), pixels[len(pixels) // 2]))
+            color = color_at(SOUND_STOPS, shares[-1])
+            if all(differs(near, color, 26) for near in pixels):
+                wrong.append((y, z, color, pixels[len(pixels) // 2]))
         return wrong, shares
 
     def test_slice_of_the_sound(self):
@@ -197,9 +199,7 @@ class ExtraDisplays(unittest.TestCase):
         """Pads, a thirtieth of the skin, have weight 1, and the palm has 58 / 241."""
         colors = [(c.r, c.g, c.b) for hand in hands for c in hand.colors]
         for share, least in ((1.0, 0.02), (58.0 / 241.0, 0.2)):
-            at = 3.0 * share
-            below = min(2, int(at))
-            wanted = [a + (at - below) * (b - a) for a, b in zip(STOPS[below], STOPS[below + 1])]
+            wanted = color_at(STOPS, share)
             alike = [color for color in colors if max(abs(a - b) for a, b in zip(color, wanted)) < 0.02]
             self.assertGreater(len(alike) / len(colors), least, share)
 
@@ -209,11 +209,7 @@ class ExtraDisplays(unittest.TestCase):
         None."""
         best = (1.0, None)
         for k in range(16, 200):
-            at = 3.0 * k / 200
-            below = min(2, int(at))
-            t = at - below
-            distance = max(abs(a + t * (b - a) - c)
-                           for a, b, c in zip(STOPS[below], STOPS[below + 1], (color.r, color.g, color.b)))
+            distance = max(abs(a - b) for a, b in zip(color_at(STOPS, k / 200), (color.r, color.g, color.b)))
             best = min(best, (distance, k / 200))
         return best[1] if best[0] < 0.01 else None
 

@@ -39,6 +39,7 @@ void expectSteady(const std::string& scene_name, const std::string& quality, con
   ASSERT_EQ(minutes.size(), 3U);
   const Stretch &first = minutes[0], &second = minutes[1], &third = minutes[2];
   ASSERT_GT(first.awake, 100.0);
+  ASSERT_GT(third.contacts, 10.0);
   // The hands still knead the clay: it has not left the place where they are.
   ASSERT_GT(third.touched, 1.0);
   EXPECT_GT(third.touched, 0.6 * second.touched);
