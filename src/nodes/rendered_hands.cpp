@@ -199,7 +199,7 @@ RenderedHands::Comparison RenderedHands::compare(const std::array<PaintedHand, 2
 }
 
 std::string RenderedHands::titleOfGiven(const Comparison& found, bool touches) const {
-  const std::string title = "given by the array, Pa";
+  std::string title = "given by the array, Pa";
   if (played_.drives().empty()) return title + ": silent";
   if (!touches) return title;
   char all[64], pads[48] = "";
