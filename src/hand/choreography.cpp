@@ -186,8 +186,10 @@ Score flatPress(const PressFinger& p) {
 }
 
 Score potter(const Potter& p) {
-  if (!(p.scale > 0.0 && p.radius > p.depth && p.depth >= 0.0 && p.height > 0.0))
-    throw std::invalid_argument("potter: expected positive scale and height, and a depth below the radius");
+  if (!(p.scale > 0.0 && p.radius > p.depth && p.depth >= 0.0 && p.height > 0.0 && p.low >= 0.0 &&
+        p.rise >= 0.0))
+    throw std::invalid_argument(
+        "potter: expected positive scale and height, a depth below the radius, low and rise of 0 or more");
   Score score;
   for (const Side side : {Side::left, Side::right}) {
     const double away = side == Side::left ? 1.0 : -1.0;  // the right hand is at -y
@@ -214,7 +216,7 @@ Score potter(const Potter& p) {
       gap(far);
       return pose;
     };
-    const double open_at = p.radius + 0.04, low = 0.005, top = low + 0.06 * p.height;
+    const double open_at = p.radius + 0.04, low = p.low, top = p.low + p.rise * p.height;
     const double pressed = p.radius - p.depth, waist = p.radius - 0.8 * p.depth;
     score.hands.push_back({{0.0, around(open_at, low)},
                            {0.5, around(open_at, low)},

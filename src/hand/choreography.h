@@ -41,6 +41,8 @@ struct Potter {
   double radius = 0.05;   // m
   double height = 0.065;  // m
   double depth = 0.004;   // m
+  double low = 0.005;     // m, of the lowest skin above z = 0, at first
+  double rise = 0.06;     // how far they rise while they press, share of the height
 };
 Score potter(const Potter& parameters = {});
 

@@ -8,10 +8,12 @@
 #include <stdexcept>
 #include <utility>
 
+#include "files/ends_with.h"
 #include "hand/choreography.h"
 #include "hand/hand_check.h"
 #include "hand/kinematic_hand.h"
 #include "hand/leap_recording.h"
+#include "scene/score_file.h"
 #include "tools/rig_pose.h"
 
 namespace tactile_clay::tools {
@@ -81,6 +83,11 @@ std::vector<HandSample> recorded(const std::string& file, double duration, doubl
   return samples;
 }
 
+bool isScore(const std::string& hands, const std::string& share) {
+  return files::endsWith(hands, ".yaml") ||
+         std::filesystem::is_regular_file(share + "/config/hands/" + hands + ".yaml");
+}
+
 }  // namespace
 
 std::vector<HandSample> handSamples(const std::string& hands, double duration, double spacing,
@@ -89,9 +96,12 @@ std::vector<HandSample> handSamples(const std::string& hands, double duration, d
   if (hands == "knead") return played(hand::knead(), duration, spacing);
   if (hands == "potter") return played(hand::potter(), duration, spacing);
   if (hands == "press") return played(hand::pressFinger(), duration, spacing);
+  if (isScore(hands, share)) return played(scene::loadScore(hands, share).score, duration, spacing);
   if (!std::filesystem::is_regular_file(hands))
-    throw std::runtime_error("--hands '" + hands +
-                             "': expected none, knead, potter, press, or a readable Leap recording");
+    throw std::runtime_error(
+        "--hands '" + hands +
+        "': expected none, knead, potter, press, a score of config/hands, its YAML file, or a "
+        "readable Leap recording");
   return recorded(hands, duration, spacing, rigPose(share, "tracker_pose"));
 }
 

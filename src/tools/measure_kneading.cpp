@@ -23,7 +23,8 @@ constexpr const char* usage = R"(usage: measure_kneading [OPTION:=VALUE]...
 Hands knead a scene again and again. Prints CSV: one line for each stretch of simulated time.
 
   scene:=NAME       a scene of config/scenes, or a file             [kindergarten]
-  hands:=WHICH      knead, potter, press, or a Leap recording              [knead]
+  hands:=WHICH      knead, potter, press, a score of config/hands, its YAML
+                    file, or a Leap recording                              [knead]
   minutes:=M        simulated time, min                                        [1]
   stretch:=S        simulated time per line, s                                [10]
   quality:=NAME     of config/quality.yaml                              [balanced]

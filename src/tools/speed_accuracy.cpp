@@ -28,7 +28,8 @@ Plays a scene with every setting of a grid, and compares it with a reference of 
 Markdown, and writes CSV.
 
   --scene NAME         a scene of config/scenes, or a file                      [incline]
-  --hands WHICH        none, knead, potter, press, or a Leap recording          [none]
+  --hands WHICH        none, knead, potter, press, a score of config/hands, its YAML
+                       file, or a Leap recording                        [none]
                        (.ndjson or .ndjson.gz, placed by config/rig.yaml)
   --duration S         simulated time, s           [that of the hands; without hands 1.2]
   --solver LIST        minimise, paper                            [minimise,paper]

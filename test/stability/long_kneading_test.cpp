@@ -61,7 +61,7 @@ TEST(LongKneading, TheThirdMinuteOnTheTableCostsNoMoreThanTheSecond) {
 }
 
 TEST(LongKneading, TheThirdMinuteOnTheWheelCostsNoMoreThanTheSecond) {
-  expectSteady("potters_wheel", "draft", "potter");
+  expectSteady("potters_wheel", "draft", "coning");
 }
 
 }  // namespace

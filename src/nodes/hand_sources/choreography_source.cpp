@@ -4,8 +4,8 @@
 #include <stdexcept>
 
 #include "hand/hand_source.h"
-#include "nodes/score_file.h"
 #include "nodes/share.h"
+#include "scene/score_file.h"
 
 namespace tactile_clay::nodes {
 
@@ -16,7 +16,7 @@ class ChoreographySource : public hand::HandSource {
     if (options.file.empty())
       throw std::runtime_error(
           "hands of a choreography: expected a score of config/hands, or its file, in 'file'");
-    tracker_.emplace(loadScore(options.file, packageFolder()));
+    tracker_.emplace(scene::loadScore(options.file, packageFolder()));
     loop_ = options.loop;
     next_ = 0;
     shift_ = std::chrono::nanoseconds(0);

@@ -90,7 +90,7 @@ TEST_F(RecordedHands, ThatAreNoFileSayWhatWasExpected) {
     samplesOf((folder / "nobody").string(), 0.0);
     FAIL() << "no exception";
   } catch (const std::runtime_error& error) {
-    EXPECT_NE(std::string(error.what()).find("nobody': expected none, knead, potter, press, or"),
+    EXPECT_NE(std::string(error.what()).find("nobody': expected none, knead, potter, press, a score"),
               std::string::npos)
         << error.what();
   }

@@ -1,4 +1,4 @@
-#include "nodes/score_file.h"
+#include "scene/score_file.h"
 
 #include <functional>
 #include <map>
@@ -8,10 +8,8 @@
 
 #include "scene/yaml_reader.h"
 
-namespace tactile_clay::nodes {
+namespace tactile_clay::scene {
 namespace {
-
-using scene::YamlMap;
 
 constexpr char metres[] = "a number of metres";
 constexpr char count[] = "a whole number";
@@ -77,6 +75,8 @@ hand::Score potter(YamlMap& yaml, double scale) {
   move.radius = yaml.get("radius", move.radius, metres);
   move.height = yaml.get("height", move.height, metres);
   move.depth = yaml.get("depth", move.depth, metres);
+  move.low = yaml.get("low", move.low, metres);
+  move.rise = yaml.get("rise", move.rise, "a share of the height");
   return hand::potter(move);
 }
 
@@ -110,7 +110,7 @@ hand::Score readMove(YamlMap& yaml, double scale) {
 hand::TrackerScript loadScore(const std::string& name, const std::string& package_folder) {
   const bool is_file = name.find('/') != std::string::npos || name.find(".yaml") != std::string::npos;
   const std::string file = is_file ? name : package_folder + "/config/hands/" + name + ".yaml";
-  YamlMap yaml = scene::loadYaml(file);
+  YamlMap yaml = loadYaml(file);
   hand::TrackerScript script;
   script.rate = yaml.get("rate", script.rate, "a frequency in Hz");
   script.sight = yaml.get("sight", script.sight, metres);
@@ -149,4 +149,4 @@ hand::TrackerScript loadScore(const std::string& name, const std::string& packag
   return script;
 }
 
-}  // namespace tactile_clay::nodes
+}  // namespace tactile_clay::scene
