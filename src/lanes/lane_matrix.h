@@ -52,6 +52,33 @@ TACTILE_CLAY_INLINE void addOuter(Symmetric& to, const LaneVector& a, const Lane
   to.xy += a.x * b.y;
 }
 
+/// Solves a x = b for a symmetric positive definite matrix (L D L^T).
+/// @param a its lower triangle; gets L below the diagonal, and 1 / D on it; 1 / D is zero if D is not above
+/// zero
+template <int n>
+TACTILE_CLAY_INLINE void solveSymmetric(Lane (&a)[n][n], const Lane (&b)[n], Lane (&x)[n]) {
+  for (int i = 0; i < n; ++i) {
+    Lane pivot = a[i][i];
+    x[i] = b[i];
+    for (int j = 0; j < i; ++j) {
+      Lane scaled = a[i][j];  // L D
+      for (int k = 0; k < j; ++k) scaled -= a[i][k] * a[j][k];
+      a[i][j] = scaled;
+    }
+    for (int j = 0; j < i; ++j) {
+      const Lane scaled = a[i][j];
+      a[i][j] = scaled * a[j][j];
+      pivot -= scaled * a[i][j];
+      x[i] -= a[i][j] * x[j];
+    }
+    a[i][i] = pivot > 0.0f ? 1.0f / pivot : Lane{};
+  }
+  for (int i = n - 1; i >= 0; --i) {
+    x[i] *= a[i][i];
+    for (int k = i + 1; k < n; ++k) x[i] -= a[k][i] * x[k];
+  }
+}
+
 /// Sums over the pairs of each of eight particles: the input is lanes of pairs, the output is lanes of
 /// particles. T consists of lanes only.
 template <typename T>

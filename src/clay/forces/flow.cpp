@@ -14,6 +14,8 @@ namespace {
 constexpr float fresh = 6.0f * 1.0f + 12.0f * 2.0f;
 // Minimum of the same sum, that of a flat face: an edge or a crumb is stiffened no more than a face.
 constexpr float minimum = 5.0f * 1.0f + 8.0f * 2.0f;
+// Weight of an isotropic fabric beside that of the bonds, for particles with few bonds.
+constexpr float isotropic = 0.02f;
 
 struct Measure {
   NeighbourPairs pairs;
@@ -29,12 +31,37 @@ struct Measure {
   float *share, *secant, *dilation;
 };
 
+/// Fourth moments: the stress in a direction (row) that a strain in a direction (column) causes. The order is
+/// xx, yy, zz, yz, zx, xy. It is symmetric; of equal components only one is stored.
+struct Moments {
+  Lane xxxx, yyyy, zzzz, yyzz, zzxx, xxyy, xxyz, yyyz, zzyz, xxzx, yyzx, zzzx, xxxy, yyxy, zzxy;
+};
 /// Sums over the bonds of a particle.
 struct Strained {
   Symmetric stress;  // J, twice the stress times volume
-  Symmetric fabric;  // J, the same if every bond had a strain of one
+  Moments moments;   // J, the same per strain: sum k l^2 n n n n
   LaneVector pull;   // N, of the bonds on the particle
 };
+
+TACTILE_CLAY_INLINE void addFourth(Moments& to, const Lane& weight, const LaneVector& x) {
+  const Lane xx = x.x * x.x, yy = x.y * x.y, zz = x.z * x.z, yz = x.y * x.z, zx = x.z * x.x, xy = x.x * x.y;
+  const Lane of_xx = weight * xx, of_yy = weight * yy, of_zz = weight * zz;
+  to.xxxx += of_xx * xx;
+  to.yyyy += of_yy * yy;
+  to.zzzz += of_zz * zz;
+  to.yyzz += of_yy * zz;
+  to.zzxx += of_zz * xx;
+  to.xxyy += of_xx * yy;
+  to.xxyz += of_xx * yz;
+  to.yyyz += of_yy * yz;
+  to.zzyz += of_zz * yz;
+  to.xxzx += of_xx * zx;
+  to.yyzx += of_yy * zx;
+  to.zzzx += of_zz * zx;
+  to.xxxy += of_xx * xy;
+  to.yyxy += of_yy * xy;
+  to.zzxy += of_zz * xy;
+}
 
 TACTILE_CLAY_INLINE Lane trace(const Symmetric& a) {
   return a.xx + a.yy + a.zz;
@@ -47,19 +74,43 @@ TACTILE_CLAY_INLINE Lane product(const Symmetric& a, const Symmetric& b) {
   return a.xx * b.xx + a.yy * b.yy + a.zz * b.zz + 2.0f * (a.yz * b.yz + a.zx * b.zx + a.xy * b.xy);
 }
 
-/// Mean strain v of the bonds, without the part that a change of shape adds if more bonds point in one
-/// direction than in another. It is part of the strain tensor v + E for which the bonds have their stress T:
-/// sum k (l n)(v + n E n)(l n)^T = T. With the fourth moments of an isotropic fabric: T = v N + 2 Q E / 15,
-/// tr T = Q v + E : N, Q = tr N. Otherwise clay that goes on flowing would keep that part: 8 % in a shear of
-/// 1.2.
-TACTILE_CLAY_INLINE Lane volumeStrain(const Strained& total) {
-  const Symmetric &t = total.stress, &n = total.fabric;
+/// Mean strain v of bonds with stress T, for an isotropic fabric beside N = sum k l^2 n n. It is part of the
+/// strain tensor v + E for which the bonds have their stress: sum k (l n)(v + n E n)(l n)^T = T. With the
+/// fourth moments of an isotropic fabric: T = v N + 2 Q E / 15, tr T = Q v + E : N, Q = tr N.
+TACTILE_CLAY_INLINE Lane nearlyIsotropicVolumeStrain(const Symmetric& t, const Symmetric& n) {
   const Lane square = trace(n), per_square = square > 0.0f ? 1.0f / square : Lane{};
   const Lane scale = 7.5f * per_square * per_square;
   const Symmetric uneven = deviator(n);
   const Lane mean = trace(t) * per_square - scale * product(t, uneven);
   // The denominator is bounded for particles with few bonds.
   return mean / max(1.0f - scale * product(uneven, uneven), all(0.5f));
+}
+
+/// A third of the strain of the volume that the bonds measure: of the strain tensor S that fits their strains
+/// best, the minimum of sum k l^2 (strain - n S n)^2. So M S = T, with the fourth moments M. An isotropic
+/// fabric with its own solution is added to it with a small weight: with fewer than six bonds M is singular.
+/// The plain mean strain of the bonds, or fourth moments of an isotropic fabric, would let clay that goes on
+/// flowing have another volume: bonds turn into the direction of the flow.
+TACTILE_CLAY_INLINE Lane volumeStrain(const Strained& total) {
+  const Moments& m = total.moments;
+  const Symmetric n{m.xxxx + m.xxyy + m.zzxx, m.xxyy + m.yyyy + m.yyzz, m.zzxx + m.yyzz + m.zzzz,
+                    m.xxyz + m.yyyz + m.zzyz, m.xxzx + m.yyzx + m.zzzx, m.xxxy + m.yyxy + m.zzxy};
+  const Symmetric& t = total.stress;
+  const Lane v = nearlyIsotropicVolumeStrain(t, n), mean = v * trace(n) / 3.0f;
+  const Symmetric e = deviator(sum(t, times(-v, n)));
+  const Lane w = isotropic / 15.0f * trace(n);
+  Lane lower[6][6] = {{m.xxxx + 3.0f * w},
+                      {m.xxyy + w, m.yyyy + 3.0f * w},
+                      {m.zzxx + w, m.yyzz + w, m.zzzz + 3.0f * w},
+                      {m.xxyz, m.yyyz, m.zzyz, m.yyzz + w},
+                      {m.xxzx, m.yyzx, m.zzzx, m.zzxy, m.zzxx + w},
+                      {m.xxxy, m.yyxy, m.zzxy, m.yyzx, m.xxyz, m.xxyy + w}};
+  const Lane right[6] = {t.xx + isotropic * (e.xx + mean), t.yy + isotropic * (e.yy + mean),
+                         t.zz + isotropic * (e.zz + mean), t.yz + isotropic * e.yz,
+                         t.zx + isotropic * e.zx,          t.xy + isotropic * e.xy};
+  Lane strain[6];
+  solveSymmetric(lower, right, strain);
+  return (strain[0] + strain[1] + strain[2]) / 3.0f;
 }
 
 template <bool alike>
@@ -85,7 +136,7 @@ TACTILE_CLAY_INLINE Strained strainedBonds(const Measure& m, std::size_t i) {
     const LaneVector pull = times(bonded ? stiffness * strain : Lane{}, x);
     addOuter(total.stress, pull, x);
     total.pull = difference(total.pull, pull);
-    addOuter(total.fabric, times(stiffness, x), x);
+    addFourth(total.moments, bonded ? stiffness / (length * length) : Lane{}, x);
   }
   return total;
 }
