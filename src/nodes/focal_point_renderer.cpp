@@ -5,6 +5,7 @@
 
 #include <limits>
 #include <stdexcept>
+#include <string>
 
 #include "nodes/array_model.h"
 #include "nodes/conversions.h"
@@ -13,6 +14,22 @@
 #include "ultrasound/slip.h"
 
 namespace tactile_clay::nodes {
+namespace {
+
+/// Names of the settings that have another value than usual, although a field does not use them.
+std::string unusedByField(const ultrasound::FocalPointConfig& config) {
+  const ultrasound::FocalPointConfig usual;
+  std::string names;
+  const auto add = [&names](bool given, const char* name) {
+    if (given) names += (names.empty() ? "" : ", ") + std::string(name);
+  };
+  add(config.max_points != usual.max_points, "max_points");
+  add(config.perceptual_weights != usual.perceptual_weights, "perceptual_weights");
+  add(config.felt_threshold != usual.felt_threshold, "felt_threshold (of a person)");
+  return names;
+}
+
+}  // namespace
 
 ultrasound::FocalPointConfig focalPointConfig(Settings& s) {
   ultrasound::FocalPointConfig config;
@@ -82,6 +99,10 @@ LiveParameters::Apply FocalPointRenderer::read(Settings& settings) {
         settings.nameOf("modulation") +
         ": points cannot become a field, or a field points, while the rig runs: start it "
         "with another modulation");
+  const std::string unused = isField(config.modulation) ? unusedByField(config) : "";
+  if (!settings.running() && !unused.empty())
+    ROS_WARN("focal_point_renderer: a field does not use %s; focal points do, with modulation:=am",
+             unused.c_str());
   return [this, config, frequency, slip_gain] {
     renderer_.configure(config);
     slip_gain_ = slip_gain;

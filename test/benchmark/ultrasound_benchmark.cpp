@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "float_propagator.h"
 #include "ultrasound/field_solver.h"
+#include "ultrasound/fixed_propagator.h"
 #include "ultrasound/focal_points.h"
 #include "ultrasound/phase_solver.h"
 
@@ -54,8 +57,9 @@ class Times {
   void measure(F&& f) {
     const auto start = std::chrono::steady_clock::now();
     f();
-    seconds_.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    add(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
+  void add(double value) { seconds_.push_back(value); }
   double median() {
     std::nth_element(seconds_.begin(), seconds_.begin() + seconds_.size() / 2, seconds_.end());
     return seconds_[seconds_.size() / 2];
@@ -234,6 +238,47 @@ BENCHMARK(patterns)
     ->Args({1400, 1})
     ->Args({200, 4})
     ->Unit(benchmark::kMicrosecond);
+
+/// What a frame of a field spends on the propagator: it is filled once and used in 40 evaluations with their
+/// gradients. Whole numbers of sixteen bits (FixedPropagator) and floats take turns. Argument: samples.
+/// Counters: median processor time of a frame with each, us; the median of their ratio in a turn.
+void propagator(benchmark::State& state) {
+  const auto rows = static_cast<std::size_t>(state.range(0));
+  constexpr std::size_t width = lanesFor(256);
+  constexpr int evaluations = 40;
+  LaneArray<ComplexLanes> row(width), q(width), z(width);
+  for (std::size_t i = 0; i < width; ++i) {
+    unitCircle(Lanes{} + 0.618034f * static_cast<float>(i), row[i].re, row[i].im);
+    unitCircle(Lanes{} + 0.754878f * static_cast<float>(i), q[i].re, q[i].im);
+  }
+  std::vector<float> re(rows), im(rows);
+  const auto frame = [&](auto& g, const auto& set_row) {
+    const std::clock_t start = std::clock();
+    for (std::size_t m = 0; m < rows; ++m) set_row(m);
+    for (int i = 0; i < evaluations; ++i) {
+      g.pressures(q.data(), re.data(), im.data());
+      g.transposed(re.data(), im.data(), z.data());
+      benchmark::DoNotOptimize(z.data());
+      benchmark::ClobberMemory();
+    }
+    return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  };
+  FixedPropagator fixed(rows, width);
+  FloatPropagator floats(rows, width);
+  constexpr auto reach = static_cast<float>(width * wide_lane_count);
+  Times whole, single, ratio;
+  for (auto _ : state) {
+    const double with_fixed = frame(fixed, [&](std::size_t m) { fixed.setRow(m, row.data(), reach); });
+    const double with_floats = frame(floats, [&](std::size_t m) { floats.setRow(m, row.data()); });
+    whole.add(with_fixed);
+    single.add(with_floats);
+    ratio.add(with_floats / with_fixed);
+  }
+  state.counters["fixed_us"] = 1e6 * whole.median();
+  state.counters["float_us"] = 1e6 * single.median();
+  state.counters["float_over_fixed"] = ratio.median();
+}
+BENCHMARK(propagator)->ArgName("samples")->Arg(200)->Arg(600)->Arg(1400)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace tactile_clay::ultrasound
