@@ -6,6 +6,7 @@
 
 #include "scene/robot_model.h"
 #include "scene/scene.h"
+#include "tools/clay_shape.h"
 #include "tools/long_kneading.h"
 
 namespace tactile_clay::tools {
@@ -30,11 +31,15 @@ std::vector<Stretch> minutesOf(const scene::Scene& scene, const std::string& whi
   return found;
 }
 
-/// The third minute costs no more than the second, and the clay is still the clay of the first one.
+/// The third minute costs no more than the second, and the clay is still the clay of the start: squeezed
+/// again and again from two sides, clay that does not keep its volume becomes loose inside (5 % in two
+/// minutes).
 void expectSteady(const std::string& scene_name, const std::string& quality, const std::string& hands) {
   const std::string package = TACTILE_CLAY_SOURCE_DIR;
   scene::Scene scene = scene::loadScene(scene_name, package, 0.0);
   scene.config.budget = scene::loadQuality(quality, package);
+  const double at_start = volumeOf(
+      clay::Clay(scene.config, scene.materials, scene.particles).particles().position, scene.config.spacing);
   const std::vector<Stretch> minutes = minutesOf(scene, hands, 3);
   ASSERT_EQ(minutes.size(), 3U);
   const Stretch &first = minutes[0], &second = minutes[1], &third = minutes[2];
@@ -50,7 +55,7 @@ void expectSteady(const std::string& scene_name, const std::string& quality, con
   EXPECT_LT(third.memory, 1.02 * second.memory);
   EXPECT_NEAR(third.bonds / second.bonds, 1.0, 0.02);
   EXPECT_NEAR(third.neighbours / second.neighbours, 1.0, 0.02);
-  EXPECT_NEAR(third.volume / first.volume, 1.0, 0.02);
+  EXPECT_NEAR(third.volume / at_start, 1.0, 0.02);
   // No particle has left the scene, and there is no heap of crumbs that hands cannot gather.
   EXPECT_EQ(third.strays, 0U);
   EXPECT_LT(third.crumbs, 3.0);
@@ -61,7 +66,7 @@ TEST(LongKneading, TheThirdMinuteOnTheTableCostsNoMoreThanTheSecond) {
 }
 
 TEST(LongKneading, TheThirdMinuteOnTheWheelCostsNoMoreThanTheSecond) {
-  expectSteady("potters_wheel", "draft", "coning");
+  expectSteady("potters_wheel", "draft", "centring");
 }
 
 }  // namespace
