@@ -20,8 +20,8 @@ struct HandSample {
   std::chrono::nanoseconds stamp{0};
 };
 
-/// What hands do, sample by sample: scripted hands at 60 Hz, without noise and dropouts; recorded hands as
-/// often as they were seen.
+/// What hands do, sample by sample: scripted hands at 60 Hz, without dropouts; recorded hands as often as
+/// they were seen.
 /// @param hands none, knead, potter, press, a score of config/hands or its YAML file, or a Leap recording
 /// @param duration s, at most that of a recording; 0: all that the hands do, 1.2 s without hands
 /// @param spacing of the skin, m
