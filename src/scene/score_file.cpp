@@ -1,11 +1,13 @@
 #include "scene/score_file.h"
 
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "files/ends_with.h"
 #include "scene/yaml_reader.h"
 
 namespace tactile_clay::scene {
@@ -105,11 +107,19 @@ hand::Score readMove(YamlMap& yaml, double scale) {
   }
 }
 
+std::string shipped(const std::string& name, const std::string& package_folder) {
+  return package_folder + "/config/hands/" + name + ".yaml";
+}
+
 }  // namespace
+
+bool isScore(const std::string& name, const std::string& package_folder) {
+  return files::endsWith(name, ".yaml") || std::filesystem::is_regular_file(shipped(name, package_folder));
+}
 
 hand::TrackerScript loadScore(const std::string& name, const std::string& package_folder) {
   const bool is_file = name.find('/') != std::string::npos || name.find(".yaml") != std::string::npos;
-  const std::string file = is_file ? name : package_folder + "/config/hands/" + name + ".yaml";
+  const std::string file = is_file ? name : shipped(name, package_folder);
   YamlMap yaml = loadYaml(file);
   hand::TrackerScript script;
   script.rate = yaml.get("rate", script.rate, "a frequency in Hz");

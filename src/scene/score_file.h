@@ -11,4 +11,7 @@ namespace tactile_clay::scene {
 /// @throws std::runtime_error with one line
 hand::TrackerScript loadScore(const std::string& name, const std::string& package_folder);
 
+/// Whether this is the name of a score of config/hands, or ends as the file of a score does.
+bool isScore(const std::string& name, const std::string& package_folder);
+
 }  // namespace tactile_clay::scene

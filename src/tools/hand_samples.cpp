@@ -8,7 +8,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "files/ends_with.h"
 #include "hand/choreography.h"
 #include "hand/hand_check.h"
 #include "hand/kinematic_hand.h"
@@ -83,11 +82,6 @@ std::vector<HandSample> recorded(const std::string& file, double duration, doubl
   return samples;
 }
 
-bool isScore(const std::string& hands, const std::string& share) {
-  return files::endsWith(hands, ".yaml") ||
-         std::filesystem::is_regular_file(share + "/config/hands/" + hands + ".yaml");
-}
-
 }  // namespace
 
 std::vector<HandSample> handSamples(const std::string& hands, double duration, double spacing,
@@ -96,7 +90,7 @@ std::vector<HandSample> handSamples(const std::string& hands, double duration, d
   if (hands == "knead") return played(hand::knead(), duration, spacing);
   if (hands == "potter") return played(hand::potter(), duration, spacing);
   if (hands == "press") return played(hand::pressFinger(), duration, spacing);
-  if (isScore(hands, share)) return played(scene::loadScore(hands, share).score, duration, spacing);
+  if (scene::isScore(hands, share)) return played(scene::loadScore(hands, share).score, duration, spacing);
   if (!std::filesystem::is_regular_file(hands))
     throw std::runtime_error(
         "--hands '" + hands +

@@ -1,20 +1,20 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
-#include <cmath>
 #include <ctime>
 #include <vector>
 
 #include "device/loudness_meter.h"
 #include "device/safety_gate.h"
+#include "spiral.h"
+#include "tools/quantile.h"
 #include "ultrasound/focal_points.h"
 
 namespace tactile_clay::device {
 namespace {
 
-double median(std::vector<double>& values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
+double median(const std::vector<double>& values) {
+  return tools::quantile(values, 0.5);
 }
 
 /// Adds the processor time of f, of all threads, to `seconds`.
@@ -29,17 +29,12 @@ auto timed(double& seconds, const F& f) {
 /// Samples of skin 5 mm apart, the inner half of them pressed.
 std::vector<contact::PressureSample> skin(int count, float shift) {
   std::vector<contact::PressureSample> samples(static_cast<std::size_t>(count));
-  for (int m = 0; m < count; ++m) {  // a spiral of seeds
-    const float d = 0.0028f * std::sqrt(static_cast<float>(m) + 0.5f),
-                angle = 2.399963f * static_cast<float>(m);
+  for (int m = 0; m < count; ++m) {
+    const Eigen::Vector2f at = onSpiral(m).cast<float>();
     const float share = static_cast<float>(m) / static_cast<float>(count);
     const float pressure = share < 0.5f ? 15000.0f * (1.0f - share) : 0.0f;
-    samples[static_cast<std::size_t>(m)] = {{d * std::cos(angle) + shift, d * std::sin(angle), 0.2f},
-                                            {0, 0, -1},
-                                            pressure,
-                                            pressure * 2.5e-5f,
-                                            2.5e-5f,
-                                            1.0f};
+    samples[static_cast<std::size_t>(m)] = {
+        {at.x() + shift, at.y(), 0.2f}, {0, 0, -1}, pressure, pressure * 2.5e-5f, 2.5e-5f, 1.0f};
   }
   return samples;
 }

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "float_propagator.h"
+#include "spiral.h"
+#include "tools/quantile.h"
 #include "ultrasound/field_solver.h"
 #include "ultrasound/fixed_propagator.h"
 #include "ultrasound/focal_points.h"
@@ -60,10 +62,7 @@ class Times {
     add(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
   void add(double value) { seconds_.push_back(value); }
-  double median() {
-    std::nth_element(seconds_.begin(), seconds_.begin() + seconds_.size() / 2, seconds_.end());
-    return seconds_[seconds_.size() / 2];
-  }
+  double median() const { return tools::quantile(seconds_, 0.5); }
 
  private:
   std::vector<double> seconds_;
@@ -210,9 +209,8 @@ void patterns(benchmark::State& state) {
   for (int frame = 0; frame < 50; ++frame) {
     const double shift = 0.001 * (frame < 25 ? frame : 50 - frame);
     std::vector<FocalPoint> targets(static_cast<std::size_t>(count));
-    for (int m = 0; m < count; ++m) {  // 5 mm between them: a spiral of seeds
-      const double d = 0.0028 * std::sqrt(m + 0.5), angle = 2.399963 * m;
-      targets[m].position = {d * std::cos(angle) + shift, d * std::sin(angle), 0.2};
+    for (int m = 0; m < count; ++m) {
+      targets[m].position << onSpiral(m) + Eigen::Vector2d(shift, 0.0), 0.2;
       targets[m].intensity = 2 * m < count ? 0.2 * (1.0 - m / static_cast<double>(count)) : 0.0;
     }
     frames.push_back(targets);

@@ -168,7 +168,8 @@ TEST(SoftHand, IsHeldByHardWaxAndLeaves) {
 
 // Two seconds after a hand came to this depth in hard wax, the force on it does not buzz, and no flesh stays
 // inside out. Later a finger may slide to another place, so one of the five seconds may be worse: in 30 runs
-// this happened in three of the 180 seconds.
+// this happened in three of the 180 seconds. In that second, too, flesh is right side out again after a sixth
+// of a second.
 void expectNoBuzzInWax(bool pointing, double depth, double aside) {
   constexpr int rest = 120, second = 60;
   WaxPress press(pointing, aside);
@@ -194,6 +195,7 @@ void expectNoBuzzInWax(bool pointing, double depth, double aside) {
               pointing ? "finger" : "palm", 1e3 * depth, 1e2 * each[3], 1e2 * each[4]);
   EXPECT_LT(each[3], 0.05) << depth << ' ' << aside;
   EXPECT_LE(inside_out[3], 3) << depth << ' ' << aside;
+  EXPECT_LE(inside_out[4], 10) << depth << ' ' << aside;
 }
 
 TEST(SoftHand, FingerDeepInHardWaxDoesNotBuzz) {
