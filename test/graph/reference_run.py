@@ -62,6 +62,7 @@ class Seen:
 
     @staticmethod
     def wait(graph, rig, names):
+        topics = list(rig_run.CHAIN) + (['/rig/description'] if 'describe_rig' in names else [])
         known, since, deadline = None, 0.0, time.monotonic() + 60
         while True:
             now = graph.master().getSystemState('/test')[2]
@@ -70,7 +71,7 @@ class Seen:
                 known, since = count, time.monotonic()
             there = {node for part in now for _, nodes in part for node in nodes}
             missing = [name for name in names if '/' + name not in there]
-            missing += [topic for topic in rig_run.CHAIN if not any(name == topic for name, _ in now[0])]
+            missing += [topic for topic in topics if not any(name == topic for name, _ in now[0])]
             if not missing and time.monotonic() - since > STABLE:
                 return
             if rig.poll() is not None or time.monotonic() > deadline:

@@ -86,9 +86,10 @@ struct ReferenceSystem {
   std::vector<bool> compressed;  // which particles have C_i > 0, where it was looked at last
 };
 
-/// Dashpots weigh (1 - q^2)^3.
+/// Dashpots weigh (1 - q^2)^2 (1 - 28/31 q^2).
 inline double dashpotWeight(double r, double h) {
-  return std::pow(std::max(1.0 - r * r / (h * h), 0.0), 3.0);
+  const double q_square = r * r / (h * h);
+  return std::pow(std::max(1.0 - q_square, 0.0), 2.0) * (1.0 - 28.0 / 31.0 * q_square);
 }
 
 /// m^4, over the dashpots of an inner particle of a lattice.

@@ -45,17 +45,23 @@ struct Twisted {
   std::unique_ptr<Clay> clay;
 };
 
-/// A film that sticks to a wall at z = 0 and is driven by gravity along the wall; a part of gravity presses
-/// it on. The layer that touches the wall is held, so heights count from it.
-struct Film {
-  static constexpr double thickness = 0.045, length = 0.15, width = 0.03;
+struct FilmSize {
+  double length = 0.15, width = 0.03;  // m
+};
 
-  Film(const Resolution& r, const Material& material, double gravity)
+/// A film that sticks to a wall at z = 0 and is driven by gravity along the wall; a part of gravity presses
+/// it on. The layer that touches the wall is held, so heights count from it. Near its free ends, and in the
+/// columns at its free sides, it flows otherwise than a film without ends.
+struct Film {
+  static constexpr double thickness = 0.045;
+
+  Film(const Resolution& r, const Material& material, double gravity, FilmSize size = {})
       : d(r.spacing),
+        length(size.length),
         layers(static_cast<int>(std::lround(thickness / d))),
         height(thickness - 0.5 * d),
-        start(block(static_cast<int>(std::lround(length / d)), static_cast<int>(std::lround(width / d)),
-                    layers, d)),
+        start(block(static_cast<int>(std::lround(size.length / d)),
+                    static_cast<int>(std::lround(size.width / d)), layers, d)),
         clay(pulled(r, gravity), {material}, start) {}
   static ClayConfig pulled(const Resolution& r, double gravity) {
     ClayConfig config = weightless(r);
@@ -78,7 +84,7 @@ struct Film {
     return speed;
   }
 
-  double d;
+  double d, length;
   int layers;
   double height;  // m, of the free surface over the layer that is held
   std::vector<InitialParticle> start;

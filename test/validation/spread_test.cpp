@@ -109,8 +109,7 @@ TEST(Spread, StopsWhereTheYieldStressCarriesIt) {
 TEST(Spread, StopsWhereTheYieldStressCarriesItAtAFinerSpacing) {
   stopsWhereTheYieldStressCarriesIt({{8, 16}, 0.00375});
 }
-/// At 4 x 8 it stops at 0.94 of the radius and 1.12 of the mean height.
-TEST(Spread, DISABLED_StopsThereAtBalanced) {
+TEST(Spread, StopsThereAtBalanced) {
   stopsWhereTheYieldStressCarriesIt({{4, 8}, 0.005});
 }
 

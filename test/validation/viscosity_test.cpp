@@ -41,13 +41,14 @@ TEST_P(Viscosity, LetsAFilmFlow) {
   EXPECT_NEAR(film.profile().back(), 0.5 * scale * height * height, 0.5 * scale * height * film.d);
 }
 
-/// Away from wall and surface the shear rate should be within the 5 % by which directions of the lattice
-/// differ. It is at most 5.6 % too high at 5 mm, and 7.6 % at 3.75 mm. The direction of the lattice causes 4
-/// %; the cause of the rest is not known.
-TEST_P(Viscosity, DISABLED_ShearsAFilmAtItsRate) {
+/// In the middle half of its height the shear rate is within 5 %, by which the viscosity of a lattice may
+/// depend on its direction. The film is ten times as long as it is thick: at a third of that, the ends change
+/// the rate by 2 to 12 %. It is wide, because columns at its sides are too viscous
+/// (doc/method/validation.md).
+TEST_P(Viscosity, ShearsAFilmAtItsRate) {
   constexpr double gravity = 5.0;
   const Material fluid = sticking(200.0, 0.0);
-  Film film(GetParam(), fluid, gravity);
+  Film film(GetParam(), fluid, gravity, {0.45, 0.12});
   film.run(6);
   const std::vector<double> u = film.profile();
   for (int k = film.layers / 4; k + 1 < 3 * film.layers / 4; ++k) {

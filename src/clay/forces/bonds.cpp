@@ -103,14 +103,16 @@ std::uint32_t flowAndList(const NeighbourPairs near, std::size_t i, const Flow& 
     const std::uint32_t* slots = near.slot + p;
     Lane rest_length = load(rest_lengths + p);
     const LaneOrder holds = rest_length > 0.0f;
-    const Lane share = 0.5f * (own_share + gatherNumbers(flow.share.data(), slots));
+    const Lane share = gatherNumbers(flow.share.data(), slots);
     const Lane stiffness = own_stiffness + gatherNumbers(flow.stiffness.data(), slots);
     const Lane before = own_before + gatherNumbers(flow.before.data(), slots);
     const LaneOrder stiffens = before < (1.0f - rounding) * stiffness;
-    if (bits(holds & ((share < 1.0f) | stiffens)) != 0) {
-      const Lane strain = 0.5f * (own_dilation + gatherNumbers(flow.dilation.data(), slots));
-      const Lane length = load(near.distance + p);
-      const Lane flowed = rest_length + (1.0f - share) * (length - rest_length - strain * length);
+    if (bits(holds & ((share + own_share < 2.0f) | stiffens)) != 0) {
+      const Lane length = load(near.distance + p), elongation = length - rest_length;
+      const Lane own = (1.0f - own_share) * (elongation - own_dilation * length);
+      const Lane dilation = gatherNumbers(flow.dilation.data(), slots);
+      const Lane of_other = (1.0f - share) * (elongation - dilation * length);
+      const Lane flowed = rest_length + 0.5f * (own + of_other);
       const Lane force_kept = stiffens ? before / stiffness : all(1.0f);
       const Lane stiffened = length - force_kept * (length - flowed);
       rest_length = holds ? max(stiffened, all(1e-6f) * length) : Lane{};

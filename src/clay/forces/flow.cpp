@@ -31,15 +31,15 @@ struct Measure {
   float *share, *secant, *dilation;
 };
 
-/// Fourth moments: the stress in a direction (row) that a strain in a direction (column) causes. The order is
-/// xx, yy, zz, yz, zx, xy. It is symmetric; of equal components only one is stored.
+/// Fourth moments of the bonds of a particle, J: sum k l^2 n n n n, the stress in a direction (row) that a
+/// strain in a direction (column) causes. The order is xx, yy, zz, yz, zx, xy. It is symmetric; of equal
+/// components only one is stored.
 struct Moments {
   Lane xxxx, yyyy, zzzz, yyzz, zzxx, xxyy, xxyz, yyyz, zzyz, xxzx, yyzx, zzzx, xxxy, yyxy, zzxy;
 };
 /// Sums over the bonds of a particle.
 struct Strained {
   Symmetric stress;  // J, twice the stress times volume
-  Moments moments;   // J, the same per strain: sum k l^2 n n n n
   LaneVector pull;   // N, of the bonds on the particle
 };
 
@@ -91,11 +91,9 @@ TACTILE_CLAY_INLINE Lane nearlyIsotropicVolumeStrain(const Symmetric& t, const S
 /// fabric with its own solution is added to it with a small weight: with fewer than six bonds M is singular.
 /// The plain mean strain of the bonds, or fourth moments of an isotropic fabric, would let clay that goes on
 /// flowing have another volume: bonds turn into the direction of the flow.
-TACTILE_CLAY_INLINE Lane volumeStrain(const Strained& total) {
-  const Moments& m = total.moments;
+TACTILE_CLAY_INLINE Lane volumeStrain(const Symmetric& t, const Moments& m) {
   const Symmetric n{m.xxxx + m.xxyy + m.zzxx, m.xxyy + m.yyyy + m.yyzz, m.zzxx + m.yyzz + m.zzzz,
                     m.xxyz + m.yyyz + m.zzyz, m.xxzx + m.yyzx + m.zzzx, m.xxxy + m.yyxy + m.zzxy};
-  const Symmetric& t = total.stress;
   const Lane v = nearlyIsotropicVolumeStrain(t, n), mean = v * trace(n) / 3.0f;
   const Symmetric e = deviator(sum(t, times(-v, n)));
   const Lane w = isotropic / 15.0f * trace(n);
@@ -113,16 +111,17 @@ TACTILE_CLAY_INLINE Lane volumeStrain(const Strained& total) {
   return (strain[0] + strain[1] + strain[2]) / 3.0f;
 }
 
-template <bool alike>
-TACTILE_CLAY_INLINE Strained strainedBonds(const Measure& m, std::size_t i) {
+/// Adds the bonds of particle i to `total`, eight pairs at a time: add(total, stiffness, rest_length, p),
+/// with the stiffness (N/m, 0: not bonded) and the rest length (m) of the pairs from p on.
+template <bool alike, typename Total, typename Add>
+TACTILE_CLAY_INLINE Total sumOverBonds(const Measure& m, std::size_t i, const Add& add) {
   const BondRule* const rules = m.rules + m.material[i] * m.materials;
   const Lane own_stiffness = all(m.stiffness[i]), own_before = all(m.before[i]);
   Lane rule = all(rules[0].stiffness);
-  Strained total{};
+  Total total{};
   for (std::uint32_t p = m.pairs.begin[i]; p < m.pairs.end[i]; p += lane_width) {
     const std::uint32_t* slots = m.pairs.slot + p;
     const Lane rest_length = load(m.rest_length + p);
-    const LaneOrder bonded = rest_length > 0.0f;  // particles at the same place are not
     if (!alike) {
       float of[lane_width];
       for (int k = 0; k < lane_width; ++k) of[k] = rules[m.material[slots[k] / slot_size]].stiffness;
@@ -130,15 +129,44 @@ TACTILE_CLAY_INLINE Strained strainedBonds(const Measure& m, std::size_t i) {
     }
     const Lane after = own_stiffness + gatherNumbers(m.stiffness, slots);
     const Lane before = own_before + gatherNumbers(m.before, slots);
-    const Lane stiffness = bonded ? 0.5f * rule * (before < after ? before : after) : Lane{};
-    const LaneVector x = loadVector(m.pairs.x, m.pairs.y, m.pairs.z, p);
-    const Lane length = load(m.pairs.distance + p), strain = 1.0f - rest_length / length;
-    const LaneVector pull = times(bonded ? stiffness * strain : Lane{}, x);
-    addOuter(total.stress, pull, x);
-    total.pull = difference(total.pull, pull);
-    addFourth(total.moments, bonded ? stiffness / (length * length) : Lane{}, x);
+    const LaneOrder bonded = rest_length > 0.0f;  // particles at the same place are not
+    add(total, bonded ? 0.5f * rule * (before < after ? before : after) : Lane{}, rest_length, p);
   }
   return total;
+}
+
+template <bool alike>
+TACTILE_CLAY_INLINE Strained strainedBonds(const Measure& m, std::size_t i) {
+  const auto add = [&](Strained& total, const Lane& stiffness, const Lane& rest_length, std::uint32_t p) {
+    const Lane strain = 1.0f - rest_length / load(m.pairs.distance + p);
+    const LaneVector x = loadVector(m.pairs.x, m.pairs.y, m.pairs.z, p);
+    const LaneVector pull = times(stiffness > 0.0f ? stiffness * strain : Lane{}, x);
+    addOuter(total.stress, pull, x);
+    total.pull = difference(total.pull, pull);
+  };
+  return sumOverBonds<alike, Strained>(m, i, add);
+}
+
+template <bool alike>
+TACTILE_CLAY_INLINE Moments momentsOfBonds(const Measure& m, std::size_t i) {
+  const auto add = [&](Moments& total, const Lane& stiffness, const Lane&, std::uint32_t p) {
+    const Lane length = load(m.pairs.distance + p);
+    addFourth(total, stiffness > 0.0f ? stiffness / (length * length) : Lane{},
+              loadVector(m.pairs.x, m.pairs.y, m.pairs.z, p));
+  };
+  return sumOverBonds<alike, Moments>(m, i, add);
+}
+
+/// A third of the strain of the volume of the eight particles from i on; 0 of those that do not flow.
+/// @param flows bits of those that do
+template <bool alike>
+TACTILE_CLAY_INLINE Lane flowingVolumeStrain(const Measure& m, std::size_t i, unsigned flows,
+                                             const Symmetric& stress) {
+  if (flows == 0) return Lane{};
+  Totals<Moments> moments(0);
+  for (int k = 0; k < lane_width; ++k)
+    if ((flows >> k & 1u) != 0) moments.set(k, momentsOfBonds<alike>(m, i + k));
+  return volumeStrain(stress, moments.get());
 }
 
 /// Adds the forces with which colliders resist the pull of bonds, to the stress of the eight particles from
@@ -172,7 +200,7 @@ TACTILE_CLAY_INLINE void measure(const Measure& m, std::size_t first, std::size_
       m.contacts.begin());
   for (std::size_t i = first; i < last; i += lane_width) {
     Totals<Strained> totals(last - i);
-    Lane yield{}, kept{};
+    Lane yield{}, kept = all(1.0f);  // lanes past the last particle do not flow
     for (int k = 0; k < lane_width && i + k < last; ++k) {
       yield[k] = m.yield[m.material[i + k]];
       kept[k] = m.kept[m.material[i + k]];
@@ -185,7 +213,7 @@ TACTILE_CLAY_INLINE void measure(const Measure& m, std::size_t first, std::size_
     const Lane share = kept * (size > yield ? yield / size : all(1.0f));
     store(m.share + i, share);
     store(m.secant + i, share * load(m.stiffness + i));
-    store(m.dilation + i, volumeStrain(total));
+    store(m.dilation + i, flowingVolumeStrain<alike>(m, i, bits(share < 1.0f), total.stress));
   }
 }
 TACTILE_CLAY_MULTIVERSION

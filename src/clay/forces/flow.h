@@ -20,7 +20,7 @@ class Bonds;
 /// elongations l - d shrink to `share` = tau_y / |s| of themselves, all but the strain of their volume,
 /// `dilation` (radial return). The stress that is left lies on the yield surface. Stresses that balance among
 /// the bonds fade with the flow. A change of volume is never forgotten, so flow keeps volume. A bond takes
-/// the mean of its two ends.
+/// the mean of what its two ends leave.
 ///
 /// If the material has a relaxation time t_r, stress below the yield fades, too (Maxwell): in a time t,
 /// `share` is multiplied by exp(-t / t_r).
@@ -42,7 +42,8 @@ struct Flow {
   std::vector<float> stiffness;  // of the bonds of a particle, over that of their BondRule
   std::vector<float> before;     // the stiffness before bonds formed or broke in this update
   std::vector<float> secant;     // stiffness times share, see `linearisePairs`
-  std::vector<float> dilation;   // a third of the strain of the volume, as measured by bonds
+  // A third of the strain of the volume, as measured by bonds; 0 of particles that do not flow.
+  std::vector<float> dilation;
   std::vector<float> kept;  // of each material: share of the stress that relaxation leaves, exp(-t / t_r)
 
   void resize(std::size_t particles);

@@ -24,10 +24,10 @@ namespace tactile_clay::clay {
 ///    V is smaller where clay starts the step at more than twice rho_0, as in pockets between hands
 ///    (`boundExcess`);
 ///  - viscosity (Eq. 3, 4), the strain of the step measured along pairs (Monaghan 2005, Rep. Prog. Phys.
-///    68:1703; Weiler et al. 2018): c/2 (1 - (r/h)^2)^3 r_ij^2 (l_ij - r_ij)^2 / dt. A rotation changes no
-///    length, so no rotation must be removed. Pairs also damp motions that a gradient summed over neighbours
-///    cannot see. c is such that the shear viscosity of each particle's volume, averaged over directions, is
-///    eta, also at a surface;
+///    68:1703; Weiler et al. 2018): c/2 w r_ij^2 (l_ij - r_ij)^2 / dt, with w of r/h (`dashpotWeight`). A
+///    rotation changes no length, so no rotation must be removed. Pairs also damp motions that a gradient
+///    summed over neighbours cannot see. c is such that the shear viscosity of each particle's volume,
+///    averaged over directions, is eta, also at a surface;
 ///  - bonds (Eq. 5): k/2 (l_ij - d_ij)^2. Elongations go on flowing as they did after the last step (struct
 ///    Flow).
 /// All forces are sums over pairs, opposite on the two ends and along the pair. So linear and angular

@@ -112,11 +112,12 @@ struct Cloud {
     return energy;
   }
 
-  /// Dashpots along pairs, w = (1 - q^2)^3 r^2, scaled for each particle so that sum_j w r^2 is that of the
-  /// lattice; a pair has the mean of both.
+  /// Dashpots along pairs, w = (1 - q^2)^2 (1 - 28/31 q^2) r^2, scaled for each particle so that sum_j w r^2
+  /// is that of the lattice; a pair has the mean of both.
   double viscousEnergy(const Vectors& u) const {
     const auto weight = [&](double r) {
-      return std::pow(1.0 - std::pow(r / static_cast<double>(kernel.h), 2.0), 3.0) * r * r;
+      const double q_square = std::pow(r / static_cast<double>(kernel.h), 2.0);
+      return std::pow(1.0 - q_square, 2.0) * (1.0 - 28.0 / 31.0 * q_square) * r * r;
     };
     double whole = 0.0;
     for (int k = 0; k < 27; ++k) {
