@@ -37,7 +37,7 @@ void measureDensities(const Setup s, std::size_t first, std::size_t last) {
     for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.end[i]; p += lane_width) {
       const Lane r = load(s.pairs.distance + p), square = r * r;
       density += s.kernel.value(r);
-      dashpots += dashpotWeight(per_square, square) * square * square;
+      if (s.viscous.any) dashpots += dashpotWeight(per_square, square) * square * square;
       if (!s.dense) continue;
       const Lane compression = max(-s.kernel.slope(r) * per_lattice_sum / max(r, shortest), min_compression);
       const LaneVector g = times(compression, loadVector(s.pairs.x, s.pairs.y, s.pairs.z, p));
@@ -113,11 +113,14 @@ TACTILE_CLAY_INLINE void linearise(const Setup s, std::size_t first, std::size_t
             stiffness[k] = rules != nullptr ? rules[with].stiffness : 0.0f;
           }
         }
-        const Lane both = 0.5f * (own + gatherNumbers(s.amend, s.pairs.slot + p));
-        const Lane dashpot = damping * dashpotWeight(per_square, square) * both;
         // The length at u = 0, if it is extrapolated linearly from the guess.
         const Lane start = length + along * r * inverse_square;
-        Lane spring = dashpot, push = dashpot * (r - start);
+        Lane spring{}, push{};
+        if (s.viscous.any) {
+          const Lane both = 0.5f * (own + gatherNumbers(s.amend, s.pairs.slot + p));
+          spring = damping * dashpotWeight(per_square, square) * both;
+          push = spring * (r - start);
+        }
         if (rules != nullptr) {
           const Lane kept = load(s.elastic.rest_length + p);
           // A bond that flowed after the last step goes on flowing in this one: its elongation shrinks again.

@@ -22,6 +22,7 @@ struct Setup {
     const float* secant;       // factor of the stiffness of each particle's bonds, see Flow
   } elastic;
   struct Viscous {
+    bool any;                 // whether a material is viscous
     const float* dashpot;     // N/m^3, for each two materials, of a pair with weight 1
     const float* flow_index;  // of each material; null: no material thins
     float lattice;            // m^4, sum over the initial lattice of the dashpot weight times r^4

@@ -112,7 +112,7 @@ Setup Potential::setupOf(const StepInput& input, StepPotential& s) {
           input.particles.material.data(),
           materials_,
           {bonds, rest_lengths, secants},
-          {dashpots_of_step_.data(), thinning, lattice_dashpots_, input.dt},
+          {viscous_, dashpots_of_step_.data(), thinning, lattice_dashpots_, input.dt},
           kernel_,
           lattice_sum_,
           dense_,
