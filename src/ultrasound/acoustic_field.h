@@ -42,7 +42,7 @@ std::complex<double> transducerPressure(const ArrayLayout& layout, const Acousti
 // of the skin and the direction to its transducer. A transducer behind the skin, with a negative cosine,
 // counts as 0: it is in the shadow. |dp/dn|/k is called the amplitude on skin; it is the amplitude of a wave
 // that meets the skin head-on and presses as hard. Left out: -laplace(|p|^2)/(2 k^2 rho c^2), whose mean over
-// a wavelength is small, and all sound that the skin sends to other skin (doc/logbook/rendering.md).
+// some wavelengths is small, and all sound that the skin sends to other skin (doc/logbook/rendering.md).
 
 /// Field of the whole array at one point, in double precision.
 /// @throws std::invalid_argument if the drive's length is not the layout's

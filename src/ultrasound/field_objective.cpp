@@ -64,6 +64,7 @@ FieldObjective::FieldObjective(const ArrayLayout& layout, const Acoustics& acous
   const TransducerLanes transducers(layout);
   const PistonConstants air(acoustics);
   LaneArray<ComplexLanes> row(width_);
+  bool possible = false;  // whether any wanted pressure is: skin may face away from all transducers
   for (std::size_t m = 0; m < count_; ++m) {
     const Eigen::Vector3f at = targets[m].position.cast<float>();
     const Eigen::Vector3f normal = targets[m].normal.normalized().cast<float>();  // a zero stays zero
@@ -72,7 +73,9 @@ FieldObjective::FieldObjective(const ArrayLayout& layout, const Acoustics& acous
     reach_.push_back(sums.free);
     if (sums.on_skin > 0.0f) g_.setRow(m, row.data(), sums.on_skin);
     unit_ = std::max(unit_, targets[m].intensity * reach_[m]);
+    possible = possible || (targets[m].intensity > 0.0 && sums.on_skin > 0.0f);
   }
+  if (!possible) unit_ = 0.0;
   if (!(unit_ > 0.0)) return;
   g_.scale(static_cast<float>(options.amplitude / unit_));
   for (std::size_t m = 0; m < count_; ++m) {

@@ -214,7 +214,10 @@ FieldSolution solveField(const ArrayLayout& layout, const Acoustics& acoustics,
   const auto patterns = static_cast<std::size_t>(options.patterns);
   solution.drives.assign(patterns,
                          {std::vector<float>(layout.size(), 0.0f), std::vector<float>(layout.size(), 0.0f)});
-  if (objective.silent()) return solution;
+  if (objective.silent()) {
+    setFit(solution);
+    return solution;
+  }
 
   const bool follows = before.size() == patterns;
   const bool limited = follows && options.max_phase_change > 0.0;

@@ -62,12 +62,11 @@ struct FieldSolution {
 /// `max_phase_change` it starts from the phases before only. Rounded phases are the closest levels.
 /// Deterministic, to the bit on every processor; single precision.
 /// @param targets samples of skin in the frame of the array, each for the same area. Their intensity is the
-///   wanted share of `reach`. If all are 0, the drives are silent. Targets behind the array do not count. The
-///   length of a normal does not count
+///   wanted share of `reach`. If all are 0, or no transducer is in front of any wanted sample, the drives are
+///   silent. Targets behind the array do not count. The length of a normal does not count
 /// @param before drives of the frame before, or none
 /// @throws std::invalid_argument if an option, a position, normal or intensity is out of range, or a drive
-/// before
-///   is not finite or not of the layout's length
+///   before is not finite or not of the layout's length
 FieldSolution solveField(const ArrayLayout& layout, const Acoustics& acoustics,
                          const std::vector<FocalPoint>& targets, const FieldSolverOptions& options = {},
                          const std::vector<Drive>& before = {});

@@ -66,6 +66,7 @@ TEST_F(FieldOnSkin, NothingPressesOnSkinThatFacesAway) {
   EXPECT_GT(solution.wanted[0], 0.0);
   EXPECT_EQ(solution.on_skin[0], 0.0);
   EXPECT_EQ(solution.error, 1.0);
+  EXPECT_EQ(solution.drives[0].amplitude, std::vector<float>(layout.size(), 0.0f)) << "no sound for nothing";
 }
 
 // The radiation pressure on a plane rigid wall by its definition, <P^2>/(2 rho c^2) - rho <v^2>/2. The array
