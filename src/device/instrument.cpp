@@ -32,14 +32,14 @@ class Loudest {
 
 constexpr double circle_effort = 0.25;  // for a place about 2 mm from one that is solved
 
-/// The patterns of each place on a circle, one place after the other. Wanted and reached amplitudes are root
-/// mean squares over the places.
+/// The patterns of each place on a circle, one place after the other. Amplitudes are root mean squares
+/// over the places.
 ultrasound::FieldSolution solveCircle(const Instrument& instrument, double amplitude,
                                       const std::vector<ultrasound::Drive>& before,
                                       const std::vector<ultrasound::Instant>& places) {
   ultrasound::FieldSolution all;
   const std::size_t count = places.front().points->size();
-  std::vector<double> wanted(count, 0.0), reached(count, 0.0);
+  std::vector<double> wanted(count, 0.0), reached(count, 0.0), on_skin(count, 0.0);
   const auto over = static_cast<double>(places.size());
   all.reach.assign(count, 0.0);
   std::vector<ultrasound::Drive> last(
@@ -51,6 +51,7 @@ ultrasound::FieldSolution solveCircle(const Instrument& instrument, double ampli
       all.reach[m] += here.reach.at(m) / over;
       wanted[m] += here.wanted.at(m) * here.wanted[m] / over;
       reached[m] += here.reached.at(m) * here.reached[m] / over;
+      on_skin[m] += here.on_skin.at(m) * here.on_skin[m] / over;
     }
     all.drives.insert(all.drives.end(), here.drives.begin(), here.drives.end());
     last = here.drives;
@@ -58,8 +59,9 @@ ultrasound::FieldSolution solveCircle(const Instrument& instrument, double ampli
   for (std::size_t m = 0; m < count; ++m) {
     all.wanted.push_back(std::sqrt(wanted[m]));
     all.reached.push_back(std::sqrt(reached[m]));
+    all.on_skin.push_back(std::sqrt(on_skin[m]));
   }
-  const ultrasound::FieldFit fit = ultrasound::fieldFit(all.wanted, all.reached);
+  const ultrasound::FieldFit fit = ultrasound::fieldFit(all.wanted, all.on_skin);
   all.error = fit.error;
   all.scale = fit.scale;
   return all;

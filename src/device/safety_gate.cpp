@@ -90,6 +90,8 @@ std::string SafetyGate::objection(const ultrasound::FocalPoint& point, bool fiel
   if (applies(Rule::non_finite) && field && !(point.weight >= 0.0 && std::isfinite(point.weight)))
     return "non-finite: weight of " + name(point) + " is " + text(point.weight) +
            ", expected 0 or a positive number";
+  if (applies(Rule::non_finite) && field && !point.normal.allFinite())
+    return "non-finite: normal of " + name(point) + ", expected three finite numbers";
   if (applies(Rule::intensity) && (point.intensity < 0.0 || point.intensity > config_.intensity_cap))
     return "intensity out of range: " + intensity + ", expected 0 to " + text(config_.intensity_cap);
   return "";
@@ -185,7 +187,8 @@ void SafetyGate::limitField(Verdict& verdict, double since_last) const {
       const double by = factor > 0.0 ? margin * factor : 0.0;
       weaken(sound, loudness, by);
       if (verdict.field)
-        for (double& reached : verdict.field->reached) reached *= by;
+        for (auto* amplitudes : {&verdict.field->reached, &verdict.field->on_skin})
+          for (double& pascals : *amplitudes) pascals *= by;
     }
     margin *= margin * margin;
   }

@@ -72,7 +72,8 @@ class SafetyGate {
   /// - hand lost: no hand is tracked, or no message about the hands came for longer than the timeout
   /// - modulation frequency outside 0 to 1000 Hz; 0 is allowed for amplitude modulation only
   /// - slip outside 0 to 1
-  /// - a position or intensity that is not finite; in a field also a weight that is not finite, or negative
+  /// - a position or intensity that is not finite; in a field also a weight that is not finite, or negative,
+  ///   and a normal that is not finite
   /// - a position outside the workspace at any instant of the period
   /// - an intensity outside 0 to the cap
   ///
@@ -86,8 +87,8 @@ class SafetyGate {
   /// In a field the points are skin samples (with `field_circle`, at each place of the circle). Samples of
   /// intensity 0 may lie outside the workspace. Pressure and level are checked for each pattern, on the
   /// samples and beside them. The slew rule applies to each sample, touched or not. Its quantity is the
-  /// amplitude there, divided by the amplitude of the whole array focused there. This share rises no faster
-  /// than the slew, from the highest share within 10 mm of the sample in the emission before.
+  /// amplitude there without skin, divided by the amplitude of the whole array focused there. This share
+  /// rises no faster than the slew, from the highest share within 10 mm of the sample in the emission before.
   Verdict check(const Emission& emission, const Occasion& occasion);
 
   /// Whether the last emission may go on; for a timer of the driver. The array has to be silent during an

@@ -257,6 +257,12 @@ std::vector<ultrasound::FocalPoint> toCore(const std::vector<FocalPoint>& points
   return out;
 }
 
+std::vector<geometry_msgs::Vector3> normalsOf(const std::vector<ultrasound::FocalPoint>& samples) {
+  std::vector<geometry_msgs::Vector3> out;
+  for (const ultrasound::FocalPoint& sample : samples) tf2::toMsg(sample.normal, out.emplace_back());
+  return out;
+}
+
 RenderingReport toMessage(const ultrasound::RenderReport& report, double compression_knee) {
   RenderingReport out;
   out.gain = static_cast<float>(report.gain);

@@ -58,6 +58,8 @@ std::vector<contact::PressureSample> pressureSamples(const sensor_msgs::PointClo
 
 std::vector<FocalPoint> toMessage(const std::vector<ultrasound::FocalPoint>& points);
 std::vector<ultrasound::FocalPoint> toCore(const std::vector<FocalPoint>& points);
+/// FocalPointArray::normal of skin samples.
+std::vector<geometry_msgs::Vector3> normalsOf(const std::vector<ultrasound::FocalPoint>& samples);
 
 RenderingReport toMessage(const ultrasound::RenderReport& report, double compression_knee);
 

@@ -15,7 +15,7 @@ RenderingReport::Ptr fieldReport(const device::Verdict& verdict, const FocalPoin
     double both = 0.0, square = 0.0;
     for (std::size_t k = 0; k < field.wanted.size(); ++k) {
       const double clay = verdict.sound.emission.points[k].pressure;
-      const double given = ultrasound::radiationPressure(air, field.reached[k]);
+      const double given = ultrasound::radiationPressure(air, field.on_skin[k]);
       report->wanted.push_back(static_cast<float>(ultrasound::radiationPressure(air, field.wanted[k])));
       report->granted.push_back(static_cast<float>(given));
       both += given * clay;

@@ -156,6 +156,7 @@ void FocalPointRenderer::receive(const sensor_msgs::PointCloud2::ConstPtr& press
     message->modulation_frequency = static_cast<float>(frequency(points));
     if (renderer_.config().field_weights)
       for (const auto& point : points) message->weight.push_back(static_cast<float>(point.weight));
+    if (ultrasound::isField(renderer_.config().modulation)) message->normal = normalsOf(points);
     message->area.assign(renderer_.report().area.begin(), renderer_.report().area.end());
     *report = toMessage(renderer_.report(), renderer_.config().compression_knee);
     tellForce(*message, *report);

@@ -83,7 +83,7 @@ void SoundField::publishSilence(const std_msgs::Header& header) {
   publishDrive(Sound(), header);
 }
 
-/// Amplitudes at the points of a part. For many points in single precision, which is fast.
+/// Amplitudes at the points of a part, without skin. For many points in single precision, which is fast.
 std::vector<double> SoundField::amplitudesAtPoints(const Sound::Part& part) const {
   constexpr std::size_t few = 16;
   std::vector<double> amplitudes;
@@ -96,6 +96,20 @@ std::vector<double> SoundField::amplitudesAtPoints(const Sound::Part& part) cons
   std::vector<Eigen::Vector3f> at;
   for (const ultrasound::FocalPoint& point : part.what.points) at.push_back(point.position.cast<float>());
   for (const auto& pressure : ultrasound::pressuresAt(model_.layout, model_.acoustics, part.drive, at))
+    amplitudes.push_back(std::abs(pressure));
+  return amplitudes;
+}
+
+/// Amplitudes that press on the skin samples of a field (acoustic_field.h).
+std::vector<double> SoundField::amplitudesOnSkin(const Sound::Part& part) const {
+  std::vector<Eigen::Vector3f> at, normals;
+  for (const ultrasound::FocalPoint& point : part.what.points) {
+    at.push_back(point.position.cast<float>());
+    normals.push_back(point.normal.normalized().cast<float>());
+  }
+  std::vector<double> amplitudes;
+  for (const auto& pressure :
+       ultrasound::pressuresAt(model_.layout, model_.acoustics, part.drive, at, normals))
     amplitudes.push_back(std::abs(pressure));
   return amplitudes;
 }
@@ -123,10 +137,12 @@ void SoundField::publishReport(const Sound& sound, const std_msgs::Header& heade
   message->header = header;
   Means achieved(sound.emission.points.size()), commanded(sound.emission.points.size());
   const auto points = slice(sound);
+  const bool field = ultrasound::isField(sound.emission.modulation);
   for (const Sound::Part& part : sound.parts) {
     const std::vector<double> here = amplitudesAtPoints(part);
+    const std::vector<double> reached = field ? amplitudesOnSkin(part) : here;
     for (std::size_t k = 0; k < here.size(); ++k) {
-      achieved.add(part.what.which[k], here[k], part.what.time);
+      achieved.add(part.what.which[k], reached[k], part.what.time);
       if (!part.target.empty()) commanded.add(part.what.which[k], part.target[k], part.what.time);
     }
     const auto lobe = ultrasound::strongestSideLobe(
@@ -148,9 +164,8 @@ void SoundField::publishReport(const Sound& sound, const std_msgs::Header& heade
   }
   message->commanded.assign(all_commanded.begin(), all_commanded.end());
   message->achieved.assign(all_achieved.begin(), all_achieved.end());
-  message->error = static_cast<float>(ultrasound::isField(sound.emission.modulation)
-                                          ? ultrasound::fieldFit(all_commanded, all_achieved).error
-                                          : ultrasound::relativeError(all_achieved, all_commanded));
+  message->error = static_cast<float>(field ? ultrasound::fieldFit(all_commanded, all_achieved).error
+                                            : ultrasound::relativeError(all_achieved, all_commanded));
   report_.publish(message);
 }
 
@@ -170,25 +185,27 @@ std::vector<Eigen::Vector3f> SoundField::slice(const Sound& sound) const {
   return points;
 }
 
-std::vector<Eigen::Vector3f> SoundField::facingSkin() {
+SoundField::Places SoundField::facingSkin() {
   if (!skin_subscriber_)
     skin_subscriber_ = inbox_.subscribe<sensor_msgs::PointCloud2>(
         nh_, topic::hands_skin, 1, [this](const sensor_msgs::PointCloud2::ConstPtr& skin) {
           skin_ = pressureSkin(*skin);
           skin_frame_ = skin->header.frame_id;
         });
-  std::vector<Eigen::Vector3f> points;
-  if (skin_.position.empty()) return points;
+  Places facing;
+  if (skin_.position.empty()) return facing;
   const auto pose = transforms_.lookup(frame::array, skin_frame_);
-  if (!pose) return points;
+  if (!pose) return facing;
   const Eigen::Isometry3f to_array = pose->cast<float>();
   const auto& places = skin_.isTracked() ? skin_.position : skin_.tracked_position;
   const auto& normals = skin_.isTracked() ? skin_.normal : skin_.tracked_normal;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const Eigen::Vector3f position = to_array * places[i];
-    if (position.dot(to_array.linear() * normals[i]) < 0.0f) points.push_back(position);
+    const Eigen::Vector3f position = to_array * places[i], normal = to_array.linear() * normals[i];
+    if (!(position.dot(normal) < 0.0f)) continue;
+    facing.position.push_back(position);
+    facing.normal.push_back(normal);
   }
-  return points;
+  return facing;
 }
 
 void SoundField::publishField(const Sound& sound, const std_msgs::Header& header) {
@@ -197,20 +214,21 @@ void SoundField::publishField(const Sound& sound, const std_msgs::Header& header
     skin_ = {};
     return;
   }
-  std::vector<Eigen::Vector3f> points;
-  if (skin_field_) points = facingSkin();
+  const Places skin = skin_field_ ? facingSkin() : Places();
+  std::vector<Eigen::Vector3f> points = skin.position;
   if (slice_field_) {
     const auto plane = slice(sound);
     points.insert(points.end(), plane.begin(), plane.end());
   }
   std::vector<float> highest(points.size(), 0.0f);
-  std::vector<double> power(points.size(), 0.0);  // mean of the squared amplitude
+  std::vector<double> power(points.size(), 0.0);  // mean of the squared amplitude that presses
   for (const Sound::Part& part : sound.parts) {
-    const auto pressures = ultrasound::pressuresAt(model_.layout, model_.acoustics, part.drive, points);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      highest[i] = std::max(highest[i], std::abs(pressures[i]));
-      power[i] += part.what.power * std::norm(pressures[i]);
-    }
+    auto pressures = ultrasound::pressuresAt(model_.layout, model_.acoustics, part.drive, points);
+    for (std::size_t i = 0; i < points.size(); ++i) highest[i] = std::max(highest[i], std::abs(pressures[i]));
+    const auto on_skin =
+        ultrasound::pressuresAt(model_.layout, model_.acoustics, part.drive, skin.position, skin.normal);
+    std::copy(on_skin.begin(), on_skin.end(), pressures.begin());
+    for (std::size_t i = 0; i < points.size(); ++i) power[i] += part.what.power * std::norm(pressures[i]);
   }
   CloudWriter cloud(header, "x y z pressure tactile", points.size());
   for (std::size_t i = 0; i < points.size(); ++i)

@@ -30,11 +30,12 @@ constexpr char usage[] =
     R"(Measures how well each modulation renders contacts: the tables of doc/logbook/rendering.md.
 
   compare_modulation [step=5] [layout=usx] [samples=1600] [strength=0.03,...] [patterns=1,...]
-                     [evaluations=40] [blur=0,...] [weights=0] [random=0] RUN.bag...
+                     [evaluations=40] [blur=0,...] [weights=0] [normals=1,...] [random=0] RUN.bag...
 
 Record each bag with `scripts/rig lockstep:=true record:=RUN.bag`. step=N: every N-th frame with a contact counts.
 Fields are solved in all frames, as in the rig. random=N: N random contacts of fingertips and palms are compared, too.
-They are the same on every computer.
+They are the same on every computer. All are measured by the radiation pressure on the skin at its angle to the sound.
+normals=1,0: with 0 the field solver does not know this angle.
 )";
 
 using namespace tactile_clay;
@@ -144,9 +145,9 @@ std::vector<double> numbers(const std::string& word, const std::string& list) {
 
 /// Arguments key=value, and files.
 struct Task {
-  std::map<std::string, std::string> values = {{"step", "5"},         {"layout", "usx"}, {"samples", "1600"},
-                                               {"strength", "0.03"},  {"patterns", "1"}, {"blur", "0"},
-                                               {"evaluations", "40"}, {"weights", "0"},  {"random", "0"}};
+  std::map<std::string, std::string> values = {
+      {"step", "5"}, {"layout", "usx"},     {"samples", "1600"}, {"strength", "0.03"}, {"patterns", "1"},
+      {"blur", "0"}, {"evaluations", "40"}, {"weights", "0"},    {"random", "0"},      {"normals", "1"}};
   std::vector<std::string> files;
 
   Task(int argc, char** argv) {
@@ -176,6 +177,19 @@ struct Task {
   }
 };
 
+ModulationWay wayOf(const Task& task, Modulation modulation, const ultrasound::FieldSolverOptions& options) {
+  ultrasound::FocalPointConfig config;
+  config.modulation = modulation;
+  config.field_samples = task.whole("samples", 1);
+  config.field_weights = task.whole("weights", 0) > 0;
+  char numbers[128];
+  std::snprintf(numbers, sizeof numbers, ", strength %g, %d pattern%s, blur %g mm", options.strength,
+                options.patterns, options.patterns == 1 ? "" : "s", 1e3 * options.blur);
+  return tools::fieldWay(
+      ultrasound::nameOf(modulation) + std::string(numbers) + (config.field_weights ? ", weighted" : ""),
+      options, config);
+}
+
 std::vector<ModulationWay> waysOf(const Task& task) {
   std::vector<ModulationWay> ways = {tools::pointsWay("AM, 8 points", Modulation::amplitude),
                                      tools::pointsWay("lateral, 8 points", Modulation::lateral),
@@ -184,24 +198,18 @@ std::vector<ModulationWay> waysOf(const Task& task) {
   for (const Modulation modulation : {Modulation::field, Modulation::field_circle})
     for (const double strength : task.list("strength"))
       for (const double patterns : task.list("patterns"))
-        for (const double blur : task.list("blur")) {
-          ultrasound::FocalPointConfig config;
-          config.modulation = modulation;
-          config.field_samples = task.whole("samples", 1);
-          config.field_weights = task.whole("weights", 0) > 0;
-          ultrasound::FieldSolverOptions options;
-          options.strength = strength;
-          options.patterns = static_cast<int>(patterns);
-          options.blur = blur;
-          options.evaluations = static_cast<int>(task.whole("evaluations", 1));
-          options.validate();
-          char numbers[128];
-          std::snprintf(numbers, sizeof numbers, ", strength %g, %g pattern%s, blur %g mm", strength,
-                        patterns, patterns == 1.0 ? "" : "s", 1e3 * blur);
-          const std::string name = std::string(ultrasound::nameOf(modulation)) + numbers +
-                                   (config.field_weights ? ", weighted" : "");
-          ways.push_back(tools::fieldWay(name, options, config));
-        }
+        for (const double blur : task.list("blur"))
+          for (const double normals : task.list("normals")) {
+            ultrasound::FieldSolverOptions options;
+            options.strength = strength;
+            options.patterns = static_cast<int>(patterns);
+            options.blur = blur;
+            options.evaluations = static_cast<int>(task.whole("evaluations", 1));
+            options.validate();
+            ways.push_back(wayOf(task, modulation, options));
+            ways.back().knows_skin = normals > 0.0;
+            if (!ways.back().knows_skin) ways.back().name += ", without normals";
+          }
   return ways;
 }
 

@@ -55,8 +55,10 @@ RefinedSkin refined(const Samples& samples) {
     }
   }
   RefinedSkin skin;
-  const auto add = [&skin](const Eigen::Vector3f& at, double pressure, double area, double weight) {
+  const auto add = [&skin](const Eigen::Vector3f& at, const Eigen::Vector3f& normal, double pressure,
+                           double area, double weight) {
     skin.position.push_back(at);
+    skin.normal.push_back(normal);
     skin.pressure.push_back(pressure);
     skin.area.push_back(area);
     skin.weight.push_back(weight);
@@ -64,12 +66,12 @@ RefinedSkin refined(const Samples& samples) {
   // Half of the area of a sample counts at the sample, the other half in the middle between it and its
   // neighbours.
   for (std::size_t i = 0; i < samples.size(); ++i)
-    add(samples[i].position, samples[i].pressure, samples[i].area * (count[i] > 0.0 ? 0.5 : 1.0),
-        samples[i].weight);
+    add(samples[i].position, samples[i].normal, samples[i].pressure,
+        samples[i].area * (count[i] > 0.0 ? 0.5 : 1.0), samples[i].weight);
   for (const Pair& pair : pairs) {
     const auto &a = samples[pair.a], &b = samples[pair.b];
-    add(0.5f * (a.position + b.position), 0.5 * (a.pressure + b.pressure), 0.5 * a.area / count[pair.a],
-        0.5 * (a.weight + b.weight));
+    add(0.5f * (a.position + b.position), (a.normal + b.normal).normalized(), 0.5 * (a.pressure + b.pressure),
+        0.5 * a.area / count[pair.a], 0.5 * (a.weight + b.weight));
   }
   return skin;
 }

@@ -16,7 +16,7 @@ Samples facingSkin(const Samples& pressed, const Skin& in_world, const Eigen::Is
 
 /// The skin that faces the array around a contact, at its samples and halfway between neighbours.
 struct RefinedSkin {
-  std::vector<Eigen::Vector3f> position;  // m
+  std::vector<Eigen::Vector3f> position, normal;  // m; outward, unit
   std::vector<double> pressure, area, weight;
 };
 RefinedSkin refined(const Samples& samples);

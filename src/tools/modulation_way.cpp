@@ -86,8 +86,11 @@ std::string known(const std::vector<double>& values, double unit, const char* fo
 ModulationWay pointsWay(const std::string& name, Modulation modulation) {
   ultrasound::FocalPointConfig config;
   config.modulation = modulation;
-  return {name, config, {}, ultrasound::FocalPointRenderer(config), {}, {}, {}, {}, {}, {}, {}, {},
-          {},   {},     {}};
+  ModulationWay way;
+  way.name = name;
+  way.config = config;
+  way.renderer.configure(config);
+  return way;
 }
 
 ModulationWay fieldWay(const std::string& name, const ultrasound::FieldSolverOptions& options,
@@ -102,7 +105,9 @@ ModulationWay fieldWay(const std::string& name, const ultrasound::FieldSolverOpt
 
 void renderFrame(const Array& array, const Samples& pressed, const Samples& all, const RefinedSkin* skin,
                  ModulationWay& way) {
-  const auto points = way.renderer.render(ultrasound::isField(way.config.modulation) ? all : pressed);
+  auto points = way.renderer.render(ultrasound::isField(way.config.modulation) ? all : pressed);
+  if (!way.knows_skin)
+    for (ultrasound::FocalPoint& point : points) point.normal.setZero();
   if (points.empty()) {
     way.before.clear();
     return;
@@ -117,7 +122,8 @@ void renderFrame(const Array& array, const Samples& pressed, const Samples& all,
     amplitude =
         std::max(amplitude, *std::max_element(part.drive.amplitude.begin(), part.drive.amplitude.end()));
     on += part.what.power;
-    const auto at = ultrasound::pressuresAt(array.layout, array.air, part.drive, skin->position);
+    const auto at =
+        ultrasound::pressuresAt(array.layout, array.air, part.drive, skin->position, skin->normal);
     for (std::size_t i = 0; i < at.size(); ++i)
       square[i] += part.what.power * static_cast<double>(std::norm(at[i]));
   }

@@ -22,13 +22,14 @@ struct ModulationWay {
   ultrasound::FocalPointConfig config;
   ultrasound::FieldSolverOptions options;
   ultrasound::FocalPointRenderer renderer;
+  bool knows_skin = true;  // whether the field solver knows the normals of the skin
   std::vector<ultrasound::Drive> before;
 
   std::vector<double> points;
   std::vector<double> coverage;           // share of the contact force on skin within 6 dB of the strongest
   std::vector<double> error, weighted;    // shapeError of the rendering
   std::vector<double> pressure, maximum;  // Pa, mean by contact force: as played, and at full drive
-  std::vector<double> force;              // N, of the sound on that skin while it is on
+  std::vector<double> force;              // N, normal to the skin, of the sound on that skin while it is on
   std::vector<double> vibration;          // dB above what is just felt (FeltForce), if it is known
   std::vector<double> touch;              // N, of a steady touch that feels equally strong, if it is known
   std::vector<double> cost;               // s, of the field solver
@@ -39,7 +40,8 @@ ModulationWay pointsWay(const std::string& name, ultrasound::Modulation modulati
 ModulationWay fieldWay(const std::string& name, const ultrasound::FieldSolverOptions& options,
                        const ultrasound::FocalPointConfig& config);
 
-/// Renders a frame, and measures it by the true field of each instant of a period.
+/// Renders a frame, and measures it by the true field of each instant of a period: by the radiation pressure
+/// on rigid skin (acoustic_field.h), for fields and points alike.
 /// @param pressed samples, frame of the array
 /// @param all pressed samples, and the bare ones around them
 /// @param skin places at which it is measured; null: it is only rendered

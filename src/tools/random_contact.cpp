@@ -27,11 +27,17 @@ struct Hertz {
   }
 };
 
-contact::PressureSample sample(const Eigen::Vector3d& at, double pressure, double step) {
+/// @param slope of the skin, dz/dx and dz/dy
+contact::PressureSample sample(const Eigen::Vector3d& at, const Eigen::Vector2d& slope, double pressure,
+                               double step) {
   const double area = step * step;
-  return {
-      at.cast<float>(),         {0, 0, -1}, static_cast<float>(pressure), static_cast<float>(pressure * area),
-      static_cast<float>(area), 1.0f};
+  const Eigen::Vector3d normal(slope.x(), slope.y(), -1.0);
+  return {at.cast<float>(),
+          normal.normalized().cast<float>(),
+          static_cast<float>(pressure),
+          static_cast<float>(pressure * area),
+          static_cast<float>(area),
+          1.0f};
 }
 
 std::vector<contact::PressureSample> fingers(Uniform& uniform, int count, double step) {
@@ -51,8 +57,10 @@ std::vector<contact::PressureSample> fingers(Uniform& uniform, int count, double
     for (double x = -0.007; x < 0.0071; x += step)
       for (double y = -0.025; y < 0.0071; y += step) {
         const double end = std::max(y, 0.0);
-        const double depth = finger - std::sqrt(std::max(finger * finger - x * x - end * end, 0.0));
-        skin.push_back(sample(tip + Eigen::Vector3d(x, y, depth), press.at(std::hypot(x, y)), step));
+        const double high = std::sqrt(std::max(finger * finger - x * x - end * end, 0.0));
+        const Eigen::Vector3d at = tip + Eigen::Vector3d(x, y, finger - high);
+        skin.push_back(
+            sample(at, Eigen::Vector2d(x, end) / std::max(high, 1e-4), press.at(std::hypot(x, y)), step));
       }
   }
   return skin;
@@ -67,7 +75,8 @@ std::vector<contact::PressureSample> palm(Uniform& uniform, double step) {
   std::vector<contact::PressureSample> skin;
   for (double x = -0.035; x < 0.0351; x += step)
     for (double y = -0.035; y < 0.0351; y += step)
-      skin.push_back(sample(middle + Eigen::Vector3d(x, y, slope * x), press.at(std::hypot(x, y)), step));
+      skin.push_back(
+          sample(middle + Eigen::Vector3d(x, y, slope * x), {slope, 0.0}, press.at(std::hypot(x, y)), step));
   return skin;
 }
 

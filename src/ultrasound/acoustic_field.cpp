@@ -23,11 +23,28 @@ void checkDrive(const ArrayLayout& layout, const Drive& drive) {
                               layout.name);
 }
 
+void checkNormals(std::size_t points, std::size_t normals) {
+  if (normals == 0 || normals == points) return;
+  throw std::invalid_argument("acoustic field: " + std::to_string(normals) + " normals, expected " +
+                              std::to_string(points) + ", one for each point, or none");
+}
+
 constexpr std::size_t block_size = 4 * wide_lane_count;  // points that are processed together
 
-/// Points as structure of arrays, and the pressures summed at them.
+/// Points as structure of arrays, normals of the skin there, and the pressures summed at them.
 struct Block {
-  std::array<float, block_size> x, y, z, re, im;
+  std::array<float, block_size> x, y, z, nx, ny, nz, re, im;
+
+  void setPoint(std::size_t i, const Eigen::Vector3f& at) {
+    x[i] = at.x();
+    y[i] = at.y();
+    z[i] = at.z();
+  }
+  void setNormal(std::size_t i, const Eigen::Vector3f& normal) {
+    nx[i] = normal.x();
+    ny[i] = normal.y();
+    nz[i] = normal.z();
+  }
 };
 
 Lanes load(const float* from) {
@@ -66,6 +83,19 @@ TACTILE_CLAY_MULTIVERSION void sumSimple(const std::vector<PistonSource>& source
 TACTILE_CLAY_MULTIVERSION void sumSources(const std::vector<PistonSource>& sources,
                                           const PistonConstants& air, Block& block) {
   sumBlock<false>(sources, air, block);
+}
+
+TACTILE_CLAY_MULTIVERSION void sumOnSkin(const std::vector<PistonSource>& sources, const PistonConstants& air,
+                                         Block& block) {
+  for (std::size_t i = 0; i < block_size; i += wide_lane_count) {
+    const LanePoints at{load(&block.x[i]), load(&block.y[i]), load(&block.z[i])};
+    const LanePoints normal{load(&block.nx[i]), load(&block.ny[i]), load(&block.nz[i])};
+    Lanes re{};
+    Lanes im{};
+    for (const PistonSource& source : sources) addWaveOnSkin(source, air, at, normal, re, im);
+    store(re, &block.re[i]);
+    store(im, &block.im[i]);
+  }
 }
 
 bool inOnePlane(const std::vector<PistonSource>& sources) {
@@ -124,8 +154,10 @@ std::complex<double> pressureAt(const ArrayLayout& layout, const Acoustics& acou
 }
 
 std::vector<std::complex<float>> pressuresAt(const ArrayLayout& layout, const Acoustics& acoustics,
-                                             const Drive& drive, const std::vector<Eigen::Vector3f>& points) {
+                                             const Drive& drive, const std::vector<Eigen::Vector3f>& points,
+                                             const std::vector<Eigen::Vector3f>& normals) {
   checkDrive(layout, drive);
+  checkNormals(points.size(), normals.size());
   std::vector<PistonSource> sources;
   for (std::size_t n = 0; n < layout.size(); ++n) {
     if (drive.amplitude[n] == 0.0f) continue;
@@ -135,6 +167,7 @@ std::vector<std::complex<float>> pressuresAt(const ArrayLayout& layout, const Ac
   if (sources.empty()) return pressures;
   const PistonConstants air(acoustics);
   const bool simple = inOnePlane(sources) && airTakesLittle(sources, points, air.attenuation);
+  const auto sum = !normals.empty() ? sumOnSkin : simple ? sumSimple : sumSources;
 
   // Each block is one task that sums its sources in order, whichever thread takes it.
   const std::size_t blocks = (points.size() + block_size - 1) / block_size;
@@ -146,11 +179,10 @@ std::vector<std::complex<float>> pressuresAt(const ArrayLayout& layout, const Ac
                         Block block{};
                         for (std::size_t i = 0; i < count; ++i) {
                           if (!reachable(points[first + i])) continue;
-                          block.x[i] = points[first + i].x();
-                          block.y[i] = points[first + i].y();
-                          block.z[i] = points[first + i].z();
+                          block.setPoint(i, points[first + i]);
+                          if (!normals.empty()) block.setNormal(i, normals[first + i]);
                         }
-                        simple ? sumSimple(sources, air, block) : sumSources(sources, air, block);
+                        sum(sources, air, block);
                         for (std::size_t i = 0; i < count; ++i) {
                           if (reachable(points[first + i])) pressures[first + i] = {block.re[i], block.im[i]};
                         }
@@ -161,11 +193,13 @@ std::vector<std::complex<float>> pressuresAt(const ArrayLayout& layout, const Ac
 
 std::vector<float> meanAmplitudesAt(const ArrayLayout& layout, const Acoustics& acoustics,
                                     const std::vector<Drive>& drives,
-                                    const std::vector<Eigen::Vector3f>& points) {
+                                    const std::vector<Eigen::Vector3f>& points,
+                                    const std::vector<Eigen::Vector3f>& normals) {
+  checkNormals(points.size(), normals.size());
   std::vector<float> amplitudes(points.size(), 0.0f);
   if (drives.empty()) return amplitudes;
   for (const Drive& drive : drives) {
-    const auto pressures = pressuresAt(layout, acoustics, drive, points);
+    const auto pressures = pressuresAt(layout, acoustics, drive, points, normals);
     for (std::size_t i = 0; i < points.size(); ++i) amplitudes[i] += std::norm(pressures[i]);
   }
   for (float& amplitude : amplitudes) amplitude = std::sqrt(amplitude / static_cast<float>(drives.size()));

@@ -30,6 +30,20 @@ struct Drive {
 std::complex<double> transducerPressure(const ArrayLayout& layout, const Acoustics& acoustics, std::size_t n,
                                         const Eigen::Vector3d& point);
 
+// On skin. The radiation pressure on a rigid surface is Langevin's, <P^2>/(2 rho c^2) - rho <v^2>/2, where P
+// is the pressure and v the speed of the air along the surface (Borgnis 1953, doi 10.1103/RevModPhys.25.653;
+// Hasegawa et al. 2000, doi 10.1250/ast.21.145). A wave p that meets a plane surface at an angle theta is
+// doubled there, P = 2 p, and moves the air along it with v = 2 p sin(theta)/(rho c). So the radiation
+// pressure is
+//
+//   I = |p|^2 cos^2(theta) / (rho c^2) = |dp/dn|^2 / (k^2 rho c^2).
+//
+// The second form is used for the sum of all transducers: each wave counts by the cosine between the normal n
+// of the skin and the direction to its transducer. A transducer behind the skin, with a negative cosine,
+// counts as 0: it is in the shadow. |dp/dn|/k is called the amplitude on skin; it is the amplitude of a wave
+// that meets the skin head-on and presses as hard. Left out: -laplace(|p|^2)/(2 k^2 rho c^2), whose mean over
+// some wavelengths is small, and all sound that the skin sends to other skin (doc/logbook/rendering.md).
+
 /// Field of the whole array at one point, in double precision.
 /// @throws std::invalid_argument if the drive's length is not the layout's
 std::complex<double> pressureAt(const ArrayLayout& layout, const Acoustics& acoustics, const Drive& drive,
@@ -37,16 +51,22 @@ std::complex<double> pressureAt(const ArrayLayout& layout, const Acoustics& acou
 
 /// Field of the whole array at many points, in single precision (within 1e-4 of the largest possible sum of
 /// amplitudes) and on all cores: for slices and the skin. Bit-identical for any number of threads.
-/// @throws std::invalid_argument if the drive's length is not the layout's
+/// @param normals of skin at the points, outward, of length 1 or 0: the result is then the amplitude on skin,
+///   |dp/dn|/k with the phase of p; without skin, where the normal is 0. None: without skin everywhere
+/// @throws std::invalid_argument if the drive's length is not the layout's, or the normals are not as many as
+///   the points
 std::vector<std::complex<float>> pressuresAt(const ArrayLayout& layout, const Acoustics& acoustics,
-                                             const Drive& drive, const std::vector<Eigen::Vector3f>& points);
+                                             const Drive& drive, const std::vector<Eigen::Vector3f>& points,
+                                             const std::vector<Eigen::Vector3f>& normals = {});
 
 /// Amplitude of the field at many points, Pa: root of the mean square over drives that take equal turns, as
 /// the patterns of a field do. No drive: silence. Bit-identical for any number of threads.
-/// @throws std::invalid_argument if the length of a drive is not the layout's
+/// @param normals as of pressuresAt
+/// @throws as pressuresAt
 std::vector<float> meanAmplitudesAt(const ArrayLayout& layout, const Acoustics& acoustics,
                                     const std::vector<Drive>& drives,
-                                    const std::vector<Eigen::Vector3f>& points);
+                                    const std::vector<Eigen::Vector3f>& points,
+                                    const std::vector<Eigen::Vector3f>& normals = {});
 
 /// Sound pressure level of the drive at a person's head, dB re 20 uPa rms; 0 if it is silent.
 double headSpl(const ArrayLayout& layout, const Acoustics& acoustics, const Drive& drive,

@@ -10,17 +10,25 @@ namespace {
 constexpr double enough_width = 0.5;  // d of the objective
 constexpr auto two_pi = static_cast<float>(2.0 * M_PI);
 
-/// The waves of all transducers at a point.
-/// @return sum of their amplitudes
-TACTILE_CLAY_MULTIVERSION float fillRow(const TransducerLanes& t, const PistonConstants& air, float strength,
-                                        const float* point, ComplexLanes* row) {
-  Lanes total{};
+/// Sums of the amplitudes of a row.
+struct RowSums {
+  float free, on_skin;  // Pa, of the waves at the point, and of what counts of them on its skin
+};
+
+/// The waves of all transducers at a point, as they count on skin (onSkin).
+/// @param normal of the skin, of length 1 or 0
+TACTILE_CLAY_MULTIVERSION RowSums fillRow(const TransducerLanes& t, const PistonConstants& air,
+                                          float strength, const float* point, const float* normal,
+                                          ComplexLanes* row) {
+  Lanes total{}, on_skin{};
   for (std::size_t i = 0; i < t.x.size(); ++i) {
     const LaneWaves w = wavesAt(t, i, air, strength, point);
-    row[i] = w.pressure;
+    const Lanes counts = onSkin(w.x, w.y, w.z, Lanes{} + normal[0], Lanes{} + normal[1], Lanes{} + normal[2]);
+    row[i] = {counts * w.pressure.re, counts * w.pressure.im};
     total += w.amplitude;
+    on_skin += counts * w.amplitude;
   }
-  return sum(total);
+  return {sum(total), sum(on_skin)};
 }
 
 TACTILE_CLAY_MULTIVERSION void toUnit(const Turns& turns, LaneArray<ComplexLanes>& q) {
@@ -56,14 +64,18 @@ FieldObjective::FieldObjective(const ArrayLayout& layout, const Acoustics& acous
   const TransducerLanes transducers(layout);
   const PistonConstants air(acoustics);
   LaneArray<ComplexLanes> row(width_);
+  bool possible = false;  // whether any wanted pressure is: skin may face away from all transducers
   for (std::size_t m = 0; m < count_; ++m) {
     const Eigen::Vector3f at = targets[m].position.cast<float>();
-    const float reach =
-        fillRow(transducers, air, static_cast<float>(acoustics.reference_pressure), at.data(), row.data());
-    reach_.push_back(reach);
-    if (reach > 0.0f) g_.setRow(m, row.data(), reach);
+    const Eigen::Vector3f normal = targets[m].normal.normalized().cast<float>();  // a zero stays zero
+    const RowSums sums = fillRow(transducers, air, static_cast<float>(acoustics.reference_pressure),
+                                 at.data(), normal.data(), row.data());
+    reach_.push_back(sums.free);
+    if (sums.on_skin > 0.0f) g_.setRow(m, row.data(), sums.on_skin);
     unit_ = std::max(unit_, targets[m].intensity * reach_[m]);
+    possible = possible || (targets[m].intensity > 0.0 && sums.on_skin > 0.0f);
   }
+  if (!possible) unit_ = 0.0;
   if (!(unit_ > 0.0)) return;
   g_.scale(static_cast<float>(options.amplitude / unit_));
   for (std::size_t m = 0; m < count_; ++m) {

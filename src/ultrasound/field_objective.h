@@ -34,8 +34,8 @@ class FieldObjective {
   /// @param gradient if given, receives the derivatives with respect to the phases in turns
   double operator()(const Turns& turns, Turns* gradient);
 
-  /// Results of the last evaluation: error and scale in the norm of the objective; amplitude (Pa) at target
-  /// m.
+  /// Results of the last evaluation: error and scale in the norm of the objective; amplitude on skin (Pa) at
+  /// target m.
   double error() const { return std::sqrt(std::max(square_error_, 0.0)); }
   double scale() const { return scale_; }
   double amplitude(std::size_t m) const { return unit_ * std::sqrt(static_cast<double>(intensity_[m])); }

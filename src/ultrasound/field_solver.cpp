@@ -29,6 +29,7 @@ void check(const ArrayLayout& layout, const std::vector<FocalPoint>& targets,
   for (const FocalPoint& target : targets) {
     const std::string name = " of target " + std::to_string(target.id);
     require(target.position.allFinite(), "position" + name + " is not finite");
+    require(target.normal.allFinite(), "normal" + name + " is not finite");
     values::requireIn("field solver: intensity" + name, target.intensity, 0.0, 1.0);
     values::requireAtLeast("field solver: weight" + name, target.weight, 0.0);
   }
@@ -154,6 +155,36 @@ float amplitudeOf(const FieldSolverOptions& options, double scale) {
                             options.amplitude_levels);
 }
 
+void setDrives(const Turns& turns, std::size_t width, float amplitude, std::vector<Drive>& drives) {
+  for (std::size_t k = 0; k < drives.size(); ++k) {
+    for (std::size_t n = 0; n < drives[k].phase.size(); ++n) {
+      const float t = turns[k * width + n / wide_lane_count][n % wide_lane_count];
+      drives[k].phase[n] = two_pi * (t - std::floor(t));
+      drives[k].amplitude[n] = amplitude;
+    }
+  }
+}
+
+std::vector<Eigen::Vector3f> positionsOf(const std::vector<FocalPoint>& targets) {
+  std::vector<Eigen::Vector3f> at;
+  for (const FocalPoint& target : targets) at.push_back(target.position.cast<float>());
+  return at;
+}
+
+/// Sets `reached` from the field of the drives.
+void setReached(const ArrayLayout& layout, const Acoustics& acoustics, const std::vector<FocalPoint>& targets,
+                FieldSolution& solution) {
+  const auto reached = meanAmplitudesAt(layout, acoustics, solution.drives, positionsOf(targets));
+  solution.reached.assign(reached.begin(), reached.end());
+}
+
+/// Sets `error` and `scale` from `wanted` and `on_skin`.
+void setFit(FieldSolution& solution) {
+  const FieldFit fit = fieldFit(solution.wanted, solution.on_skin);
+  solution.error = fit.error;
+  solution.scale = fit.scale;
+}
+
 }  // namespace
 
 void FieldSolverOptions::validate() const {
@@ -179,10 +210,14 @@ FieldSolution solveField(const ArrayLayout& layout, const Acoustics& acoustics,
   for (std::size_t m = 0; m < targets.size(); ++m)
     solution.wanted.push_back(targets[m].intensity * solution.reach[m]);
   solution.reached.assign(targets.size(), 0.0);
+  solution.on_skin = solution.reached;
   const auto patterns = static_cast<std::size_t>(options.patterns);
   solution.drives.assign(patterns,
                          {std::vector<float>(layout.size(), 0.0f), std::vector<float>(layout.size(), 0.0f)});
-  if (objective.silent()) return solution;
+  if (objective.silent()) {
+    setFit(solution);
+    return solution;
+  }
 
   const bool follows = before.size() == patterns;
   const bool limited = follows && options.max_phase_change > 0.0;
@@ -206,31 +241,24 @@ FieldSolution solveField(const ArrayLayout& layout, const Acoustics& acoustics,
   const float amplitude = amplitudeOf(options, objective.scale());
   const double share = amplitude / options.amplitude;
   solution.scale = share * share * objective.scale();
-  for (std::size_t m = 0; m < targets.size(); ++m) solution.reached[m] = share * objective.amplitude(m);
-  if (!objective.plain()) {
-    const FieldFit fit = fieldFit(solution.wanted, solution.reached);
-    solution.error = fit.error;
-    solution.scale = fit.scale;
-  }
-  for (std::size_t k = 0; k < patterns; ++k) {
-    for (std::size_t n = 0; n < layout.size(); ++n) {
-      const float t = turns[k * objective.width() + n / wide_lane_count][n % wide_lane_count];
-      solution.drives[k].phase[n] = two_pi * (t - std::floor(t));
-      solution.drives[k].amplitude[n] = amplitude;
-    }
-  }
+  for (std::size_t m = 0; m < targets.size(); ++m) solution.on_skin[m] = share * objective.amplitude(m);
+  if (!objective.plain()) setFit(solution);
+  setDrives(turns, objective.width(), amplitude, solution.drives);
+  solution.reached = solution.on_skin;
+  if (std::any_of(targets.begin(), targets.end(), [](const auto& t) { return !t.normal.isZero(0.0); }))
+    setReached(layout, acoustics, targets, solution);
   return solution;
 }
 
-FieldFit fieldFit(const std::vector<double>& wanted, const std::vector<double>& reached) {
+FieldFit fieldFit(const std::vector<double>& wanted, const std::vector<double>& given) {
   double both = 0.0;
   double had = 0.0;
   double square = 0.0;
   for (std::size_t m = 0; m < wanted.size(); ++m) {
     const double w = std::pow(wanted[m], 2);
-    const double r = std::pow(reached[m], 2);
-    both += w * r;
-    had += r * r;
+    const double g = std::pow(given[m], 2);
+    both += w * g;
+    had += g * g;
     square += w * w;
   }
   if (!(square > 0.0)) return {};
@@ -240,18 +268,13 @@ FieldFit fieldFit(const std::vector<double>& wanted, const std::vector<double>& 
 
 void judgeField(const ArrayLayout& layout, const Acoustics& acoustics, const std::vector<FocalPoint>& targets,
                 FieldSolution& solution) {
-  std::vector<Eigen::Vector3f> at;
-  for (const FocalPoint& target : targets) at.push_back(target.position.cast<float>());
-  std::vector<double> square(targets.size(), 0.0);
-  for (const Drive& drive : solution.drives) {
-    const auto field = pressuresAt(layout, acoustics, drive, at);
-    for (std::size_t m = 0; m < at.size(); ++m)
-      square[m] += static_cast<double>(std::norm(field[m])) / static_cast<double>(solution.drives.size());
-  }
-  for (std::size_t m = 0; m < at.size(); ++m) solution.reached[m] = std::sqrt(square[m]);
-  const FieldFit fit = fieldFit(solution.wanted, solution.reached);
-  solution.error = fit.error;
-  solution.scale = fit.scale;
+  const std::vector<Eigen::Vector3f> at = positionsOf(targets);
+  std::vector<Eigen::Vector3f> normal;
+  for (const FocalPoint& target : targets) normal.push_back(target.normal.normalized().cast<float>());
+  const auto on_skin = meanAmplitudesAt(layout, acoustics, solution.drives, at, normal);
+  solution.on_skin.assign(on_skin.begin(), on_skin.end());
+  setReached(layout, acoustics, targets, solution);
+  setFit(solution);
 }
 
 }  // namespace tactile_clay::ultrasound

@@ -31,7 +31,8 @@ struct FieldSolution {
   std::vector<Drive> drives;    // one per pattern; one amplitude for all; silent if nothing is wanted
   std::vector<double> reach;    // Pa, amplitude of the whole array when all of it is focused at each target
   std::vector<double> wanted;   // Pa, amplitude wanted at each target: its intensity times `reach`
-  std::vector<double> reached;  // Pa, root mean square over the patterns of the amplitude there
+  std::vector<double> reached;  // Pa, root mean square over the patterns of the amplitude without skin there
+  std::vector<double> on_skin;  // Pa, the same of the amplitude on skin, which presses (acoustic_field.h)
   double error = 0.0;           // relative RMS error of the radiation pressure at the best common scale,
                                 // neither blurred nor weighted
   double scale = 0.0;           // that scale: mean radiation pressure on the contact over the wanted one
@@ -39,8 +40,10 @@ struct FieldSolution {
 
 /// Finds the phases whose radiation pressure is closest to the wanted one, on touched and on bare skin.
 ///
-/// With I_m = mean over the patterns of |sum_n G_mn a e^{i phi_n}|^2 at target m, t_m the square of the
-/// amplitude wanted there, and B = sum I t / sum t^2 the best common scale, it minimises over the phases
+/// I_m is the mean over the patterns of |sum_n G_mn a e^{i phi_n}|^2 at target m, the square of the amplitude
+/// on skin. So G_mn is the pressure of transducer n there, times the cosine of its incidence on the skin
+/// (acoustic_field.h); without a normal, the cosine counts as 1. With t_m, the square of the amplitude wanted
+/// there, and B = sum I t / sum t^2, the best common scale, it minimises over the phases
 ///
 ///   e^2 + mu h(-ln B),   e^2 = 1 - (sum I t)^2 / (sum I^2 sum t^2),
 ///
@@ -59,10 +62,11 @@ struct FieldSolution {
 /// `max_phase_change` it starts from the phases before only. Rounded phases are the closest levels.
 /// Deterministic, to the bit on every processor; single precision.
 /// @param targets samples of skin in the frame of the array, each for the same area. Their intensity is the
-///   wanted share of `reach`. If all are 0, the drives are silent. Targets behind the array do not count
+///   wanted share of `reach`. If all are 0, or no transducer is in front of any wanted sample, the drives are
+///   silent. Targets behind the array do not count. The length of a normal does not count
 /// @param before drives of the frame before, or none
-/// @throws std::invalid_argument if an option, a position or an intensity is out of range, or a drive before
-///   is not finite or not of the layout's length
+/// @throws std::invalid_argument if an option, a position, normal or intensity is out of range, or a drive
+///   before is not finite or not of the layout's length
 FieldSolution solveField(const ArrayLayout& layout, const Acoustics& acoustics,
                          const std::vector<FocalPoint>& targets, const FieldSolverOptions& options = {},
                          const std::vector<Drive>& before = {});
@@ -72,11 +76,11 @@ struct FieldFit {
   double error = 0.0;  // relative RMS error of the radiation pressure at the best common scale
   double scale = 0.0;  // that scale
 };
-/// @param wanted, reached amplitudes of the same length, Pa
-/// @return error 0 if nothing is wanted, 1 if all of `reached` is 0
-FieldFit fieldFit(const std::vector<double>& wanted, const std::vector<double>& reached);
+/// @param wanted, given amplitudes of the same length, Pa; on skin
+/// @return error 0 if nothing is wanted, 1 if all of `given` is 0
+FieldFit fieldFit(const std::vector<double>& wanted, const std::vector<double>& given);
 
-/// Computes `reached`, `error` and `scale` of a solution anew from the field of its drives
+/// Computes `reached`, `on_skin`, `error` and `scale` of a solution anew from the field of its drives
 /// (acoustic_field.h), for drives that a device has changed.
 void judgeField(const ArrayLayout& layout, const Acoustics& acoustics, const std::vector<FocalPoint>& targets,
                 FieldSolution& solution);

@@ -12,6 +12,7 @@ struct FocalPoint {
   double pressure = 0.0;                               // Pa of the clay's pressure field (Eq. 9)
   double intensity = 0.0;                              // 0-1, amplitude over what the array can give
   double weight = 1.0;                                 // 0 or more, of its error in a field
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();    // of the skin of a field, outward; 0: not known
 };
 
 }  // namespace tactile_clay::ultrasound

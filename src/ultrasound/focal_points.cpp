@@ -126,7 +126,7 @@ std::vector<FocalPoint> FocalPointRenderer::field(const std::vector<PressureSamp
   std::vector<PressureSample> skin;
   double force = 0.0;
   for (const PressureSample& sample : samples) {
-    if (!usable(sample) || !(sample.pressure >= 0.0f)) {
+    if (!usable(sample) || !(sample.pressure >= 0.0f) || !sample.normal.allFinite()) {
       ++report_.ignored_samples;
       continue;
     }
@@ -141,6 +141,7 @@ std::vector<FocalPoint> FocalPointRenderer::field(const std::vector<PressureSamp
     point.id = static_cast<std::uint32_t>(points.size());
     point.position = sample.position;
     point.pressure = sample.pressure;
+    point.normal = sample.normal;
     if (config_.field_weights) point.weight = sample.weight;
     points.push_back(point);
     report_.area.push_back(sample.area);

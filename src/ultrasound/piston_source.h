@@ -59,4 +59,16 @@ TACTILE_CLAY_INLINE void addWave(const PistonSource& source, const PistonConstan
   im += amplitude * sine;
 }
 
+/// Adds what presses of the pressure of a source on skin at sixteen points (onSkin) to `re` and `im`, Pa.
+/// @param normal of the skin, of length 1 or 0
+TACTILE_CLAY_INLINE void addWaveOnSkin(const PistonSource& source, const PistonConstants& air,
+                                       const LanePoints& at, const LanePoints& normal, Lanes& re, Lanes& im) {
+  const Lanes counts =
+      onSkin(at.x - source.x, at.y - source.y, at.z - source.z, normal.x, normal.y, normal.z);
+  Lanes wave_re{}, wave_im{};
+  addWave<false>(source, air, at, Lanes{}, Lanes{}, wave_re, wave_im);
+  re += counts * wave_re;
+  im += counts * wave_im;
+}
+
 }  // namespace tactile_clay::ultrasound

@@ -42,4 +42,14 @@ TACTILE_CLAY_INLINE void pistonWave(const PistonConstants& air, Lanes squared, L
   turns = r * air.turns_per_metre;
 }
 
+/// How much of a wave presses on skin: the cosine of its incidence, max(0, -n . x / |x|), for sixteen ways at
+/// once. 1 if the normal is 0: there is no skin.
+/// @param x, y, z the way from the piston to the skin, m
+/// @param nx, ny, nz outward normal n of the skin, of length 1 or 0
+TACTILE_CLAY_INLINE Lanes onSkin(Lanes x, Lanes y, Lanes z, Lanes nx, Lanes ny, Lanes nz) {
+  const Lanes squared = max(x * x + y * y + z * z, Lanes{} + 1e-12f);
+  const Lanes cosine = -(x * nx + y * ny + z * nz) * inverseRoot(squared);
+  return nx * nx + ny * ny + nz * nz > 0.0f ? max(cosine, Lanes{}) : Lanes{} + 1.0f;
+}
+
 }  // namespace tactile_clay::ultrasound

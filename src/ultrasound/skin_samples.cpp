@@ -38,12 +38,15 @@ void cut(std::vector<PressureSample>::const_iterator begin, std::vector<Pressure
   for (std::size_t k = 0; k < count && sample != end; ++k) {
     const double last = total * static_cast<double>(k + 1) / static_cast<double>(count);
     const double centre = 0.5 * (passed + last);
-    SkinSample piece{sample->position.cast<double>(), 0.0, 0.0, 0.0};
+    SkinSample piece{sample->position.cast<double>(), 0.0, 0.0, 0.0, sample->normal.cast<double>()};
     double felt = 0.0, weight = 0.0, taken = 0.0;
     // A sample belongs to the piece in which its middle lies.
     for (; sample != end && (passed + 0.5 * sample->area <= last || k + 1 == count); ++sample) {
       const double here = sample->area;
-      if (passed <= centre) piece.position = sample->position.cast<double>();
+      if (passed <= centre) {
+        piece.position = sample->position.cast<double>();
+        piece.normal = sample->normal.cast<double>();
+      }
       felt += here * sample->pressure;
       weight += here * sample->weight;
       taken += here;
@@ -69,7 +72,8 @@ std::vector<SkinSample> skinSamples(const std::vector<PressureSample>& skin, std
   const auto key = [](const auto& entry) {
     const PressureSample& s = entry.second;
     const auto position = std::make_tuple(s.position.x(), s.position.y(), s.position.z());
-    return std::make_tuple(!(s.pressure > 0.0f), entry.first, position, s.pressure, s.area, s.weight);
+    const auto normal = std::make_tuple(s.normal.x(), s.normal.y(), s.normal.z());
+    return std::make_tuple(!(s.pressure > 0.0f), entry.first, position, s.pressure, s.area, s.weight, normal);
   };
   std::sort(sorted.begin(), sorted.end(), [&key](const auto& a, const auto& b) { return key(a) < key(b); });
   std::vector<PressureSample> ordered;
@@ -77,7 +81,8 @@ std::vector<SkinSample> skinSamples(const std::vector<PressureSample>& skin, std
   std::vector<SkinSample> pieces;
   if (ordered.size() <= maximum) {
     for (const PressureSample& sample : ordered)
-      pieces.push_back({sample.position.cast<double>(), sample.pressure, sample.area, sample.weight});
+      pieces.push_back({sample.position.cast<double>(), sample.pressure, sample.area, sample.weight,
+                        sample.normal.cast<double>()});
     return pieces;
   }
   const auto bare = std::find_if(ordered.cbegin(), ordered.cend(),

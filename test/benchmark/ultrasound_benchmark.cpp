@@ -196,8 +196,9 @@ void frame(benchmark::State& state) {
 }
 BENCHMARK(frame)->ArgName("foci")->Arg(1)->Arg(8)->Arg(16)->Unit(benchmark::kMicrosecond);
 
-/// The phases of all transducers for the pressure on samples of skin, half of them pressed, that move by 1 mm
-/// a frame. Arguments: samples, patterns. Counters: median time of a frame, us; mean error, %.
+/// The phases of all transducers for the pressure on samples of skin at an angle of 17 degrees to the array,
+/// half of them pressed, that move by 1 mm a frame. Arguments: samples, patterns. Counters: median time of a
+/// frame, us; mean error, %.
 void patterns(benchmark::State& state) {
   const ArrayLayout layout = arrayLayout("usx");
   const Acoustics air;
@@ -211,6 +212,7 @@ void patterns(benchmark::State& state) {
     std::vector<FocalPoint> targets(static_cast<std::size_t>(count));
     for (int m = 0; m < count; ++m) {
       targets[m].position << onSpiral(m) + Eigen::Vector2d(shift, 0.0), 0.2;
+      targets[m].normal = {0.3, 0.0, -1.0};
       targets[m].intensity = 2 * m < count ? 0.2 * (1.0 - m / static_cast<double>(count)) : 0.0;
     }
     frames.push_back(targets);

@@ -30,21 +30,26 @@ _TABLE = numpy.array([1.0] + [2.0 * bessel_j1(x) / x for x in
                               (WAVENUMBER * RADIUS * i / _TABLE_STEPS for i in range(1, _TABLE_STEPS + 1))])
 
 
-def pressures(sources, points):
+def pressures(sources, points, normals=None, amplitudes=1.0):
     """Peak pressure at each of N points, N x 3. `sources`: M x 3, (x, y, phase) of each transducer that plays, at
-    height 0 and looking up."""
+    height 0 and looking up; `amplitudes`: of each, 0 to 1. With `normals` of skin there, N x 3, outward and unit: of
+    what presses on it, each wave times the cosine of its incidence, and 0 from behind."""
     x, y, phase = numpy.asarray(sources, dtype=float).reshape(-1, 3).T
     points = numpy.asarray(points, dtype=float)
     aside = numpy.hypot(points[:, :1] - x, points[:, 1:2] - y)
     r = numpy.hypot(aside, points[:, 2:])
     directivity = _TABLE[(_TABLE_STEPS * aside / r + 0.5).astype(int)]
-    waves = directivity / r * numpy.exp(-ATTENUATION * r + 1j * (WAVENUMBER * r + phase))
+    if normals is not None:
+        a, b, c = (column[:, None] for column in numpy.asarray(normals, dtype=float).T)
+        along = a * (x - points[:, :1]) + b * (y - points[:, 1:2]) - c * points[:, 2:]
+        directivity = directivity * numpy.maximum(along / r, 0.0)
+    waves = numpy.asarray(amplitudes) * directivity / r * numpy.exp(-ATTENUATION * r + 1j * (WAVENUMBER * r + phase))
     return REFERENCE * abs(waves.sum(axis=1))
 
 
-def pressure(sources, point):
-    """Peak pressure at a point."""
-    return float(pressures(sources, [point])[0])
+def pressure(sources, point, normal=None):
+    """Peak pressure at a point; with a normal, of what presses on skin there."""
+    return float(pressures(sources, [point], None if normal is None else [normal])[0])
 
 
 def peak(sources, start, reach=0.008, finest=0.0002):

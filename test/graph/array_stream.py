@@ -34,13 +34,13 @@ class Stream:
 
     def reset(self):
         self.points, self.frame, self.age, self.modulation_frequency = [focus()], 'array', 0.0, 200.0
-        self.modulation = 0
+        self.modulation, self.normals = 0, []
         self.hands = [TrackedHand()]  # None: no word of the hands
 
     def run(self):
         while self.running:
             message = FocalPointArray(points=self.points, modulation_frequency=self.modulation_frequency,
-                                      modulation=self.modulation)
+                                      modulation=self.modulation, normal=self.normals)
             message.header.frame_id = self.frame
             message.header.stamp = rospy.Time.now() - rospy.Duration(self.age)
             if self.hands is not None:

@@ -8,6 +8,7 @@ import time
 import unittest
 
 import rospy
+from geometry_msgs.msg import Vector3
 from sensor_msgs.msg import PointCloud2
 from tactile_clay.msg import ArrayDrive, FocalPointArray, RenderingReport
 
@@ -179,6 +180,34 @@ class SimulatedArray(unittest.TestCase):
                                       for playing, power in zip(sources, share))
                     self.assertAlmostEqual(tactile, given, delta=0.05 * given + 0.05)
         subscriber.unregister()
+
+    def test_field_on_skin_at_an_angle(self):
+        """The solver makes the pressure on skin that lies as the message says, and what is told is that pressure."""
+        half, angle = math.sqrt(0.5), math.pi / 4
+        points = patch()
+        for point in points:  # the same patch on skin that is turned about y
+            point.position.x, point.position.z = half * point.position.x, 0.17 + half * point.position.x
+        normal = (math.sin(angle), 0.0, -math.cos(angle))
+        reports = []
+        subscriber = rospy.Subscriber('array/rendering', RenderingReport, reports.append)
+        self.stream.normals = [Vector3(*normal)] * len(points)
+        _, measured, drives = self.play(points, FIELD, 200.0, modulation='field')
+        subscriber.unregister()
+        sources = [(x, y, phase) for (x, y), phase in zip(channels(), drives[-1].phase)]
+        power, apart = drives[-1].amplitude[0] ** 2, 0.0
+        for point, granted, heard in list(zip(points, reports[-1].granted, measured.points))[::5]:
+            given = power * radiation(acoustic_field.pressure(sources, position(point), normal) ** 2)
+            free = math.sqrt(power) * acoustic_field.pressure(sources, position(point))
+            self.assertAlmostEqual(granted, given, delta=0.05 * given + 0.05)
+            self.assertAlmostEqual(heard.pressure, free, delta=0.05 * free + 30.0)
+            apart = max(apart, radiation(free ** 2) - given)
+        self.assertGreater(apart, 0.3, 'the angle is to be seen')
+        self.assertTrue(0 < reports[-1].error < 0.6, reports[-1].error)
+
+        self.stream.normals = self.stream.normals[1:]
+        with Driver('simulated_array', modulation='field', **FREE):
+            _, state = self.states.wait(lambda state: 'normal of focal point' in state.silent_reason)
+            self.assertFalse(state.emitting)
 
     def test_the_gate_looks_at_every_instant(self):
         """A point 1 mm inside the workspace: in with AM, out with lateral modulation; a path with one place that is too

@@ -22,6 +22,7 @@ class FieldGate : public ::testing::Test {
   std::vector<Eigen::Vector3d> places;  // of the first target
   std::size_t patterns = 1;
   double beside = 0.0;  // share of what it could have that bare skin gets
+  double cosine = 1.0;  // of the incidence on all skin
 
   FieldGate() {
     array.scalable = true;
@@ -37,6 +38,7 @@ class FieldGate : public ::testing::Test {
         field.reach.push_back(1000.0);
         field.wanted.push_back(1000.0 * target.intensity);
         field.reached.push_back(1000.0 * amplitude * std::max(target.intensity, beside));
+        field.on_skin.push_back(cosine * field.reached.back());
       }
       return field;
     };
@@ -222,6 +224,25 @@ TEST_F(FieldGate, NoSampleGetsLouderFasterThanTheSlew) {
   const Verdict first = gate.check(field(still), now(0.0));
   EXPECT_EQ(first.reason, "");
   EXPECT_EQ(share(first, 0), 0.0) << "no time, no rise";
+}
+
+// Skin at an angle feels less, but the rules stay those of the sound without skin.
+TEST_F(FieldGate, TheAngleOfTheSkinWeakensNoRule) {
+  cosine = 0.3;
+  SafetyGate gate(loudAllowed(), array);
+  gate.start();
+  const Verdict first = gate.check(field({point(0, 0, 0.2, 0.5)}), now(0.01));
+  EXPECT_NEAR(first.field->reached[0], 200.0, 2.0) << "the slew";
+  EXPECT_NEAR(first.field->on_skin[0], 60.0, 0.6) << "is lowered with it";
+  EXPECT_NEAR(gate.check(field({point(0, 0, 0.2, 0.5)}), now(0.01)).field->reached[0], 400.0, 4.0);
+  const Verdict circle = gate.check(fieldCircle({point(0, 0, 0.2, 0.4)}), now(1.0));
+  EXPECT_NEAR(circle.field->on_skin.at(0), 0.3 * circle.field->reached.at(0), 1e-9);
+  EXPECT_NEAR(circle.field->scale, 0.09, 1e-9) << "what presses is told";
+
+  Points points{point(0, 0, 0.2, 0.4)};
+  points[0].normal.y() = std::nan("");
+  EXPECT_TRUE(begins(gate.check(field(points), now()).reason, "non-finite: normal of focal point"))
+      << "unknown";
 }
 
 TEST_F(FieldGate, IsSilentWhereNothingIsKnown) {

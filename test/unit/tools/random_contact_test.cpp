@@ -40,6 +40,30 @@ TEST(RandomContact, PressesAsHertzDoes) {
   }
 }
 
+// The normal is that of the surface through the neighbours of a sample, within 0.1 rad.
+TEST(RandomContact, LooksOutOfTheSkin) {
+  constexpr double step = 0.0005;
+  for (const unsigned seed : {0u, 1u}) {
+    const auto skin = randomContact(seed, step);
+    int checked = 0;
+    for (std::size_t i = 0; i < skin.size(); i += 97) {
+      const Eigen::Vector3f* beside[2] = {nullptr, nullptr};
+      for (const auto& other : skin)
+        for (const int axis : {0, 1}) {
+          Eigen::Vector2f way = (other.position - skin[i].position).head<2>();
+          way[axis] -= static_cast<float>(step);
+          if (way.norm() < 0.1f * static_cast<float>(step)) beside[axis] = &other.position;
+        }
+      if (beside[0] == nullptr || beside[1] == nullptr || skin[i].normal.z() > -0.7f) continue;
+      const Eigen::Vector3f expected =
+          (*beside[1] - skin[i].position).cross(*beside[0] - skin[i].position).normalized();
+      EXPECT_LT((skin[i].normal - expected).norm(), 0.1f) << seed << " " << i;
+      ++checked;
+    }
+    EXPECT_GT(checked, 20) << seed;
+  }
+}
+
 TEST(RandomContact, FollowsFromTheSeed) {
   EXPECT_EQ(randomContact(7, 0.004).at(3).position, randomContact(7, 0.004).at(3).position);
   EXPECT_NE(randomContact(7, 0.004).at(3).position, randomContact(9, 0.004).at(3).position);

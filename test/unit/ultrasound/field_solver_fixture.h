@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "contact/pressure_field.h"
+#include "on_skin.h"
 #include "ultrasound/array_reach.h"
 #include "ultrasound/field_solver.h"
 #include "ultrasound/focal_points.h"
@@ -24,16 +25,21 @@ class FieldSolver : public ::testing::Test {
 
   /// @param maximum Pa, in the middle of the contact
   /// @param d distance from there, radii of the contact
-  static contact::PressureSample pressed(const Eigen::Vector3d& at, double maximum, double d, double step) {
+  /// @param slope of the skin, dz/dx and dz/dy
+  static contact::PressureSample pressed(const Eigen::Vector3d& at, double maximum, double d, double step,
+                                         const Eigen::Vector2d& slope = {0.0, 0.0}) {
     const auto area = static_cast<float>(step * step);
     const auto pressure = static_cast<float>(d < 1.0 ? maximum * std::sqrt(1.0 - d * d) : 0.0);
-    return {at.cast<float>(), {0, 0, -1}, pressure, pressure * area, area, 1.0f};
+    const Eigen::Vector3d normal = Eigen::Vector3d(slope.x(), slope.y(), -1.0).normalized();
+    return {at.cast<float>(), normal.cast<float>(), pressure, pressure * area, area, 1.0f};
   }
 
   /// Fingers with a radius of 8 mm that face down, 33 mm of each, at places that depend on the seed.
   /// @param step m, between samples
   /// @return samples of equal area, pressed with up to 30 kPa
-  static std::vector<contact::PressureSample> fingers(unsigned seed, int count, double step) {
+  /// @param round whether the normals are those of the round skin; otherwise all skin looks down
+  static std::vector<contact::PressureSample> fingers(unsigned seed, int count, double step,
+                                                      bool round = false) {
     std::mt19937 random(seed);
     const auto uniform = [&random] { return 2.0 * static_cast<double>(random()) / 4294967296.0 - 1.0; };
     std::vector<Eigen::Vector3d> tips;
@@ -43,6 +49,7 @@ class FieldSolver : public ::testing::Test {
       for (const auto& other : tips) free = free && (other - tip).head<2>().norm() > 0.018;
       if (free) tips.push_back(tip);
     }
+    const Eigen::Vector2d flat(0.0, 0.0);
     std::vector<contact::PressureSample> skin;
     for (const Eigen::Vector3d& tip : tips) {
       const double maximum = 22500.0 + 7500.0 * uniform();
@@ -52,7 +59,8 @@ class FieldSolver : public ::testing::Test {
           const double end = std::max(y, 0.0);
           const double depth = 0.008 - std::sqrt(std::max(6.4e-5 - x * x - end * end, 0.0));
           const double d = std::hypot(x, y) / radius;
-          skin.push_back(pressed(tip + Eigen::Vector3d(x, y, depth), maximum, d, step));
+          const Eigen::Vector2d slope = Eigen::Vector2d(x, end) / std::max(0.008 - depth, 1e-4);
+          skin.push_back(pressed(tip + Eigen::Vector3d(x, y, depth), maximum, d, step, round ? slope : flat));
         }
       }
     }
@@ -69,7 +77,7 @@ class FieldSolver : public ::testing::Test {
     for (double x = -0.035; x < 0.0351; x += step) {
       for (double y = -0.035; y < 0.0351; y += step) {
         const double d = std::hypot(x, y) / radius;
-        skin.push_back(pressed(middle + Eigen::Vector3d(x, y, slope * x), 10000.0, d, step));
+        skin.push_back(pressed(middle + Eigen::Vector3d(x, y, slope * x), 10000.0, d, step, {slope, 0.0}));
       }
     }
     return skin;
@@ -108,15 +116,16 @@ class FieldSolver : public ::testing::Test {
     double pressure;  // Pa, mean over the contact by force
   };
 
-  /// Error of the radiation pressure of drives that take turns, by the sum in double precision.
+  /// Error of the radiation pressure on skin of drives that take turns, by the sum in double precision.
   Fit fit(const std::vector<Drive>& drives, const std::vector<contact::PressureSample>& skin) const {
     double both = 0.0, had = 0.0, wanted = 0.0, force = 0.0;
     for (const auto& sample : skin) {
       double given = 0.0;
       for (const Drive& drive : drives)
-        given +=
-            radiationPressure(air, std::abs(pressureAt(layout, air, drive, sample.position.cast<double>()))) /
-            static_cast<double>(drives.size());
+        given += radiationPressure(
+                     air, std::abs(amplitudeOnSkin(layout, air, drive, sample.position.cast<double>(),
+                                                   sample.normal.cast<double>()))) /
+                 static_cast<double>(drives.size());
       both += given * sample.pressure;
       had += given * given;
       wanted += static_cast<double>(sample.pressure) * sample.pressure;
@@ -138,8 +147,8 @@ class FieldSolver : public ::testing::Test {
     for (const FocalPoint& point : points) {
       intensities.push_back(0.0);
       for (const Drive& drive : drives)
-        intensities.back() +=
-            std::norm(pressureAt(layout, air, drive, point.position)) / static_cast<double>(drives.size());
+        intensities.back() += std::norm(amplitudeOnSkin(layout, air, drive, point.position, point.normal)) /
+                              static_cast<double>(drives.size());
       wishes.push_back(std::pow(point.intensity * focusPressure(layout, air, point.position), 2));
     }
     double both = 0.0, had = 0.0, wanted = 0.0;

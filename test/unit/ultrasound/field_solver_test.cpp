@@ -14,7 +14,7 @@ namespace tactile_clay::ultrasound {
 namespace {
 
 TEST_F(FieldSolver, GradientIsThatOfTheObjectiveInDoublePrecision) {
-  const auto even = targets(fingers(3, 2, 0.004));
+  const auto even = targets(fingers(3, 2, 0.004, true));
   for (const auto& [patterns, blur] : {std::pair{1, 0.0}, std::pair{2, 0.0}, std::pair{1, 0.004}}) {
     auto points = even;
     for (std::size_t m = 0; blur > 0.0 && m < points.size(); ++m)
@@ -55,7 +55,7 @@ TEST_F(FieldSolver, GradientIsThatOfTheObjectiveInDoublePrecision) {
 }
 
 TEST_F(FieldSolver, TellsTheTrueFieldAtTheTargets) {
-  const auto points = targets(fingers(4, 3, 0.004));
+  const auto points = targets(fingers(4, 3, 0.004, true));
   FieldSolverOptions options;
   options.patterns = 2;
   const FieldSolution solution = solveField(layout, air, points, options);
@@ -66,10 +66,15 @@ TEST_F(FieldSolver, TellsTheTrueFieldAtTheTargets) {
   for (std::size_t m = 0; m < points.size(); ++m) {
     EXPECT_NEAR(solution.reach[m], focusPressure(layout, air, points[m].position), 1e-4 * solution.reach[m]);
     EXPECT_DOUBLE_EQ(solution.wanted[m], points[m].intensity * solution.reach[m]);
-    double square = 0.0;
-    for (const Drive& drive : solution.drives)
+    double square = 0.0, on_skin = 0.0;
+    for (const Drive& drive : solution.drives) {
       square += 0.5 * std::norm(pressureAt(layout, air, drive, points[m].position));
+      on_skin += 0.5 * std::norm(amplitudeOnSkin(layout, air, drive, points[m].position, points[m].normal));
+    }
     EXPECT_NEAR(solution.reached[m], std::sqrt(square), 1e-4 * solution.reach[m]);
+    EXPECT_NEAR(solution.on_skin[m], std::sqrt(on_skin), 1e-4 * solution.reach[m]);
+    EXPECT_NEAR(judged.reached[m], solution.reached[m], 1e-4 * solution.reach[m]);
+    EXPECT_NEAR(judged.on_skin[m], solution.on_skin[m], 1e-4 * solution.reach[m]);
   }
 }
 
@@ -120,13 +125,13 @@ TEST_F(FieldSolver, WeightsFavourWhatCounts) {
   double middle = 0.0;
   for (const FocalPoint& point : points) middle += point.position.x() / static_cast<double>(points.size());
   const auto errorOnTheRight = [&](const FieldSolution& solution) {
-    std::vector<double> wanted, reached;
+    std::vector<double> wanted, given;
     for (std::size_t m = 0; m < points.size(); ++m) {
       if (points[m].position.x() < middle) continue;
       wanted.push_back(solution.wanted[m]);
-      reached.push_back(solution.reached[m]);
+      given.push_back(solution.on_skin[m]);
     }
-    return fieldFit(wanted, reached).error;
+    return fieldFit(wanted, given).error;
   };
   const double even = errorOnTheRight(solveField(layout, air, points));
   for (FocalPoint& point : points) point.weight = point.position.x() < middle ? 0.05 : 1.0;

@@ -23,6 +23,7 @@ std::vector<float> TACTILE_CLAY_RESULTS() {
     const PhaseSolution solution = solvePhases(layout, {}, foci, options);
     results.insert(results.end(), solution.drive.phase.begin(), solution.drive.phase.end());
     results.insert(results.end(), solution.drive.amplitude.begin(), solution.drive.amplitude.end());
+    for (FocalPoint& focus : foci) focus.normal = {uniform() - 0.5, uniform() - 0.5, -uniform()};
     FieldSolverOptions field_options;
     field_options.patterns = trial % 2 == 0 ? 1 : 2;
     for (const Drive& drive : solveField(layout, {}, foci, field_options).drives)
@@ -32,9 +33,13 @@ std::vector<float> TACTILE_CLAY_RESULTS() {
       points.push_back(
           Eigen::Vector3d(0.3 * uniform() - 0.15, 0.3 * uniform() - 0.15, uniform()).cast<float>());
     }
-    for (const auto& p : pressuresAt(layout, {}, solution.drive, points)) {
-      results.push_back(p.real());
-      results.push_back(p.imag());
+    const std::vector<Eigen::Vector3f> normals(points.size(), Eigen::Vector3f(0.6f, 0.0f, -0.8f));
+    for (const auto& here : {pressuresAt(layout, {}, solution.drive, points),
+                             pressuresAt(layout, {}, solution.drive, points, normals)}) {
+      for (const auto& p : here) {
+        results.push_back(p.real());
+        results.push_back(p.imag());
+      }
     }
   }
   return results;

@@ -88,6 +88,17 @@ TEST(SkinSamples, DoNotDependOnTheOrder) {
   }
 }
 
+TEST(SkinSamples, LookWhereTheSkinAtTheirPlaceLooks) {
+  auto skin = plane(20, 5, 1.0f);
+  for (auto& sample : skin)
+    sample.normal = Eigen::Vector3f(sample.position.x(), sample.position.y(), -1).normalized();
+  for (const std::size_t maximum : {80u, 400u})
+    for (const SkinSample& sample : skinSamples(skin, maximum)) {
+      const Eigen::Vector3d expected(sample.position.x(), sample.position.y(), -1.0);
+      EXPECT_LT((sample.normal - expected.normalized()).norm(), 1e-6) << maximum;
+    }
+}
+
 TEST(SkinSamples, TellATouchThatIsSmallerThanAPiece) {
   auto skin = plane(20, 0, 1.0f);
   skin[50].pressure = 500.0f;
