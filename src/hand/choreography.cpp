@@ -185,51 +185,6 @@ Score flatPress(const PressFinger& p) {
   return press(lifted(pose, p.block_height - lowest), p);
 }
 
-Score potter(const Potter& p) {
-  if (!(p.scale > 0.0 && p.radius > p.depth && p.depth >= 0.0 && p.height > 0.0 && p.low >= 0.0 &&
-        p.rise >= 0.0))
-    throw std::invalid_argument(
-        "potter: expected positive scale and height, a depth below the radius, low and rise of 0 or more");
-  Score score;
-  for (const Side side : {Side::left, Side::right}) {
-    const double away = side == Side::left ? 1.0 : -1.0;  // the right hand is at -y
-    HandPose open = curled(side, p.scale, 10 * degree, 15 * degree, 10 * degree);
-    // Fingers forward, palm to the axis, thumb up. The hands are opened by the angle at which they do not
-    // squeeze the clay out to the front or to the back.
-    Eigen::Matrix3d rotation;
-    rotation << Vector3d(0.0, 0.0, away), Vector3d(0.0, away, 0.0), -Vector3d::UnitX();
-    rotation = AngleAxisd(away * 4 * degree, Vector3d::UnitZ()) * rotation;
-    // The pose with the closest skin at `distance` from the axis, and the lowest skin at height z.
-    const auto around = [&](double distance, double z) {
-      HandPose pose = placed(open, Eigen::Isometry3d(rotation), middle_proximal, {0.0, 0.0, z});
-      const auto gap = [&](double y) {
-        pose.wrist.translation().y() = away * y;
-        return smallest(forwardKinematics(pose),
-                        [](const Vector3d& c, double r) { return c.head<2>().norm() - r; });
-      };
-      double near = 0.0;
-      double far = distance + 0.3;
-      for (int i = 0; i < 50; ++i) {
-        const double middle = 0.5 * (near + far);
-        (gap(middle) < distance ? near : far) = middle;
-      }
-      gap(far);
-      return pose;
-    };
-    const double open_at = p.radius + 0.04, low = p.low, top = p.low + p.rise * p.height;
-    const double pressed = p.radius - p.depth, waist = p.radius - 0.8 * p.depth;
-    score.hands.push_back({{0.0, around(open_at, low)},
-                           {0.5, around(open_at, low)},
-                           {1.5, around(p.radius, low)},
-                           {3.5, around(pressed, low)},  // two turns of the wheel
-                           {4.5, around(pressed, low)},
-                           {6.0, around(waist, top)},
-                           {7.0, around(p.radius + 0.01, top)},
-                           {8.0, around(open_at, top)}});
-  }
-  return score;
-}
-
 Score pinch(const Pinch& p) {
   if (!(p.scale > 0.0 && p.approach > 0.0 && p.reach >= 0.0 && p.depth >= 0.0 && p.width > p.depth &&
         repeats(p.times)))

@@ -35,14 +35,17 @@ Score pressFinger(const PressFinger& parameters = {});
 Score flatPress(const PressFinger& parameters = {});
 
 /// Two hands close on an upright cylinder around the origin that stands on z = 0, press it narrower over two
-/// turns of a wheel of 60 rpm, rise a little and leave.
+/// turns of a wheel of 60 rpm, rise a little and leave. Hands that lean over it make a cone of it. With
+/// `top`, they then hold it with little pressure while their thumbs press its top down.
 struct Potter {
   double scale = 1.05;
-  double radius = 0.05;   // m
+  double radius = 0.05;   // m, at half the height
   double height = 0.065;  // m
   double depth = 0.004;   // m
   double low = 0.005;     // m, of the lowest skin above z = 0, at first
   double rise = 0.06;     // how far they rise while they press, share of the height
+  double lean = 0.0;      // rad, of the palms from upright toward the axis, at most 45 degrees
+  double top = 0.0;       // m, height to which the thumbs then press the clay's top; 0: they stay up
 };
 Score potter(const Potter& parameters = {});
 

@@ -79,6 +79,8 @@ hand::Score potter(YamlMap& yaml, double scale) {
   move.depth = yaml.get("depth", move.depth, metres);
   move.low = yaml.get("low", move.low, metres);
   move.rise = yaml.get("rise", move.rise, "a share of the height");
+  move.top = yaml.get("top", move.top, metres);
+  move.lean = yaml.get("lean", move.lean, "an angle in rad");
   return hand::potter(move);
 }
 

@@ -56,7 +56,11 @@ void expectPlayable(const Score& score) {
 }
 
 TEST(Choreography, EveryScoreIsPlayable) {
-  for (const Score& score : {flatPress(), potter(), inTurn({pressFinger(), pinch(), roll(), knead()})})
+  Potter covering;
+  covering.lean = 0.175;
+  covering.top = 0.068;
+  for (const Score& score :
+       {flatPress(), potter(), potter(covering), inTurn({pressFinger(), pinch(), roll(), knead()})})
     expectPlayable(score);
 }
 
@@ -158,6 +162,49 @@ TEST(Choreography, ThePottersHandsAreMirrorImagesAndCloseToTheirDepth) {
   });
   EXPECT_NEAR(closest, parameters.radius - parameters.depth, 1e-3);
   EXPECT_NEAR(first, parameters.radius + 0.04, 1e-3);
+}
+
+TEST(Choreography, LeaningPottersHandsCloseToACone) {
+  Potter parameters;
+  parameters.lean = 0.3;
+  double closest = 1.0;
+  play(potter(parameters), [&](double, const TrackedFrame& /*frame*/, const Skin& skin) {
+    for (const Eigen::Vector3f& x : skin.position)
+      closest = std::min(closest,
+                         x.head<2>().norm() + (x.z() - 0.5 * parameters.height) * std::tan(parameters.lean));
+  });
+  EXPECT_NEAR(closest, parameters.radius - parameters.depth, 1e-3);
+}
+
+TEST(Choreography, ThePottersThumbsPressTheTopWhileTheHandsHoldTheSides) {
+  Potter parameters;
+  parameters.top = 0.068;
+  const Score score = potter(parameters);
+  double lowest_thumb = 1.0, closest_hand = 1.0;
+  play(score, [&](double t, const TrackedFrame& /*frame*/, const Skin& skin) {
+    double thumb = 1.0, hand = 1.0;  // height above the inner clay, distance from the axis
+    for (std::size_t i = 0; i < skin.size(); ++i) {
+      const double distance = skin.position[i].head<2>().norm();
+      if (skin.region[i] >= thumb_metacarpal && skin.region[i] <= thumb_tip) {
+        if (distance < 0.6 * parameters.radius) thumb = std::min<double>(thumb, skin.position[i].z());
+      } else if (skin.region[i] > thumb_tip) {
+        hand = std::min(hand, distance);
+      }
+    }
+    lowest_thumb = std::min(lowest_thumb, thumb);
+    if (t < 4.5) {
+      EXPECT_GT(thumb, parameters.top + 0.01) << t;
+    }
+    if (t > 7.5 && t < 9.0) {
+      EXPECT_NEAR(thumb, parameters.top, 1.5e-3) << t;
+      closest_hand = std::min(closest_hand, hand);
+    }
+  });
+  EXPECT_NEAR(lowest_thumb, parameters.top, 1.5e-3);
+  EXPECT_GT(closest_hand, parameters.radius - parameters.depth);
+  EXPECT_LT(closest_hand, parameters.radius);
+  parameters.top = 0.2;
+  EXPECT_THROW(potter(parameters), std::invalid_argument);
 }
 
 TEST(Choreography, NoiseRepeatsIsWhiteAndKeepsBones) {

@@ -95,6 +95,28 @@ TEST_F(ScoreFile, ReadsEveryKey) {
               expected.sample(t).hands[0].joints[hand::index_tip].position);
 }
 
+TEST_F(ScoreFile, ReadsEveryKeyOfAPotter) {
+  const hand::Score score =
+      load(
+          "{scale: 1.1, moves: [{move: potter, radius: 0.052, height: 0.07, depth: 0.003, low: 0.001,\n"
+          "  rise: 0.1, lean: 0.2, top: 0.069}]}")
+          .score;
+  hand::Potter potter;
+  potter.scale = 1.1;
+  potter.radius = 0.052;
+  potter.height = 0.07;
+  potter.depth = 0.003;
+  potter.low = 0.001;
+  potter.rise = 0.1;
+  potter.lean = 0.2;
+  potter.top = 0.069;
+  const hand::Score expected = hand::potter(potter);
+  EXPECT_EQ(score.duration(), expected.duration());
+  for (const double t : {0.0, 4.0, 7.5, 10.0})
+    EXPECT_EQ(score.sample(t).hands[0].joints[hand::thumb_tip].position,
+              expected.sample(t).hands[0].joints[hand::thumb_tip].position);
+}
+
 TEST_F(ScoreFile, SaysWhatIsWrongAndWhere) {
   expectFault("moves:\n  - {move: juggle}\n", "2", "unknown move 'juggle', expected one of knead, pinch");
   expectFault("moves:\n  - {move: roll}\n  - {move: pinch, widht: 0.1}\n", "3", "unknown key 'widht'");
@@ -102,6 +124,7 @@ TEST_F(ScoreFile, SaysWhatIsWrongAndWhere) {
               "'strokes' cannot be read, expected a whole number");
   expectFault("moves:\n  - {move: knead, strokes: 0}\n", "2", "expected positive scale, 1 to 1000 strokes");
   expectFault("moves:\n  - {move: pinch, width: 0.5}\n", "2", "cannot grip");
+  expectFault("moves:\n  - {move: potter, top: 0.2}\n", "2", "cannot press the top");
   expectFault("rate: 60\n", "1", "no moves");
   expectFault("rate: -1\nmoves: [{move: roll}]\n", "1", "rate: expected a number from 1 to 1000, got -1");
   expectFault("dropout_interval: .nan\nmoves: [{move: roll}]\n", "1", "'dropout_interval' is not finite");
