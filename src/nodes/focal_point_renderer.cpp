@@ -61,6 +61,9 @@ ultrasound::FocalPointConfig focalPointConfig(Settings& s) {
   number("path_spacing", config.path_spacing, any, "of stm: minimum distance of two places of its path, m");
   config.field_weights = s.truth("field_weights", config.field_weights,
                                  "of field: whether the error of sensitive skin counts more");
+  config.field_normals =
+      s.truth("field_normals", config.field_normals,
+              "of field: whether the pressure is that on rigid skin at its angle to the sound");
   count("field_samples", config.field_samples, 2000, "of field: maximum number of skin samples");
   const std::string fit = s.text("intensity_fit", "least_squares",
                                  "how a point's pressure follows from samples", {"least_squares", "paper"});
@@ -156,7 +159,8 @@ void FocalPointRenderer::receive(const sensor_msgs::PointCloud2::ConstPtr& press
     message->modulation_frequency = static_cast<float>(frequency(points));
     if (renderer_.config().field_weights)
       for (const auto& point : points) message->weight.push_back(static_cast<float>(point.weight));
-    if (ultrasound::isField(renderer_.config().modulation)) message->normal = normalsOf(points);
+    if (renderer_.config().field_normals && ultrasound::isField(renderer_.config().modulation))
+      message->normal = normalsOf(points);
     message->area.assign(renderer_.report().area.begin(), renderer_.report().area.end());
     *report = toMessage(renderer_.report(), renderer_.config().compression_knee);
     tellForce(*message, *report);

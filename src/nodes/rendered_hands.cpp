@@ -135,7 +135,7 @@ void RenderedHands::publish(const std::array<PaintedHand, 2>& hands, const Touch
   publisher_.publish(markers(hands, touch, skin, header, transforms));
 }
 
-/// Radiation pressure on the skin at the corners, Pa (acoustic_field.h).
+/// Radiation pressure at the corners, Pa.
 /// @param[out] facing whether a corner faces the array; the others lie in the shadow of the hand
 std::vector<float> RenderedHands::given(const surface::TriangleMesh& mesh, Transforms& transforms,
                                         std::vector<char>& facing) {
@@ -145,17 +145,16 @@ std::vector<float> RenderedHands::given(const surface::TriangleMesh& mesh, Trans
   const auto pose = transforms.lookup(frameName(played_.frame()), world_);
   if (!pose) return pressure;
   const Eigen::Isometry3f to_array = pose->cast<float>();
-  std::vector<Vector3f> places, normals;
+  std::vector<Vector3f> places;
   std::vector<std::size_t> which;
   for (std::size_t c = 0; c < mesh.position.size(); ++c) {
-    const Vector3f at = to_array * mesh.position[c], normal = to_array.linear() * mesh.normal[c];
-    facing[c] = at.dot(normal) < 0.0f;
+    const Vector3f at = to_array * mesh.position[c];
+    facing[c] = at.dot(to_array.linear() * mesh.normal[c]) < 0.0f;
     if (!facing[c]) continue;
     places.push_back(at);
-    normals.push_back(normal);
     which.push_back(c);
   }
-  const auto amplitude = ultrasound::meanAmplitudesAt(layout_, acoustics_, played_.drives(), places, normals);
+  const auto amplitude = ultrasound::meanAmplitudesAt(layout_, acoustics_, played_.drives(), places);
   for (std::size_t k = 0; k < which.size(); ++k)
     pressure[which[k]] =
         static_cast<float>(ultrasound::radiationPressure(acoustics_, static_cast<double>(amplitude[k])));

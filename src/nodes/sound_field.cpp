@@ -185,27 +185,25 @@ std::vector<Eigen::Vector3f> SoundField::slice(const Sound& sound) const {
   return points;
 }
 
-SoundField::Places SoundField::facingSkin() {
+std::vector<Eigen::Vector3f> SoundField::facingSkin() {
   if (!skin_subscriber_)
     skin_subscriber_ = inbox_.subscribe<sensor_msgs::PointCloud2>(
         nh_, topic::hands_skin, 1, [this](const sensor_msgs::PointCloud2::ConstPtr& skin) {
           skin_ = pressureSkin(*skin);
           skin_frame_ = skin->header.frame_id;
         });
-  Places facing;
-  if (skin_.position.empty()) return facing;
+  std::vector<Eigen::Vector3f> points;
+  if (skin_.position.empty()) return points;
   const auto pose = transforms_.lookup(frame::array, skin_frame_);
-  if (!pose) return facing;
+  if (!pose) return points;
   const Eigen::Isometry3f to_array = pose->cast<float>();
   const auto& places = skin_.isTracked() ? skin_.position : skin_.tracked_position;
   const auto& normals = skin_.isTracked() ? skin_.normal : skin_.tracked_normal;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const Eigen::Vector3f position = to_array * places[i], normal = to_array.linear() * normals[i];
-    if (!(position.dot(normal) < 0.0f)) continue;
-    facing.position.push_back(position);
-    facing.normal.push_back(normal);
+    const Eigen::Vector3f position = to_array * places[i];
+    if (position.dot(to_array.linear() * normals[i]) < 0.0f) points.push_back(position);
   }
-  return facing;
+  return points;
 }
 
 void SoundField::publishField(const Sound& sound, const std_msgs::Header& header) {
@@ -214,21 +212,20 @@ void SoundField::publishField(const Sound& sound, const std_msgs::Header& header
     skin_ = {};
     return;
   }
-  const Places skin = skin_field_ ? facingSkin() : Places();
-  std::vector<Eigen::Vector3f> points = skin.position;
+  std::vector<Eigen::Vector3f> points;
+  if (skin_field_) points = facingSkin();
   if (slice_field_) {
     const auto plane = slice(sound);
     points.insert(points.end(), plane.begin(), plane.end());
   }
   std::vector<float> highest(points.size(), 0.0f);
-  std::vector<double> power(points.size(), 0.0);  // mean of the squared amplitude that presses
+  std::vector<double> power(points.size(), 0.0);  // mean of the squared amplitude
   for (const Sound::Part& part : sound.parts) {
-    auto pressures = ultrasound::pressuresAt(model_.layout, model_.acoustics, part.drive, points);
-    for (std::size_t i = 0; i < points.size(); ++i) highest[i] = std::max(highest[i], std::abs(pressures[i]));
-    const auto on_skin =
-        ultrasound::pressuresAt(model_.layout, model_.acoustics, part.drive, skin.position, skin.normal);
-    std::copy(on_skin.begin(), on_skin.end(), pressures.begin());
-    for (std::size_t i = 0; i < points.size(); ++i) power[i] += part.what.power * std::norm(pressures[i]);
+    const auto pressures = ultrasound::pressuresAt(model_.layout, model_.acoustics, part.drive, points);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      highest[i] = std::max(highest[i], std::abs(pressures[i]));
+      power[i] += part.what.power * std::norm(pressures[i]);
+    }
   }
   CloudWriter cloud(header, "x y z pressure tactile", points.size());
   for (std::size_t i = 0; i < points.size(); ++i)

@@ -21,9 +21,8 @@ namespace tactile_clay::nodes {
 /// - `array/acoustics`, while somebody subscribes: how these pressures compare with the commanded ones, side
 ///   lobes, and the level at the head.
 /// - `array/field`, while somebody subscribes: on the tracked skin and on a slice the highest acoustic
-///   amplitude of the period without skin, and the tactile pressure, which is the radiation pressure averaged
-///   over the period: that on rigid skin (acoustic_field.h), or on a surface that faces the sound in the
-///   slice.
+///   amplitude of the period, and the tactile pressure, which is the radiation pressure averaged over the
+///   period.
 class SoundField {
  public:
   /// Reads `~slice_height`, `~slice_size`, `~slice_step`, `~skin_field`, `~slice_field`, `~lockstep`.
@@ -39,17 +38,13 @@ class SoundField {
   void publishSilence(const std_msgs::Header& header);
 
  private:
-  struct Places {
-    std::vector<Eigen::Vector3f> position, normal;  // m; unit, frame of the array
-  };
-
   void publishMeasured(const device::Sound& sound, const std_msgs::Header& header);
   void publishReport(const device::Sound& sound, const std_msgs::Header& header);
   void publishField(const device::Sound& sound, const std_msgs::Header& header);
   std::vector<double> amplitudesAtPoints(const device::Sound::Part& part) const;
   std::vector<double> amplitudesOnSkin(const device::Sound::Part& part) const;
   std::vector<Eigen::Vector3f> slice(const device::Sound& sound) const;
-  Places facingSkin();
+  std::vector<Eigen::Vector3f> facingSkin();
 
   ArrayModel model_;
   double slice_height_;  // m above the array; 0: of the strongest focal point

@@ -30,12 +30,13 @@ constexpr char usage[] =
     R"(Measures how well each modulation renders contacts: the tables of doc/logbook/rendering.md.
 
   compare_modulation [step=5] [layout=usx] [samples=1600] [strength=0.03,...] [patterns=1,...]
-                     [evaluations=40] [blur=0,...] [weights=0] [normals=1,...] [random=0] RUN.bag...
+                     [evaluations=40] [blur=0,...] [weights=0] [normals=0,...] [skin=0] [random=0]
+                     RUN.bag...
 
 Record each bag with `scripts/rig lockstep:=true record:=RUN.bag`. step=N: every N-th frame with a contact counts.
 Fields are solved in all frames, as in the rig. random=N: N random contacts of fingertips and palms are compared, too.
-They are the same on every computer. All are measured by the radiation pressure on the skin at its angle to the sound.
-normals=1,0: with 0 the field solver does not know this angle.
+They are the same on every computer. skin=1: all are measured by the radiation pressure on rigid skin at its angle to
+the sound, not by that of the field without skin. normals=0,1: with 1 the field solver knows this angle.
 )";
 
 using namespace tactile_clay;
@@ -145,9 +146,10 @@ std::vector<double> numbers(const std::string& word, const std::string& list) {
 
 /// Arguments key=value, and files.
 struct Task {
-  std::map<std::string, std::string> values = {
-      {"step", "5"}, {"layout", "usx"},     {"samples", "1600"}, {"strength", "0.03"}, {"patterns", "1"},
-      {"blur", "0"}, {"evaluations", "40"}, {"weights", "0"},    {"random", "0"},      {"normals", "1"}};
+  std::map<std::string, std::string> values = {{"step", "5"},         {"layout", "usx"}, {"samples", "1600"},
+                                               {"strength", "0.03"},  {"patterns", "1"}, {"blur", "0"},
+                                               {"evaluations", "40"}, {"weights", "0"},  {"random", "0"},
+                                               {"normals", "0"},      {"skin", "0"}};
   std::vector<std::string> files;
 
   Task(int argc, char** argv) {
@@ -177,17 +179,19 @@ struct Task {
   }
 };
 
-ModulationWay wayOf(const Task& task, Modulation modulation, const ultrasound::FieldSolverOptions& options) {
+ModulationWay wayOf(const Task& task, Modulation modulation, const ultrasound::FieldSolverOptions& options,
+                    bool normals) {
   ultrasound::FocalPointConfig config;
   config.modulation = modulation;
   config.field_samples = task.whole("samples", 1);
   config.field_weights = task.whole("weights", 0) > 0;
+  config.field_normals = normals;
   char numbers[128];
   std::snprintf(numbers, sizeof numbers, ", strength %g, %d pattern%s, blur %g mm", options.strength,
                 options.patterns, options.patterns == 1 ? "" : "s", 1e3 * options.blur);
-  return tools::fieldWay(
-      ultrasound::nameOf(modulation) + std::string(numbers) + (config.field_weights ? ", weighted" : ""),
-      options, config);
+  return tools::fieldWay(ultrasound::nameOf(modulation) + std::string(numbers) +
+                             (config.field_weights ? ", weighted" : "") + (normals ? ", with normals" : ""),
+                         options, config);
 }
 
 std::vector<ModulationWay> waysOf(const Task& task) {
@@ -206,9 +210,7 @@ std::vector<ModulationWay> waysOf(const Task& task) {
             options.blur = blur;
             options.evaluations = static_cast<int>(task.whole("evaluations", 1));
             options.validate();
-            ways.push_back(wayOf(task, modulation, options));
-            ways.back().knows_skin = normals > 0.0;
-            if (!ways.back().knows_skin) ways.back().name += ", without normals";
+            ways.push_back(wayOf(task, modulation, options, normals > 0.0));
           }
   return ways;
 }
@@ -218,7 +220,7 @@ std::vector<ModulationWay> waysOf(const Task& task) {
 int main(int argc, char** argv) {
   return tools::runTool("compare_modulation", usage, argc, argv, [&] {
     const Task task(argc, argv);
-    const Array array{ultrasound::arrayLayouts(task.values.at("layout")), {}};
+    const Array array{ultrasound::arrayLayouts(task.values.at("layout")), {}, task.whole("skin", 0) > 0};
     std::vector<ModulationWay> ways = waysOf(task);
     for (ModulationWay& way : ways) way.renderer.setArray(ultrasound::ArrayReach(array.layout, array.air));
     for (const std::string& file : task.files) compare(file, task.whole("step", 1), array, ways);

@@ -105,9 +105,7 @@ ModulationWay fieldWay(const std::string& name, const ultrasound::FieldSolverOpt
 
 void renderFrame(const Array& array, const Samples& pressed, const Samples& all, const RefinedSkin* skin,
                  ModulationWay& way) {
-  auto points = way.renderer.render(ultrasound::isField(way.config.modulation) ? all : pressed);
-  if (!way.knows_skin)
-    for (ultrasound::FocalPoint& point : points) point.normal.setZero();
+  const auto points = way.renderer.render(ultrasound::isField(way.config.modulation) ? all : pressed);
   if (points.empty()) {
     way.before.clear();
     return;
@@ -123,7 +121,9 @@ void renderFrame(const Array& array, const Samples& pressed, const Samples& all,
         std::max(amplitude, *std::max_element(part.drive.amplitude.begin(), part.drive.amplitude.end()));
     on += part.what.power;
     const auto at =
-        ultrasound::pressuresAt(array.layout, array.air, part.drive, skin->position, skin->normal);
+        array.on_skin
+            ? ultrasound::pressuresAt(array.layout, array.air, part.drive, skin->position, skin->normal)
+            : ultrasound::pressuresAt(array.layout, array.air, part.drive, skin->position);
     for (std::size_t i = 0; i < at.size(); ++i)
       square[i] += part.what.power * static_cast<double>(std::norm(at[i]));
   }

@@ -14,6 +14,7 @@ namespace tactile_clay::tools {
 struct Array {
   ultrasound::ArrayLayout layout;
   ultrasound::Acoustics air;
+  bool on_skin = false;  // whether pressure is measured on rigid skin (acoustic_field.h), or without skin
 };
 
 /// A way to render, with its state from frame to frame, and its results, one number per frame.
@@ -22,7 +23,6 @@ struct ModulationWay {
   ultrasound::FocalPointConfig config;
   ultrasound::FieldSolverOptions options;
   ultrasound::FocalPointRenderer renderer;
-  bool knows_skin = true;  // whether the field solver knows the normals of the skin
   std::vector<ultrasound::Drive> before;
 
   std::vector<double> points;
@@ -40,8 +40,8 @@ ModulationWay pointsWay(const std::string& name, ultrasound::Modulation modulati
 ModulationWay fieldWay(const std::string& name, const ultrasound::FieldSolverOptions& options,
                        const ultrasound::FocalPointConfig& config);
 
-/// Renders a frame, and measures it by the true field of each instant of a period: by the radiation pressure
-/// on rigid skin (acoustic_field.h), for fields and points alike.
+/// Renders a frame, and measures it by the true field of each instant of a period, for fields and points
+/// alike.
 /// @param pressed samples, frame of the array
 /// @param all pressed samples, and the bare ones around them
 /// @param skin places at which it is measured; null: it is only rendered

@@ -48,11 +48,8 @@ void PressureMeter::add(const Skin& skin, const std::vector<SkinForce>& contacts
       sample.position = to_array_ * sample.position;
       sample.normal = to_array_.linear() * sample.normal;
     }
-  std::vector<Eigen::Vector3f> places, normals;
-  for (const contact::PressureSample& sample : all) {
-    places.push_back(sample.position);
-    normals.push_back(sample.normal);
-  }
+  std::vector<Eigen::Vector3f> places;
+  for (const contact::PressureSample& sample : all) places.push_back(sample.position);
 
   const auto start = std::chrono::steady_clock::now();
   const auto points = renderer_.render(rendering_.field ? all : pressed);
@@ -68,7 +65,7 @@ void PressureMeter::add(const Skin& skin, const std::vector<SkinForce>& contacts
   sum_.ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   std::vector<double> had(all.size(), 0.0);  // radiation pressure, without a unit: the scale is free
   for (const ultrasound::Drive& drive : drives) {
-    const auto at = ultrasound::pressuresAt(layout_, air_, drive, places, normals);
+    const auto at = ultrasound::pressuresAt(layout_, air_, drive, places);
     for (std::size_t i = 0; i < had.size(); ++i) had[i] += static_cast<double>(std::norm(at[i]));
   }
   ShapeError error;

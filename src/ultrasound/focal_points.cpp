@@ -141,7 +141,7 @@ std::vector<FocalPoint> FocalPointRenderer::field(const std::vector<PressureSamp
     point.id = static_cast<std::uint32_t>(points.size());
     point.position = sample.position;
     point.pressure = sample.pressure;
-    point.normal = sample.normal;
+    if (config_.field_normals) point.normal = sample.normal;
     if (config_.field_weights) point.weight = sample.weight;
     points.push_back(point);
     report_.area.push_back(sample.area);

@@ -38,6 +38,7 @@ struct FocalPointConfig {
   Modulation modulation = Modulation::amplitude;  // stm: a path over the contact instead of clusters;
                                                   // field: the skin itself
   bool field_weights = false;                     // alpha counts in the error of a field (FocalPoint::weight)
+  bool field_normals = false;                     // a field counts the angle of the skin (FocalPoint::normal)
   std::size_t field_samples = 1600;               // maximum number of skin samples in a field, at least 1
   std::size_t path_points = 32;                   // maximum number of points of the path of stm, at least 1
   double path_spacing = 0.006;                    // m, minimum distance of two points of that path

@@ -42,16 +42,6 @@ def contacts(forces):
     return point_cloud2.create_cloud(Header(frame_id='world'), fields, [at + force for at, force in forces])
 
 
-def corner_normals(points):
-    """Outward unit normal at each corner (x, y, z) of a list of triangles: the mean of its triangles, by area."""
-    corners = numpy.array([(p.x, p.y, p.z) for p in points]).reshape(-1, 3, 3)
-    normals = {}
-    for corner, normal in zip(corners, numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])):
-        for place in corner:
-            normals[tuple(place)] = normals.get(tuple(place), 0.0) + normal
-    return {place: normal / max(numpy.linalg.norm(normal), 1e-12) for place, normal in normals.items()}
-
-
 class ExtraDisplays(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -172,17 +162,14 @@ class ExtraDisplays(unittest.TestCase):
         pose = next(t.transform.translation for t in self.last['/tf_static'].transforms if t.child_frame_id == 'array')
         (sources, drive), density, speed, checked = self.sources(), 1.2041, acoustic_field.SOUND_SPEED, 0
         for hand in (m for m in markers if m.ns == 'given' and m.id < 2 and m.points):
-            normals = corner_normals(hand.points)
             for corner, color in list(zip(hand.points, hand.colors))[::11]:
                 share = self.share_of(color)
                 if share is None:
                     continue
-                normal = normals[corner.x, corner.y, corner.z]
-                normal = (-normal[2], normal[1], normal[0])  # the picture is tipped up
                 x = about[0] - (corner.z - up[2])
                 y = corner.y - up[1] + 0.17
                 z = about[2] + (corner.x - up[0])
-                amplitude = drive * acoustic_field.pressure(sources, (x - pose.x, y - pose.y, z - pose.z), normal)
+                amplitude = drive * acoustic_field.pressure(sources, (x - pose.x, y - pose.y, z - pose.z))
                 given = amplitude ** 2 / (density * speed ** 2)
                 self.assertLess(abs(share - given / full), 0.04, (x, y, z))
                 checked += 1
@@ -200,7 +187,7 @@ class ExtraDisplays(unittest.TestCase):
         apart = numpy.linalg.norm(places[:, None] - pressed[None, :, :3], axis=2)
         wants = numpy.zeros(len(skin))
         wants[apart.argmin(axis=0)] = pressed[:, 3]
-        gives = acoustic_field.pressures(self.sources()[0], places, skin[:, 5:]) ** 2
+        gives = acoustic_field.pressures(self.sources()[0], places) ** 2
         counted = (apart.min(axis=1) < 0.06) & ((places * skin[:, 5:]).sum(axis=1) < 0.0)
         mean = lambda values, which: (skin[:, 3] * values)[which].sum()
         scale = mean(wants * gives, counted) / mean(gives * gives, counted)
