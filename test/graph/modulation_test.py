@@ -294,23 +294,6 @@ class Rig(unittest.TestCase):
                 measured = run.messages.by_stamp('/array/measured')
                 self.assertEqual({measured[stamp].modulation for stamp in touched}, {number})
 
-    def test_normals_of_the_skin_travel_if_they_are_asked_for(self):
-        with tempfile.TemporaryDirectory() as folder:
-            rig = os.path.join(folder, 'rig.yaml')
-            with open(rig, 'w') as file:
-                file.write('field_normals: true\n')
-            run = rig_run.Run(dict(rig_run.LOCKSTEP, hands='bag', file=rig_run.bag('press_deeper'), quality='fast',
-                                   modulation='field', rig=rig), rig_run.CHAIN)
-        self.assertEqual(run.code, 0, run.words)
-        touched = [message for message in run.messages['/array/focal_points'] if message.points]
-        self.assertGreater(len(touched), 30)
-        for message in touched:
-            self.assertEqual(len(message.normal), len(message.points))
-            for normal in message.normal:
-                self.assertAlmostEqual(math.sqrt(normal.x ** 2 + normal.y ** 2 + normal.z ** 2), 1.0, places=3)
-            pressed = max(range(len(message.points)), key=lambda k: message.points[k].pressure)
-            self.assertLess(message.normal[pressed].z, -0.5, 'a finger that presses from above looks down')
-
 
 if __name__ == '__main__':
     rig_run.main('modulation')

@@ -76,6 +76,11 @@ void thinDashpots(const Setup s, std::size_t first, std::size_t last) {
   }
 }
 
+/// Factor of the dashpots of the pairs from p on: the mean of their ends. `own` is that of one end.
+TACTILE_CLAY_INLINE Lane amendment(const Setup& s, const Lane& own, std::uint32_t p) {
+  return 0.5f * (own + gatherNumbers(s.amend, s.pairs.slot + p));
+}
+
 /// Springs and density of particles [first, last).
 template <bool alike>
 TACTILE_CLAY_INLINE void linearise(const Setup s, std::size_t first, std::size_t last) {
@@ -115,12 +120,9 @@ TACTILE_CLAY_INLINE void linearise(const Setup s, std::size_t first, std::size_t
         }
         // The length at u = 0, if it is extrapolated linearly from the guess.
         const Lane start = length + along * r * inverse_square;
-        Lane spring{}, push{};
-        if (s.viscous.any) {
-          const Lane both = 0.5f * (own + gatherNumbers(s.amend, s.pairs.slot + p));
-          spring = damping * dashpotWeight(per_square, square) * both;
-          push = spring * (r - start);
-        }
+        const Lane dashpot =
+            s.viscous.any ? damping * dashpotWeight(per_square, square) * amendment(s, own, p) : Lane{};
+        Lane spring = dashpot, push = dashpot * (r - start);
         if (rules != nullptr) {
           const Lane kept = load(s.elastic.rest_length + p);
           // A bond that flowed after the last step goes on flowing in this one: its elongation shrinks again.
