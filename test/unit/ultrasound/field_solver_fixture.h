@@ -106,6 +106,7 @@ class FieldSolver : public ::testing::Test {
   std::vector<FocalPoint> targets(const std::vector<contact::PressureSample>& skin) const {
     FocalPointConfig config;
     config.modulation = Modulation::field;
+    config.field_normals = true;
     FocalPointRenderer renderer(config);
     renderer.setArray(ArrayReach(layout, air));
     return renderer.render(skin);
