@@ -95,15 +95,12 @@ double gapOf(const TrackedHand& hand) {
 
 // The grip whose gap has this width, m.
 HandPose gripOf(double scale, double width) {
-  double open = 0.0, closed = 1.0;
+  const double open = 0.0, closed = 1.0;
   if (gapOf(forwardKinematics(grip(scale, open))) < width ||
       gapOf(forwardKinematics(grip(scale, closed))) > width)
     throw std::invalid_argument("pinch: this hand cannot grip " + std::to_string(width) + " m");
-  for (int i = 0; i < 50; ++i) {
-    const double middle = 0.5 * (open + closed);
-    (gapOf(forwardKinematics(grip(scale, middle))) > width ? open : closed) = middle;
-  }
-  return grip(scale, open);
+  const auto narrow = [&](double share) { return !(gapOf(forwardKinematics(grip(scale, share))) > width); };
+  return grip(scale, bisect(closed, open, narrow));
 }
 
 // The thumb to the left of the block, the fingers to its right, all pointing down into it.

@@ -8,6 +8,17 @@
 
 namespace tactile_clay::hand {
 
+/// The place between a and b where `holds`, which is true at a and false at b, ends: the nearest one to it at
+/// which it is false.
+template <typename Holds>
+double bisect(double a, double b, const Holds& holds) {
+  for (int i = 0; i < 50; ++i) {
+    const double middle = 0.5 * (a + b);
+    (holds(middle) ? a : b) = middle;
+  }
+  return b;
+}
+
 /// Orientation of a hand with its palm down and its fingers forward (x of the world).
 /// @param pitch rad, by which the fingers point down
 Eigen::Isometry3d palmDown(double pitch);

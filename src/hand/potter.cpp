@@ -13,16 +13,6 @@ using Eigen::Vector3d;
 
 constexpr double degree = M_PI / 180.0;
 
-/// The largest x in [a, b] at which `below` is still true, if it is true up to some x.
-template <typename Below>
-double bisect(double a, double b, Below&& below) {
-  for (int i = 0; i < 50; ++i) {
-    const double middle = 0.5 * (a + b);
-    (below(middle) ? a : b) = middle;
-  }
-  return b;
-}
-
 /// Fingers forward, palm to the axis, thumb up. The hand is opened by the angle at which it does not squeeze
 /// the clay out to the front or to the back. Its skin touches a cone with `distance` as its radius at half
 /// the height, m, and its lowest skin is at height z, m.

@@ -100,20 +100,6 @@ std::vector<double> SoundField::amplitudesAtPoints(const Sound::Part& part) cons
   return amplitudes;
 }
 
-/// Amplitudes that press on the skin samples of a field (acoustic_field.h).
-std::vector<double> SoundField::amplitudesOnSkin(const Sound::Part& part) const {
-  std::vector<Eigen::Vector3f> at, normals;
-  for (const ultrasound::FocalPoint& point : part.what.points) {
-    at.push_back(point.position.cast<float>());
-    normals.push_back(point.normal.normalized().cast<float>());
-  }
-  std::vector<double> amplitudes;
-  for (const auto& pressure :
-       ultrasound::pressuresAt(model_.layout, model_.acoustics, part.drive, at, normals))
-    amplitudes.push_back(std::abs(pressure));
-  return amplitudes;
-}
-
 void SoundField::publishMeasured(const Sound& sound, const std_msgs::Header& header) {
   Means pressures(sound.emission.points.size());
   for (const Sound::Part& part : sound.parts) {
@@ -140,7 +126,12 @@ void SoundField::publishReport(const Sound& sound, const std_msgs::Header& heade
   const bool field = ultrasound::isField(sound.emission.modulation);
   for (const Sound::Part& part : sound.parts) {
     const std::vector<double> here = amplitudesAtPoints(part);
-    const std::vector<double> reached = field ? amplitudesOnSkin(part) : here;
+    std::vector<double> reached = here;
+    if (field && ultrasound::knowSkin(part.what.points)) {
+      const auto on_skin =
+          ultrasound::amplitudesOnSkin(model_.layout, model_.acoustics, {part.drive}, part.what.points);
+      reached.assign(on_skin.begin(), on_skin.end());
+    }
     for (std::size_t k = 0; k < here.size(); ++k) {
       achieved.add(part.what.which[k], reached[k], part.what.time);
       if (!part.target.empty()) commanded.add(part.what.which[k], part.target[k], part.what.time);

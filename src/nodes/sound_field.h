@@ -42,7 +42,6 @@ class SoundField {
   void publishReport(const device::Sound& sound, const std_msgs::Header& header);
   void publishField(const device::Sound& sound, const std_msgs::Header& header);
   std::vector<double> amplitudesAtPoints(const device::Sound::Part& part) const;
-  std::vector<double> amplitudesOnSkin(const device::Sound::Part& part) const;
   std::vector<Eigen::Vector3f> slice(const device::Sound& sound) const;
   std::vector<Eigen::Vector3f> facingSkin();
 

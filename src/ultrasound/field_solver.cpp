@@ -245,8 +245,7 @@ FieldSolution solveField(const ArrayLayout& layout, const Acoustics& acoustics,
   if (!objective.plain()) setFit(solution);
   setDrives(turns, objective.width(), amplitude, solution.drives);
   solution.reached = solution.on_skin;
-  if (std::any_of(targets.begin(), targets.end(), [](const auto& t) { return !t.normal.isZero(0.0); }))
-    setReached(layout, acoustics, targets, solution);
+  if (knowSkin(targets)) setReached(layout, acoustics, targets, solution);
   return solution;
 }
 
@@ -266,14 +265,26 @@ FieldFit fieldFit(const std::vector<double>& wanted, const std::vector<double>& 
   return {std::sqrt(std::max(0.0, 1.0 - both * both / (had * square))), both / square};
 }
 
+bool knowSkin(const std::vector<FocalPoint>& targets) {
+  return std::any_of(targets.begin(), targets.end(), [](const auto& t) { return !t.normal.isZero(0.0); });
+}
+
+std::vector<float> amplitudesOnSkin(const ArrayLayout& layout, const Acoustics& acoustics,
+                                    const std::vector<Drive>& drives,
+                                    const std::vector<FocalPoint>& targets) {
+  std::vector<Eigen::Vector3f> normals;
+  for (const FocalPoint& target : targets) normals.push_back(target.normal.normalized().cast<float>());
+  return meanAmplitudesAt(layout, acoustics, drives, positionsOf(targets), normals);
+}
+
 void judgeField(const ArrayLayout& layout, const Acoustics& acoustics, const std::vector<FocalPoint>& targets,
                 FieldSolution& solution) {
-  const std::vector<Eigen::Vector3f> at = positionsOf(targets);
-  std::vector<Eigen::Vector3f> normal;
-  for (const FocalPoint& target : targets) normal.push_back(target.normal.normalized().cast<float>());
-  const auto on_skin = meanAmplitudesAt(layout, acoustics, solution.drives, at, normal);
-  solution.on_skin.assign(on_skin.begin(), on_skin.end());
   setReached(layout, acoustics, targets, solution);
+  solution.on_skin = solution.reached;
+  if (knowSkin(targets)) {
+    const auto on_skin = amplitudesOnSkin(layout, acoustics, solution.drives, targets);
+    solution.on_skin.assign(on_skin.begin(), on_skin.end());
+  }
   setFit(solution);
 }
 

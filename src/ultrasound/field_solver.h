@@ -80,6 +80,15 @@ struct FieldFit {
 /// @return error 0 if nothing is wanted, 1 if all of `given` is 0
 FieldFit fieldFit(const std::vector<double>& wanted, const std::vector<double>& given);
 
+/// Whether any target has a normal: otherwise nothing differs on skin.
+bool knowSkin(const std::vector<FocalPoint>& targets);
+
+/// Amplitudes on skin at the targets (acoustic_field.h), Pa: root of the mean square over drives that take
+/// equal turns.
+/// @throws as pressuresAt
+std::vector<float> amplitudesOnSkin(const ArrayLayout& layout, const Acoustics& acoustics,
+                                    const std::vector<Drive>& drives, const std::vector<FocalPoint>& targets);
+
 /// Computes `reached`, `on_skin`, `error` and `scale` of a solution anew from the field of its drives
 /// (acoustic_field.h), for drives that a device has changed.
 void judgeField(const ArrayLayout& layout, const Acoustics& acoustics, const std::vector<FocalPoint>& targets,

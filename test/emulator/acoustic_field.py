@@ -30,10 +30,10 @@ _TABLE = numpy.array([1.0] + [2.0 * bessel_j1(x) / x for x in
                               (WAVENUMBER * RADIUS * i / _TABLE_STEPS for i in range(1, _TABLE_STEPS + 1))])
 
 
-def pressures(sources, points, normals=None, amplitudes=1.0):
+def pressures(sources, points, normals=None):
     """Peak pressure at each of N points, N x 3. `sources`: M x 3, (x, y, phase) of each transducer that plays, at
-    height 0 and looking up; `amplitudes`: of each, 0 to 1. With `normals` of skin there, N x 3, outward and unit: of
-    what presses on it, each wave times the cosine of its incidence, and 0 from behind."""
+    height 0 and looking up. With `normals` of skin there, N x 3, outward and unit: of what presses on it, each wave
+    times the cosine of its incidence, and 0 from behind."""
     x, y, phase = numpy.asarray(sources, dtype=float).reshape(-1, 3).T
     points = numpy.asarray(points, dtype=float)
     aside = numpy.hypot(points[:, :1] - x, points[:, 1:2] - y)
@@ -43,7 +43,7 @@ def pressures(sources, points, normals=None, amplitudes=1.0):
         a, b, c = (column[:, None] for column in numpy.asarray(normals, dtype=float).T)
         along = a * (x - points[:, :1]) + b * (y - points[:, 1:2]) - c * points[:, 2:]
         directivity = directivity * numpy.maximum(along / r, 0.0)
-    waves = numpy.asarray(amplitudes) * directivity / r * numpy.exp(-ATTENUATION * r + 1j * (WAVENUMBER * r + phase))
+    waves = directivity / r * numpy.exp(-ATTENUATION * r + 1j * (WAVENUMBER * r + phase))
     return REFERENCE * abs(waves.sum(axis=1))
 
 
