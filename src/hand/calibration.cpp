@@ -1,11 +1,13 @@
 #include "hand/calibration.h"
 
-#include <Eigen/SVD>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <sstream>
 #include <stdexcept>
+
+#include "hand/rigid_motion.h"
 
 namespace tactile_clay::hand {
 namespace {
@@ -17,8 +19,9 @@ constexpr double narrowest = 0.02;
 // Root of the second largest variance: the spread of the points beside their longest direction.
 double spread(const Eigen::Matrix3Xd& points) {
   const Eigen::Matrix3Xd centred = points.colwise() - points.rowwise().mean();
-  return Eigen::JacobiSVD<Eigen::Matrix3Xd>(centred).singularValues()[1] /
-         std::sqrt(static_cast<double>(points.cols()));
+  const Eigen::Matrix3d covariance = centred * centred.transpose() / static_cast<double>(points.cols());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> variances(covariance, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(variances.eigenvalues()[1], 0.0));  // by rounding it may be negative
 }
 
 Eigen::Matrix3Xd columns(const std::vector<Eigen::Vector3d>& points, const char* what) {
@@ -42,7 +45,7 @@ RigidFit fitRigid(const std::vector<Eigen::Vector3d>& from, const std::vector<Ei
                                 " marked points, expected as many of each, 3 at least");
   const Eigen::Matrix3Xd a = columns(from, "touched"), b = columns(to, "marked");
   RigidFit fit;
-  fit.pose.matrix() = Eigen::umeyama(a, b, false);
+  fit.pose = rigidMotion(a, b);
   const Eigen::RowVectorXd distances =
       (fit.pose.matrix().topRows<3>() * a.colwise().homogeneous() - b).colwise().norm();
   fit.rms = std::sqrt(distances.squaredNorm() / static_cast<double>(distances.size()));

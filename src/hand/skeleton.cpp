@@ -2,12 +2,12 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 #include "hand/hand_pose.h"
+#include "hand/rigid_motion.h"
 #include "hand/skeleton_joints.h"
 
 namespace tactile_clay::hand {
@@ -45,16 +45,14 @@ Isometry3d mirrored(const Isometry3d& pose) {
 // The rigid motion that brings the palm's joints of `from`, as far as they are seen, nearest to those of
 // `to`.
 Isometry3d palmMotion(const Positions& from, const Positions& to, const std::bitset<joint_count>& missing) {
-  Eigen::Matrix<double, 3, palm_joints.size()> a, b;
+  Eigen::Matrix3Xd a(3, palm_joints.size()), b = a;
   Eigen::Index seen = 0;
   for (const Joint joint : palm_joints) {
     if (missing[joint]) continue;
     a.col(seen) = from[joint];
     b.col(seen++) = to[joint];
   }
-  if (missing.none()) return Isometry3d(Eigen::umeyama(a, b, false));
-  return Isometry3d(
-      Eigen::umeyama(Eigen::Matrix3Xd(a.leftCols(seen)), Eigen::Matrix3Xd(b.leftCols(seen)), false));
+  return rigidMotion(a.leftCols(seen), b.leftCols(seen));
 }
 
 // A finger in the wrist's frame of a right hand, with the axis of every angle.
