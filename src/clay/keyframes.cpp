@@ -8,8 +8,8 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr double apart = 1.0;      // s
-constexpr double rounding = 1e-6;  // s, of a sum of frame durations
+constexpr double apart = 1.0;           // s
+constexpr double time_rounding = 1e-6;  // s, of a sum of frame durations
 
 std::size_t bytesOf(const Sculpture& s) {
   const auto of = [](const auto& values) { return values.size() * sizeof(values[0]); };
@@ -28,7 +28,7 @@ std::string inSeconds(double seconds) {
 
 bool Keyframes::pass(double duration) {
   now_ += duration;
-  return limits_.seconds > 0.0 && (states_.empty() || now_ - states_.back().time >= apart - rounding);
+  return limits_.seconds > 0.0 && (states_.empty() || now_ - states_.back().time >= apart - time_rounding);
 }
 
 void Keyframes::keep(Sculpture clay, int version) {
@@ -37,7 +37,7 @@ void Keyframes::keep(Sculpture clay, int version) {
   states_.push_back({now_, version, std::move(clay)});
   // The newest state stays, whatever memory it takes: the first undo needs it.
   while (states_.size() > 1 &&
-         (bytes_ > limits_.bytes || now_ - states_[1].time >= limits_.seconds - rounding))
+         (bytes_ > limits_.bytes || now_ - states_[1].time >= limits_.seconds - time_rounding))
     forgetOldest();
 }
 
@@ -45,7 +45,7 @@ const Keyframes::State& Keyframes::back(double seconds, double& went_back) {
   if (limits_.seconds <= 0.0) throw std::runtime_error("no states are kept, expected undo_seconds above 0");
   if (!(seconds >= 0.0 && std::isfinite(seconds)))
     throw std::runtime_error("seconds back: expected a number of 0 or more");
-  const double target = now_ - seconds + rounding;
+  const double target = now_ - seconds + time_rounding;
   if (states_.empty() || states_.front().time > target)
     throw std::runtime_error(inSeconds(seconds) + " back: expected at most " +
                              (states_.empty() ? "0 s, for nothing was simulated yet"

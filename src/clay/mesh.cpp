@@ -149,7 +149,7 @@ class Normals {
   std::vector<Eigen::Vector3d> of_triangle_, of_vertex_;
 };
 
-Eigen::AlignedBox3d boxOf(const Mesh::Face& face) {
+Eigen::AlignedBox3d boxOfFace(const Mesh::Face& face) {
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& corner : face.corner) box.extend(corner);
   return box;
@@ -160,7 +160,7 @@ void split(Mesh::Body& body, const std::vector<Mesh::Face>& faces, std::vector<s
            std::uint32_t node, std::uint32_t first, std::uint32_t last) {
   Eigen::AlignedBox3d box, centres;
   for (std::uint32_t k = first; k < last; ++k) {
-    const Eigen::AlignedBox3d of_face = boxOf(faces[order[k]]);
+    const Eigen::AlignedBox3d of_face = boxOfFace(faces[order[k]]);
     box.extend(of_face);
     centres.extend(of_face.center());
   }
@@ -175,7 +175,8 @@ void split(Mesh::Body& body, const std::vector<Mesh::Face>& faces, std::vector<s
   const std::uint32_t middle = first + (last - first) / 2;
   std::nth_element(order.begin() + first, order.begin() + middle, order.begin() + last,
                    [&](std::uint32_t a, std::uint32_t b) {
-                     const double x = boxOf(faces[a]).center()[axis], y = boxOf(faces[b]).center()[axis];
+                     const double x = boxOfFace(faces[a]).center()[axis],
+                                  y = boxOfFace(faces[b]).center()[axis];
                      return x < y || (x == y && a < b);
                    });
   const auto left = static_cast<std::uint32_t>(body.nodes.size());

@@ -89,10 +89,10 @@ class Reader {
 
 // Limits that no simulated clay comes near. Larger numbers would ask for an endless number of steps, or for
 // cells of the neighbour search whose index fits into no integer.
-constexpr double longest_time = 1e9;   // s
-constexpr double longest_carry = 1.0;  // s; a real carry is shorter than a step
-constexpr float farthest = 1e6f;       // m
-constexpr float fastest = 1e6f;        // m/s
+constexpr double longest_time = 1e9;    // s
+constexpr double longest_carry = 1.0;   // s; a real carry is shorter than a step
+constexpr float max_coordinate = 1e6f;  // m
+constexpr float fastest = 1e6f;         // m/s
 constexpr float max_density = 1e6f;
 constexpr float longest_bond = 1.0f;       // m
 constexpr float strongest = 1e9f;          // N, and N/m
@@ -127,7 +127,7 @@ void loadContacts(Reader& reader, const std::string& file, Sculpture& s) {
       fail(file, "is damaged: a contact");
     c.state = static_cast<Contact::State>(state);
     c.normal = reader.vector(2.0f, "a normal of");
-    c.anchor = reader.vector(farthest, "an anchor at");
+    c.anchor = reader.vector(max_coordinate, "an anchor at");
     c.stiffness = reader.in(0.0f, strongest, "a stiffness of");
     c.density = reader.in(-max_density, max_density, "a density of");
     c.friction = reader.vector(strongest, "a friction of");
@@ -218,7 +218,8 @@ Sculpture loadSculpture(const std::string& file) {
     field->resize(n);
     const bool velocity = field == &s.velocity;
     for (std::size_t i = 0; i < n; ++i)
-      field->set(i, reader.vector(velocity ? fastest : farthest, velocity ? "a speed of" : "a place at"));
+      field->set(i,
+                 reader.vector(velocity ? fastest : max_coordinate, velocity ? "a speed of" : "a place at"));
   }
   // A compression is infinite if no step was simulated yet.
   for (const float c : s.compression)

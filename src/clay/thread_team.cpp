@@ -7,7 +7,7 @@ namespace tactile_clay::clay {
 namespace {
 
 // About the time that sleeping and waking take.
-constexpr std::chrono::microseconds patience(20);
+constexpr std::chrono::microseconds spin_time(20);
 
 thread_local ThreadTeam* current_team = nullptr;
 
@@ -17,10 +17,10 @@ void pause() {
 #endif
 }
 
-/// @return whether done() became true within `patience`
+/// @return whether done() became true within `spin_time`
 template <typename F>
 bool comesSoon(const F& done) {
-  const auto end = std::chrono::steady_clock::now() + patience;
+  const auto end = std::chrono::steady_clock::now() + spin_time;
   do {
     for (int k = 0; k < 16; ++k) {
       if (done()) return true;

@@ -14,7 +14,6 @@ using namespace std::chrono_literals;
 using sonic_surface::Firmware;
 using Clock = std::chrono::steady_clock;
 
-constexpr char self[] = "sonic_surface";
 constexpr auto retry = 250ms;           // between tries to open a lost port
 constexpr auto open_patience = 1000ms;  // lets the guard of a driver that has just died finish
 // Hz. Half a period has to be shorter than the age at which points are stale: new ones are sent between them.
@@ -54,7 +53,8 @@ void SonicSurface::open(const std::map<std::string, std::string>& options) {
       const auto until =
           start +
           (busy ? std::max<std::chrono::duration<double>>(settings_.wait, open_patience) : settings_.wait);
-      if (Clock::now() > until) throw std::runtime_error(std::string(self) + ": " + error.what());
+      if (Clock::now() > until)
+        throw std::runtime_error(std::string(sonic_surface::self) + ": " + error.what());
       std::this_thread::sleep_for(20ms);
     }
   }
@@ -93,7 +93,8 @@ void SonicSurface::submit(const Sound& sound) {
   const Emission& emission = sound.emission;
   if (emission.modulation != ultrasound::Modulation::amplitude &&
       emission.modulation != ultrasound::Modulation::field)
-    throw std::runtime_error(std::string(self) + ": modulation " + ultrasound::nameOf(emission.modulation) +
+    throw std::runtime_error(std::string(sonic_surface::self) + ": modulation " +
+                             ultrasound::nameOf(emission.modulation) +
                              ", expected am or field: the wire is too slow to move points");
   std::optional<Pattern> pattern;
   if (!sound.parts.empty()) {
@@ -102,7 +103,7 @@ void SonicSurface::submit(const Sound& sound) {
     if (settings_.boards.firmware == Firmware::tactile)
       next.bytes.insert(next.bytes.begin(), sonic_surface::modulation(emission.modulation_frequency));
     else if (emission.modulation_frequency > 0.0 && emission.modulation_frequency < slowest_modulation)
-      throw std::runtime_error(std::string(self) + ": modulation of " +
+      throw std::runtime_error(std::string(sonic_surface::self) + ": modulation of " +
                                values::text(emission.modulation_frequency) + " Hz, expected 0 or at least " +
                                values::text(slowest_modulation) + " Hz");
     else if (emission.modulation_frequency > 0.0)
@@ -145,7 +146,7 @@ void SonicSurface::run() {
       return;
     } catch (const std::exception& error) {
       const std::lock_guard<std::mutex> lock(mutex_);
-      fault_ = std::string(self) + ": " + error.what() + "; silent until it is back";
+      fault_ = std::string(sonic_surface::self) + ": " + error.what() + "; silent until it is back";
       wanted_.reset();
     }
     guard_.reset();
@@ -198,10 +199,11 @@ void SonicSurface::superviseGuard() {
       fault_.clear();
       break;
     case SilenceGuard::State::frozen:
-      fault_ = std::string(self) + ": the guard process does not answer; silent until it does";
+      fault_ = std::string(sonic_surface::self) + ": the guard process does not answer; silent until it does";
       break;
     case SilenceGuard::State::gone:
-      fault_ = std::string(self) + ": the guard process is gone; silent until the driver is started again";
+      fault_ = std::string(sonic_surface::self) +
+               ": the guard process is gone; silent until the driver is started again";
       break;
   }
 }

@@ -30,7 +30,7 @@ std::string readAll(const std::string& path) {
 
 /// The number that the whole text is.
 /// @return nothing if the text is no number
-std::optional<double> number(const std::string& text) {
+std::optional<double> numberIn(const std::string& text) {
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
   if (text.empty() || *end != '\0' || !std::isfinite(value)) return std::nullopt;
@@ -55,9 +55,9 @@ std::vector<double> ofTable(const std::string& path, const std::string& text) {
     }
     const std::size_t comma = line.find(',');
     if (comma == std::string::npos) expected("channel,turns");
-    const std::optional<double> channel = number(line.substr(0, comma));
+    const std::optional<double> channel = numberIn(line.substr(0, comma));
     const std::string word = line.substr(comma + 1);
-    const std::optional<double> value = word == "flipped" ? 0.5 : number(word);
+    const std::optional<double> value = word == "flipped" ? 0.5 : numberIn(word);
     if (!channel || *channel < 0 || *channel >= channels || *channel != std::floor(*channel))
       expected("a channel from 0 to 255");
     if (!value || std::abs(*value) > 1.0) expected("turns from -1 to 1, or flipped");
@@ -82,7 +82,7 @@ std::vector<double> ofFirmware(const std::string& path, const std::string& text)
   for (std::string word; std::getline(numbers, word, ',');) {
     word.erase(std::remove_if(word.begin(), word.end(), [](unsigned char c) { return std::isspace(c) != 0; }),
                word.end());
-    const std::optional<double> value = number(word);
+    const std::optional<double> value = numberIn(word);
     if (!value || *value < 0.0 || *value > 32.0)
       fail(path, "PHASE_CORRECTION has '" + word.substr(0, 20) + "', " + expected);
     turns.push_back(*value / 32.0);

@@ -9,8 +9,6 @@
 namespace tactile_clay::device::sonic_surface {
 namespace {
 
-constexpr char self[] = "sonic_surface";
-
 /// What the user should know about the boards that the options name.
 std::vector<std::string> remarksOn(const std::map<std::string, std::string>& options, Firmware firmware) {
   const auto given = [&](const char* key) { return options.count(key) > 0 && !options.at(key).empty(); };

@@ -10,6 +10,8 @@
 
 namespace tactile_clay::device::sonic_surface {
 
+constexpr char self[] = "sonic_surface";  // how it begins its messages
+
 /// The options of the device SonicSurface, which its class describes.
 struct Settings {
   std::string path;  // of the port

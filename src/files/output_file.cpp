@@ -18,12 +18,12 @@ namespace {
 
 constexpr mode_t usual_mode = 0644;
 
-[[noreturn]] void fail(const std::string& file, const std::string& what) {
+[[noreturn]] void failTo(const std::string& file, const std::string& what) {
   throw std::runtime_error(file + ": " + what);
 }
 [[noreturn]] void failToWrite(const std::string& file, int error) {
-  fail(file, std::string("cannot be written (") + std::strerror(error) +
-                 "), expected a name in a folder to write to");
+  failTo(file, std::string("cannot be written (") + std::strerror(error) +
+                   "), expected a name in a folder to write to");
 }
 
 /// The file to which a link leads, or the name itself if it is no link.
@@ -32,7 +32,7 @@ std::string target(const std::string& file) {
   if (::lstat(file.c_str(), &status) != 0 || !S_ISLNK(status.st_mode)) return file;
   char resolved[PATH_MAX];
   if (::realpath(file.c_str(), resolved) == nullptr)
-    fail(file, "is a link that leads nowhere, expected a regular file or a new name");
+    failTo(file, "is a link that leads nowhere, expected a regular file or a new name");
   return resolved;
 }
 
@@ -40,8 +40,8 @@ std::string target(const std::string& file) {
 mode_t judge(const std::string& file, Existing existing) {
   struct stat status {};
   if (::lstat(file.c_str(), &status) != 0) return usual_mode;
-  if (!S_ISREG(status.st_mode)) fail(file, "is not a regular file, expected one or a new name");
-  if (existing == Existing::keep) fail(file, "exists already, expected a new name");
+  if (!S_ISREG(status.st_mode)) failTo(file, "is not a regular file, expected one or a new name");
+  if (existing == Existing::keep) failTo(file, "exists already, expected a new name");
   return status.st_mode & 07777U;
 }
 
@@ -75,7 +75,7 @@ class Part {
     // This file system cannot check and rename in one operation: a file that took the name in the last
     // microseconds may be lost.
     if (error == EINVAL) error = ::rename(name_.c_str(), file_.c_str()) == 0 ? 0 : errno;
-    if (error == EEXIST) fail(file_, "exists already, expected a new name");
+    if (error == EEXIST) failTo(file_, "exists already, expected a new name");
     if (error != 0) failToWrite(file_, error);
     renamed_ = true;
   }
@@ -99,7 +99,7 @@ void syncFolderOf(const std::string& file) {
 
 void writeWhole(const std::string& file, const std::string& content, Existing existing) {
   if (file.empty() || file.find('\0') != std::string::npos)
-    fail(file.substr(0, file.find('\0')), "is no name of a file, expected one");
+    failTo(file.substr(0, file.find('\0')), "is no name of a file, expected one");
   const std::string path = target(file);
   const mode_t mode = judge(path, existing);
   Part part(path);

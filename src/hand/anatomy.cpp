@@ -21,7 +21,6 @@ PalmAnatomy palmAnatomy(const Eigen::Vector3d& base, const Eigen::Vector3d& knuc
 /// Minimum and maximum angles in degrees.
 FingerLimits limits(const Eigen::Vector2d& mcp, const Eigen::Vector2d& pip, const Eigen::Vector2d& dip,
                     const Eigen::Vector2d& abduction) {
-  constexpr double degree = M_PI / 180.0;
   return {{mcp * degree, pip * degree, dip * degree}, abduction * degree};
 }
 

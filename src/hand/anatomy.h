@@ -2,11 +2,14 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <optional>
 
 #include "hand/tracked_hand.h"
 
 namespace tactile_clay::hand {
+
+constexpr double degree = M_PI / 180.0;  // rad
 
 /// A joint of the reference hand (scale 1). Lengths: Buryanov & Kotiuk 2010, "Proportions of hand segments".
 struct JointAnatomy {

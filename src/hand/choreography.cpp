@@ -14,7 +14,6 @@ namespace {
 using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 
-constexpr double degree = M_PI / 180.0;
 constexpr int max_repeats = 1000;  // of a stroke: over an hour of kneading
 
 bool repeats(int times) {

@@ -8,17 +8,17 @@ namespace tactile_clay::hand {
 namespace {
 
 // If flesh is inside out for so long, no hand can take the pose.
-constexpr double patience = 0.1;     // s
-constexpr double forgetting = 0.02;  // s, taken off this time in each second without flesh inside out
-constexpr double yielding = 3.0;     // share of its reach that a finger gives up, or gets back, per second
-constexpr double elsewhere = 5e-3;   // m; if a joint moves by more in the palm, the pose is another one
+constexpr double patience = 0.1;         // s
+constexpr double forgotten_time = 0.02;  // s, taken off this time in each second without flesh inside out
+constexpr double yielding = 3.0;    // share of its reach that a finger gives up, or gets back, per second
+constexpr double elsewhere = 5e-3;  // m; if a joint moves by more in the palm, the pose is another one
 
 }  // namespace
 
 void addStep(FingerYields& yields, const std::array<bool, finger_count>& inside_out, double h) {
   for (int f = 0; f < finger_count; ++f)
     yields[f].inside_out =
-        std::clamp(yields[f].inside_out + (inside_out[f] ? h : -forgetting * h), 0.0, patience);
+        std::clamp(yields[f].inside_out + (inside_out[f] ? h : -forgotten_time * h), 0.0, patience);
 }
 
 void yield(FingerYields& yields, const TrackedHand& tracked, const BodyPose& palm, double dt) {

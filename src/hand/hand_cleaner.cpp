@@ -13,7 +13,7 @@ using values::seconds;
 
 // For a slow tracker: its next frame is late after this many periods. The hand is then gone in time
 // for the array to be silent after 0.15 s.
-constexpr double late = 1.15;
+constexpr double late_after = 1.15;
 constexpr double longest_hold = 0.07, shortest_fade = 0.03;  // s
 constexpr double newest_period = 0.2;                        // share of the newest period in the mean
 
@@ -124,7 +124,7 @@ void HandCleaner::miss(std::optional<HandTrack>& track, std::chrono::nanoseconds
   if (!track) return;
   if (track->presence > 0.0) ++counts_.dropouts;
   const double age = seconds(stamp - track->stamp);
-  const double hold = std::max(config_.hold, std::min(late * period_, longest_hold));
+  const double hold = std::max(config_.hold, std::min(late_after * period_, longest_hold));
   const double gone = std::max(config_.gone, hold + shortest_fade);
   const double left = (gone - age) / (gone - hold);
   track->presence = std::max(0.0, std::min(track->presence, left));

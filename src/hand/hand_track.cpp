@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 // Factor of the radii at the end of a fade. On a thinner finger, the skins of its two sides are both in reach
 // of one particle of clay, and push it about.
-constexpr double thinnest = 0.5;
+constexpr double thinnest_of_seen = 0.5;
 constexpr double velocity_cutoff = 10.0;  // Hz, of the motion that is used for prediction
 // m/s^2, maximum by which a hand speeds up or slows down: a stroke of half a metre in a sixth of a second.
 constexpr double quickest_start = 100.0;
@@ -128,7 +128,8 @@ bool isArtefact(const HandTrack& track, const TrackedHand& hand, std::chrono::na
 TrackedHand faded(const HandTrack& track) {
   TrackedHand hand = track.predicted;
   if (track.presence >= 1.0) return hand;
-  const double factor = std::max(thinnest + (1.0 - thinnest) * track.presence, minimumRadiusFactor(hand));
+  const double factor =
+      std::max(thinnest_of_seen + (1.0 - thinnest_of_seen) * track.presence, minimumRadiusFactor(hand));
   hand.confidence *= track.presence;
   for (JointPose& joint : hand.joints) joint.radius *= factor;
   return hand;

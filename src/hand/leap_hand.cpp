@@ -15,7 +15,7 @@ namespace tactile_clay::hand::leap {
 namespace {
 
 using Eigen::Vector3d;
-using Positions = std::array<std::optional<Vector3d>, joint_count>;
+using SeenPositions = std::array<std::optional<Vector3d>, joint_count>;
 
 // Metres in our axes. A direction gets a length of 1/1000; its user normalises it.
 Vector3d fromLeap(const Vector3d& v) {
@@ -69,7 +69,7 @@ Eigen::Matrix3d palmRotation(const Json& hand) {
 
 // What the pointables of a hand tell about its joints.
 struct KnownJoints {
-  Positions positions;
+  SeenPositions positions;
   std::array<const Json*, finger_count> pointables{};  // nullptr: none, or none that can be read
   std::vector<UnreadJoint> unread;
 
@@ -120,7 +120,7 @@ KnownJoints knownJoints(const Pointables& pointables, const std::string& hand_id
 
 // Seen from the back of a right hand with its fingers up, the thumb is on the left, and the knuckles follow
 // in their order.
-Side sideOf(const Json& hand, const Positions& positions, const Eigen::Matrix3d& rotation) {
+Side sideOf(const Json& hand, const SeenPositions& positions, const Eigen::Matrix3d& rotation) {
   const std::string type = handType(hand);
   if (type == "left") return Side::left;
   if (type == "right") return Side::right;
@@ -146,7 +146,7 @@ Vector3d boneTip(const Json& pointable, const Vector3d& pip, const Vector3d& dip
 
 // The wrist by a metacarpal, since these are fixed to it: by that of the middle finger, or the next one that
 // is known.
-Vector3d wristPosition(const PalmFrame& frame, const Positions& positions) {
+Vector3d wristPosition(const PalmFrame& frame, const SeenPositions& positions) {
   for (const int finger : {2, 1, 3, 4})
     if (const auto& base = positions[fingers[finger].first])
       return *base + frame.offset(wrist_in_palm - palm_anatomy[finger].base);
@@ -155,7 +155,7 @@ Vector3d wristPosition(const PalmFrame& frame, const Positions& positions) {
 
 // Adds the joints that messages may leave out, and takes out those that could not be read.
 void fillMissing(const PalmFrame& frame, const Json& hand, KnownJoints& known) {
-  Positions& positions = known.positions;
+  SeenPositions& positions = known.positions;
   for (int finger = 0; finger < finger_count; ++finger) {
     const FingerJoints& joints = fingers[finger];
     const PalmAnatomy& anatomy = palm_anatomy[finger];
@@ -175,7 +175,7 @@ void fillMissing(const PalmFrame& frame, const Json& hand, KnownJoints& known) {
   if (!positions[wrist]) positions[wrist] = wristPosition(frame, positions);
 }
 
-void setJoints(const PalmFrame& frame, const Positions& positions, TrackedHand& hand) {
+void setJoints(const PalmFrame& frame, const SeenPositions& positions, TrackedHand& hand) {
   std::array<JointPose, joint_count>& poses = hand.joints;
   for (int joint = 0; joint < joint_count; ++joint) {
     hand.missing[joint] = !positions[joint];

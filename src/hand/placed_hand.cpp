@@ -11,12 +11,6 @@ namespace tactile_clay::hand {
 using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 
-namespace {
-
-constexpr double degree = M_PI / 180.0;
-
-}  // namespace
-
 Eigen::Isometry3d palmDown(double pitch) {
   Eigen::Matrix3d rotation;
   rotation << -Vector3d::UnitY(), Vector3d::UnitZ(), -Vector3d::UnitX();

@@ -11,8 +11,6 @@ namespace {
 using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 
-constexpr double degree = M_PI / 180.0;
-
 /// Fingers forward, palm to the axis, thumb up. The hand is opened by the angle at which it does not squeeze
 /// the clay out to the front or to the back. Its skin touches a cone with `distance` as its radius at half
 /// the height, m, and its lowest skin is at height z, m.

@@ -11,8 +11,8 @@
 namespace tactile_clay::hand {
 namespace {
 
-constexpr double load_lifetime = 0.1;   // s
-constexpr std::size_t remembered = 16;  // skins
+constexpr double load_lifetime = 0.1;         // s
+constexpr std::size_t remembered_skins = 16;  // skins
 constexpr double seconds_a_nano = 1e-9;
 
 const SoftHandParameters& checked(double spacing, const SoftHandParameters& parameters) {
@@ -128,7 +128,7 @@ Skin SoftHands::update(const std::vector<TrackedHand>& hands_in_world, std::chro
   for (int side = 0; side < 2; ++side)
     if (!seen[side]) hands_[side].reset();
   past_.push_back(std::move(past));
-  if (past_.size() > remembered) past_.pop_front();
+  if (past_.size() > remembered_skins) past_.pop_front();
   return all;
 }
 

@@ -16,7 +16,7 @@ constexpr double board_thickness = 0.004, transducer_height = 0.007;  // m
 constexpr double direction_length = 0.004, direction_width = 0.0002;  // m
 constexpr char directions[] = "directions of the transducers";
 
-visualization_msgs::Marker marker(int id, int type, float grey) {
+visualization_msgs::Marker greyMarker(int id, int type, float grey) {
   visualization_msgs::Marker marker;
   marker.header.frame_id = frame::array;
   marker.ns = "array";
@@ -34,7 +34,7 @@ visualization_msgs::Marker marker(int id, int type, float grey) {
 visualization_msgs::MarkerArrayPtr arrayMarkers(const ultrasound::ArrayLayout& layout) {
   using visualization_msgs::Marker;
   Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::max()), high = -low;
-  Marker transducers = marker(1, Marker::SPHERE_LIST, 0.75f);
+  Marker transducers = greyMarker(1, Marker::SPHERE_LIST, 0.75f);
   transducers.scale.x = transducers.scale.y = 0.85 * layout.pitch;
   transducers.scale.z = transducer_height;
   const Eigen::Vector3d below_face(0.0, 0.0, 0.5 * transducer_height);
@@ -43,14 +43,14 @@ visualization_msgs::MarkerArrayPtr arrayMarkers(const ultrasound::ArrayLayout& l
     high = high.cwiseMax(position);
     transducers.points.push_back(tf2::toMsg(Eigen::Vector3d(position - below_face)));
   }
-  Marker board = marker(0, Marker::CUBE, 0.15f);
+  Marker board = greyMarker(0, Marker::CUBE, 0.15f);
   board.pose.position.x = 0.5 * (low.x() + high.x());
   board.pose.position.y = 0.5 * (low.y() + high.y());
   board.pose.position.z = low.z() - transducer_height - 0.5 * board_thickness;
   board.scale.x = high.x() - low.x() + 2.0 * layout.pitch;
   board.scale.y = high.y() - low.y() + 2.0 * layout.pitch;
   board.scale.z = board_thickness;
-  Marker lines = marker(2, Marker::LINE_LIST, 0.75f);
+  Marker lines = greyMarker(2, Marker::LINE_LIST, 0.75f);
   lines.ns = directions;
   lines.scale.x = direction_width;
   for (std::size_t n = 0; n < layout.size(); ++n) {

@@ -27,7 +27,7 @@ std::vector<std::string> groupsOf(const std::vector<Setting>& settings) {
   return groups;
 }
 
-void add(Config& config, const std::string& name, const SettingValue& value) {
+void addTo(Config& config, const std::string& name, const SettingValue& value) {
   if (const bool* truth = std::get_if<bool>(&value))
     config.bools.push_back(namedValue<dynamic_reconfigure::BoolParameter>(name, *truth));
   else if (const int* whole = std::get_if<int>(&value))
@@ -42,7 +42,7 @@ void add(Config& config, const std::string& name, const SettingValue& value) {
 template <class ValueOf>
 Config configOf(const std::vector<Setting>& settings, ValueOf value_of) {
   Config config;
-  for (const Setting& setting : settings) add(config, setting.name, value_of(setting));
+  for (const Setting& setting : settings) addTo(config, setting.name, value_of(setting));
   const std::vector<std::string> groups = groupsOf(settings);
   for (std::size_t k = 0; k < groups.size(); ++k) {
     dynamic_reconfigure::GroupState group;

@@ -24,7 +24,7 @@ constexpr int look_every = 100;    // ms
 constexpr double patience = 2.0;   // s, without array/state
 constexpr double rig_every = 3.0;  // s, between questions to the master
 
-QString newName(const QString& what, const QString& end) {
+QString newFile(const QString& what, const QString& end) {
   return what + "_" + QDateTime::currentDateTime().toString("yyyy-MM-dd_hh-mm-ss-zzz") + end;
 }
 
@@ -195,7 +195,7 @@ void ExperimenterPanel::undo() {
 }
 
 void ExperimenterPanel::saveClay() {
-  newest_ = QDir(folder_->text()).filePath(newName("clay", ".clay")).toStdString();
+  newest_ = QDir(folder_->text()).filePath(newFile("clay", ".clay")).toStdString();
   call("save", fileCall(clay_name_ + "/save", newest_));
 }
 
@@ -209,12 +209,12 @@ void ExperimenterPanel::loadClay() {
 }
 
 void ExperimenterPanel::exportMesh(const QString& ending) {
-  const std::string file = QDir(folder_->text()).filePath(newName("clay", ending)).toStdString();
+  const std::string file = QDir(folder_->text()).filePath(newFile("clay", ending)).toStdString();
   call("export", fileCall(surface() + "/export", file));
 }
 
 void ExperimenterPanel::record() {
-  recording_.start(QDir(QDir(folder_->text()).absolutePath()).filePath(newName("run", ".bag")));
+  recording_.start(QDir(QDir(folder_->text()).absolutePath()).filePath(newFile("run", ".bag")));
 }
 
 void ExperimenterPanel::lookAtRecording() {

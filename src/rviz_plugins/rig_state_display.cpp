@@ -14,7 +14,7 @@ namespace tactile_clay::rviz_plugins {
 namespace {
 
 constexpr float drawn_every = 0.25f;  // s; numbers that change faster cannot be read
-constexpr double patience = 2.0;      // s, without a message
+constexpr double max_age = 2.0;       // s, without a message
 constexpr double real_time = 0.97;    // real-time factor from which the clay keeps up
 constexpr int margin = 12, gap = 6;   // pixels
 
@@ -93,7 +93,7 @@ void RigStateDisplay::subscribe() {
 std::vector<RigStateDisplay::Line> RigStateDisplay::lines() const {
   const ros::SteadyTime now = ros::SteadyTime::now();
   std::vector<Line> lines;
-  if (!clay_ || (now - clay_came_).toSec() > patience) {
+  if (!clay_ || (now - clay_came_).toSec() > max_age) {
     lines.push_back({"clay: no news", 2});
   } else {
     const bool late = clay_->real_time_factor > 0.0f && clay_->real_time_factor < real_time;
@@ -101,7 +101,7 @@ std::vector<RigStateDisplay::Line> RigStateDisplay::lines() const {
                          text("%.2f of real time", clay_->real_time_factor),
                      late ? 1 : 0});
   }
-  if (!array_ || (now - array_came_).toSec() > patience) {
+  if (!array_ || (now - array_came_).toSec() > max_age) {
     lines.push_back({"array: no news", 2});
   } else {
     if (array_->emitting)

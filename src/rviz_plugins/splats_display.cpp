@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* instead = "Switch on the display 'Clay' or 'Clay as balls' instead.";
 
-std::string newName() {
+std::string newSceneName() {
   static unsigned count = 0;
   return "tactile_clay splats " + std::to_string(count++);
 }
@@ -45,7 +45,7 @@ void SplatsDisplay::onInitialize() {
     return;
   }
   try {
-    scene_ = std::make_unique<SplatScene>(*scene_manager_, newName());
+    scene_ = std::make_unique<SplatScene>(*scene_manager_, newSceneName());
   } catch (const std::exception& error) {
     refuse(error.what());
     return;

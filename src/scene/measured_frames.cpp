@@ -11,13 +11,13 @@
 namespace tactile_clay::scene {
 namespace {
 
-constexpr float radius = 0.035f;     // m, of a ball: half the breadth of a fist
-constexpr float speed = 0.15f;       // m/s, down, as hands that knead
-constexpr int max_frames = 14;       // of a pass, in which a ball goes down by its radius
-constexpr int first_frames = 2;      // of a pass, not counted: they use their memory for the first time
-constexpr int min_frames = 3;        // counted, of each quality
-constexpr double max_time = 250.0;   // ms, of a quality
-constexpr double patience = 5000.0;  // ms, for all qualities, while other programs use the processors
+constexpr float radius = 0.035f;          // m, of a ball: half the breadth of a fist
+constexpr float speed = 0.15f;            // m/s, down, as hands that knead
+constexpr int max_frames = 14;            // of a pass, in which a ball goes down by its radius
+constexpr int first_frames = 2;           // of a pass, not counted: they use their memory for the first time
+constexpr int min_frames = 3;             // counted, of each quality
+constexpr double max_time = 250.0;        // ms, of a quality
+constexpr double max_measuring = 5000.0;  // ms, for all qualities, while other programs use the processors
 // Share of a frame for which its threads wait for a processor while nothing else runs.
 constexpr double max_wait = 0.05;
 
@@ -128,7 +128,7 @@ std::vector<double> measuredFrames(const Scene& scene, const Solids& solids,
     FrameTimes times;
     do {
       measurePass(scene, solids, quality, balls, times);
-    } while (!times.enough() && milliseconds(Clock::now() - start) < patience);
+    } while (!times.enough() && milliseconds(Clock::now() - start) < max_measuring);
     std::vector<double>& ms = times.enough() ? times.undisturbed : times.all;
     const auto at = ms.begin() + static_cast<std::ptrdiff_t>(ms.size() / 4);
     std::nth_element(ms.begin(), at, ms.end());

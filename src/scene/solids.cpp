@@ -13,8 +13,8 @@
 namespace tactile_clay::scene {
 namespace {
 
-constexpr std::size_t max_solids = 1000;       // of a model: each costs time in every step
-constexpr std::size_t max_triangles = 500000;  // of all meshes of a model: some 150 MB
+constexpr std::size_t max_solids = 1000;             // of a model: each costs time in every step
+constexpr std::size_t max_model_triangles = 500000;  // of all meshes of a model: some 150 MB
 
 Eigen::Isometry3d toEigen(const urdf::Pose& pose) {
   Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
@@ -151,9 +151,9 @@ Solids::Solids(const std::string& urdf_xml, const std::vector<Motion>& motions,
         clay::Solid& solid = model_->solids.back();
         solid.pose = pose;
         triangles += solid.mesh != nullptr ? solid.mesh->triangles() : 0;
-        if (triangles > max_triangles)
+        if (triangles > max_model_triangles)
           throw std::runtime_error("urdf: the meshes up to link '" + link.name + "' have more than " +
-                                   std::to_string(max_triangles) + " triangles, expected fewer");
+                                   std::to_string(max_model_triangles) + " triangles, expected fewer");
       });
 }
 

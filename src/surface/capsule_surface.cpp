@@ -10,7 +10,7 @@ namespace {
 
 constexpr float reach = 0.004f;  // m, distance from a capsule at which its kernel ends
 constexpr float level = 0.5f;
-constexpr double farthest = 1000.0;  // m, from the origin
+constexpr double farthest_centre = 1000.0;  // m, from the origin
 
 /// A capsule as numbers for lanes. If one of its spheres contains the other, it is that sphere.
 struct Cone {
@@ -65,7 +65,7 @@ TriangleMesh CapsuleSurface::update(const std::vector<hand::Capsule>& capsules) 
     const double radius = std::max(capsule.radius_from, capsule.radius_to) + reach;
     const Eigen::Vector3d low = capsule.from.cwiseMin(capsule.to).array() - radius,
                           high = capsule.from.cwiseMax(capsule.to).array() + radius;
-    if (!(low.minCoeff() >= -farthest && high.maxCoeff() <= farthest)) continue;
+    if (!(low.minCoeff() >= -farthest_centre && high.maxCoeff() <= farthest_centre)) continue;
     cones.push_back(coneOf(capsule));
     boxes_.push_back({low.cast<float>(), high.cast<float>()});
   }

@@ -10,11 +10,10 @@ namespace {
 // Corners keep this distance from the nodes, as a share of a cell, so that no two are at the same place.
 constexpr float min_share = 1e-3f;
 
-constexpr int size = FieldGrid::block_size, row = FieldGrid::row_size;
-
 }  // namespace
 
 void march(FieldGrid& grid, float level, TriangleMesh& mesh, std::vector<std::uint32_t>& block_of) {
+  constexpr int size = FieldGrid::block_size, row = FieldGrid::row_size;
   const CellPolygons& polygons = cellPolygons();
   std::vector<FieldGrid::Block>& blocks = grid.blocks();
   const float edge = grid.cell();

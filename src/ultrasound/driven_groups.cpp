@@ -20,15 +20,15 @@ TACTILE_CLAY_INLINE Lanes groupSum(const PistonSource* sources, const std::uint3
   return total;
 }
 
-TACTILE_CLAY_MULTIVERSION void sumSimple(const PistonSource* sources, const std::uint32_t* ends,
-                                         std::size_t groups, const PistonConstants& air, const LanePoints& at,
-                                         Lanes* sums) {
+TACTILE_CLAY_MULTIVERSION void sumSimpleGroups(const PistonSource* sources, const std::uint32_t* ends,
+                                               std::size_t groups, const PistonConstants& air,
+                                               const LanePoints& at, Lanes* sums) {
   *sums = groupSum<true>(sources, ends, groups, air, at);
 }
 
-TACTILE_CLAY_MULTIVERSION void sumAny(const PistonSource* sources, const std::uint32_t* ends,
-                                      std::size_t groups, const PistonConstants& air, const LanePoints& at,
-                                      Lanes* sums) {
+TACTILE_CLAY_MULTIVERSION void sumAnyGroups(const PistonSource* sources, const std::uint32_t* ends,
+                                            std::size_t groups, const PistonConstants& air,
+                                            const LanePoints& at, Lanes* sums) {
   *sums = groupSum<false>(sources, ends, groups, air, at);
 }
 
@@ -49,7 +49,8 @@ DrivenGroups::DrivenGroups(const ArrayLayout& layout, const Acoustics& acoustics
 }
 
 void DrivenGroups::sums(std::size_t depth, const LanePoints& at, Lanes& sums) const {
-  (simple_ ? sumSimple : sumAny)(source_.data(), ends_[depth].data(), ends_[depth].size(), air_, at, &sums);
+  (simple_ ? sumSimpleGroups : sumAnyGroups)(source_.data(), ends_[depth].data(), ends_[depth].size(), air_,
+                                             at, &sums);
 }
 
 }  // namespace tactile_clay::ultrasound

@@ -3,12 +3,12 @@
 #include <algorithm>
 
 #include "ultrasound/propagator.h"
+#include "ultrasound/turns.h"
 
 namespace tactile_clay::ultrasound {
 namespace {
 
 constexpr double enough_width = 0.5;  // d of the objective
-constexpr auto two_pi = static_cast<float>(2.0 * M_PI);
 
 /// Sums of the amplitudes of a row.
 struct RowSums {
@@ -17,9 +17,9 @@ struct RowSums {
 
 /// The waves of all transducers at a point, as they count on skin (onSkin).
 /// @param normal of the skin, of length 1 or 0
-TACTILE_CLAY_MULTIVERSION RowSums fillRow(const TransducerLanes& t, const PistonConstants& air,
-                                          float strength, const float* point, const float* normal,
-                                          ComplexLanes* row) {
+TACTILE_CLAY_MULTIVERSION RowSums fillRowOfSample(const TransducerLanes& t, const PistonConstants& air,
+                                                  float strength, const float* point, const float* normal,
+                                                  ComplexLanes* row) {
   Lanes total{}, on_skin{};
   for (std::size_t i = 0; i < t.x.size(); ++i) {
     const LaneWaves w = wavesAt(t, i, air, strength, point);
@@ -68,8 +68,8 @@ FieldObjective::FieldObjective(const ArrayLayout& layout, const Acoustics& acous
   for (std::size_t m = 0; m < count_; ++m) {
     const Eigen::Vector3f at = targets[m].position.cast<float>();
     const Eigen::Vector3f normal = targets[m].normal.normalized().cast<float>();  // a zero stays zero
-    const RowSums sums = fillRow(transducers, air, static_cast<float>(acoustics.reference_pressure),
-                                 at.data(), normal.data(), row.data());
+    const RowSums sums = fillRowOfSample(transducers, air, static_cast<float>(acoustics.reference_pressure),
+                                         at.data(), normal.data(), row.data());
     reach_.push_back(sums.free);
     if (sums.on_skin > 0.0f) g_.setRow(m, row.data(), sums.on_skin);
     unit_ = std::max(unit_, targets[m].intensity * reach_[m]);

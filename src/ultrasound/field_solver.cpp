@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "ultrasound/field_objective.h"
+#include "ultrasound/turns.h"
 #include "values/range.h"
 
 namespace tactile_clay::ultrasound {
@@ -13,18 +14,16 @@ namespace {
 
 constexpr std::size_t memory = 6;    // pairs of L-BFGS; more gain nothing in 40 evaluations
 constexpr int trial = 2;             // evaluations from each of two starts, to compare them
-constexpr double first_step = 0.03;  // turns, root mean square over the transducers
+constexpr double first_turn = 0.03;  // turns, root mean square over the transducers
 // Minimum decrease of a step over the decrease that the slope predicts (Nocedal & Wright).
 constexpr double armijo = 1e-4;
-constexpr auto two_pi = static_cast<float>(2.0 * M_PI);
-constexpr auto over_turn = static_cast<float>(0.5 / M_PI);
 
 void require(bool holds, const std::string& what) {
   if (!holds) throw std::invalid_argument("field solver: " + what);
 }
 
-void check(const ArrayLayout& layout, const std::vector<FocalPoint>& targets,
-           const FieldSolverOptions& options, const std::vector<Drive>& before) {
+void checkTargets(const ArrayLayout& layout, const std::vector<FocalPoint>& targets,
+                  const FieldSolverOptions& options, const std::vector<Drive>& before) {
   options.validate();
   for (const FocalPoint& target : targets) {
     const std::string name = " of target " + std::to_string(target.id);
@@ -107,7 +106,7 @@ double descend(FieldObjective& objective, int evaluations, Turns& turns) {
     }
     if (!(slope < 0.0)) break;  // a minimum
     const auto numbers = static_cast<double>(turns.size() * wide_lane_count);
-    double length = pairs.empty() ? first_step / std::sqrt(dot(step, step) / numbers) : 1.0;
+    double length = pairs.empty() ? first_turn / std::sqrt(dot(step, step) / numbers) : 1.0;
     for (bool lower = false; !lower && used < evaluations; ++used) {
       next = turns;
       addScaled(step, static_cast<float>(length), next);
@@ -145,7 +144,7 @@ Turns turnsOf(const std::vector<Drive>& drives, std::size_t width) {
 }
 
 /// The amplitude of all transducers with which the pressure is not higher than wanted.
-float amplitudeOf(const FieldSolverOptions& options, double scale) {
+float amplitudeOfAll(const FieldSolverOptions& options, double scale) {
   const double share = std::min(1.0, std::sqrt(1.0 / scale));
   const double amplitude = options.amplitude * share;
   if (options.amplitude_levels == 0) return static_cast<float>(amplitude);
@@ -203,7 +202,7 @@ void FieldSolverOptions::validate() const {
 FieldSolution solveField(const ArrayLayout& layout, const Acoustics& acoustics,
                          const std::vector<FocalPoint>& targets, const FieldSolverOptions& options,
                          const std::vector<Drive>& before) {
-  check(layout, targets, options, before);
+  checkTargets(layout, targets, options, before);
   FieldObjective objective(layout, acoustics, targets, options);
   FieldSolution solution;
   solution.reach = objective.reach();
@@ -238,7 +237,7 @@ FieldSolution solveField(const ArrayLayout& layout, const Acoustics& acoustics,
 
   objective(turns, nullptr);
   solution.error = objective.error();
-  const float amplitude = amplitudeOf(options, objective.scale());
+  const float amplitude = amplitudeOfAll(options, objective.scale());
   const double share = amplitude / options.amplitude;
   solution.scale = share * share * objective.scale();
   for (std::size_t m = 0; m < targets.size(); ++m) solution.on_skin[m] = share * objective.amplitude(m);

@@ -47,8 +47,8 @@ TACTILE_CLAY_MULTIVERSION void roundDrive(const ComplexLanes* q, std::size_t wid
   }
 }
 
-TACTILE_CLAY_MULTIVERSION void addScaled(const LaneBits* re, const LaneBits* im, std::size_t width,
-                                         float unit, ComplexLanes* z) {
+TACTILE_CLAY_MULTIVERSION void addScaledRow(const LaneBits* re, const LaneBits* im, std::size_t width,
+                                            float unit, ComplexLanes* z) {
   for (std::size_t i = 0; i < width; ++i) {
     z[i].re += unit * __builtin_convertvector(re[i], Lanes);
     z[i].im += unit * __builtin_convertvector(im[i], Lanes);
@@ -184,7 +184,7 @@ void FixedPropagator::transposed(const float* re, const float* im, ComplexLanes*
     const float scale = max_of_u / maximum;
     roundPairs(re + first, im + first, &unit_[first], scale, count, whole_.data());
     kernels().transposed(&g_[first * padded_], whole_.data(), count, padded_, sum_re_.data(), sum_im_.data());
-    addScaled(sum_re_.data(), sum_im_.data(), width_, 1.0f / scale, z);
+    addScaledRow(sum_re_.data(), sum_im_.data(), width_, 1.0f / scale, z);
   }
 }
 

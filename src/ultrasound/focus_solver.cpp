@@ -9,7 +9,6 @@
 namespace tactile_clay::ultrasound {
 namespace {
 
-constexpr float tiny = 1e-20f;  // keeps divisions by an amplitude finite
 constexpr int ascent_passes = 10;
 constexpr float poor = 0.01f;              // error of the worst amplitude above which other starts are tried
 constexpr std::size_t more_starts = 6;     // at most wide_lane_count - 1
@@ -123,7 +122,7 @@ FocusSolver::FocusSolver(Propagator g, std::size_t transducers, double wavenumbe
 
 void FocusSolver::start(const DriveLanes& q) {
   propagate(g_, q, p_);
-  const Eigen::Array<bool, Eigen::Dynamic, 1> silent = p_.abs() <= tiny;
+  const Eigen::Array<bool, Eigen::Dynamic, 1> silent = p_.abs() <= tiny_amplitude;
   warm_ = !silent.all();
   p_.re = silent.select(1.0f, p_.re);
 }
@@ -155,7 +154,7 @@ void FocusSolver::limit(const PhaseLimit& limit, const DriveLanes& before) {
     im += before[i].im * q_[i].re - before[i].re * q_[i].im;
   }
   const std::complex<float> all(sum(re), sum(im));
-  const std::complex<float> by = std::abs(all) > tiny ? all / std::abs(all) : 1.0f;
+  const std::complex<float> by = std::abs(all) > tiny_amplitude ? all / std::abs(all) : 1.0f;
   for (ComplexLanes& a : q_) {
     a = {a.re * by.real() - a.im * by.imag(), a.re * by.imag() + a.im * by.real()};
   }
@@ -176,7 +175,7 @@ FocusField FocusSolver::p() const {
 
 /// Computes q from the phases of the foci and these weights.
 void FocusSolver::emit(const Eigen::ArrayXf& weight) {
-  const Eigen::ArrayXf scale = weight / p_.abs().max(tiny);
+  const Eigen::ArrayXf scale = weight / p_.abs().max(tiny_amplitude);
   p_.re *= scale;
   p_.im *= scale;
   backpropagate(g_, p_, q_);
@@ -192,7 +191,7 @@ void FocusSolver::gerchbergSaxton(const Eigen::ArrayXf& first, int passes) {
   Weights weights(first);
   for (int pass = 0; pass < passes; ++pass) {
     emit(weights.value);
-    weights.update(p_.abs().max(tiny));
+    weights.update(p_.abs().max(tiny_amplitude));
   }
 }
 
@@ -200,25 +199,25 @@ void FocusSolver::gerchbergSaxton(const Eigen::ArrayXf& first, int passes) {
 /// @return weights for `emit`
 Eigen::ArrayXf FocusSolver::amongFoci(int passes) {
   const Eigen::MatrixXcf r = gram(g_);
-  const Eigen::ArrayXf over_energy = r.diagonal().real().array().max(tiny).inverse();
+  const Eigen::ArrayXf over_energy = r.diagonal().real().array().max(tiny_amplitude).inverse();
   Eigen::VectorXcf p(p_.re.size());
   p.real() = p_.re.matrix();
   p.imag() = p_.im.matrix();
   Eigen::VectorXcf source(p.size());
   for (int pass = 0; pass < passes; ++pass) {
-    source = p.array() * (over_energy / p.array().abs().max(tiny)).cast<std::complex<float>>();
+    source = p.array() * (over_energy / p.array().abs().max(tiny_amplitude)).cast<std::complex<float>>();
     p.noalias() = r * source;
   }
   p_.re = p.real().array();
   p_.im = p.imag().array();
-  return over_energy / p_.abs().max(tiny);
+  return over_energy / p_.abs().max(tiny_amplitude);
 }
 
 /// Phases of the foci that give the most power, the best of sixteen starts.
 /// @return weights for `emit`
 Eigen::ArrayXf FocusSolver::strongest() {
   const Eigen::MatrixXcf r = gram(g_);
-  const Eigen::ArrayXf over_energy = r.diagonal().real().array().max(tiny).inverse();
+  const Eigen::ArrayXf over_energy = r.diagonal().real().array().max(tiny_amplitude).inverse();
   LaneArray<ComplexLanes> source = scattered(g_.foci);
   Lanes power;
   ascend(r, over_energy, ascent_passes, source.data(), power);
@@ -231,7 +230,7 @@ Eigen::ArrayXf FocusSolver::strongest() {
   const Eigen::VectorXcf p = r * c;
   p_.re = p.real().array();
   p_.im = p.imag().array();
-  return over_energy / p_.abs().max(tiny);
+  return over_energy / p_.abs().max(tiny_amplitude);
 }
 
 /// A weak focus on the axis of a strong one, above it, gets far too much pressure from all drives that give

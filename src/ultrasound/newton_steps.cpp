@@ -8,7 +8,6 @@
 namespace tactile_clay::ultrasound {
 namespace {
 
-constexpr float tiny = 1e-20f;  // keeps divisions by an amplitude finite
 constexpr int max_steps = 40;
 constexpr int peak_steps = 15;           // after which peaks that were not reached are given up
 constexpr float tolerance = 5e-4f;       // of an amplitude: below it single precision gains nothing
@@ -41,7 +40,7 @@ TACTILE_CLAY_MULTIVERSION void turnBy(const Lanes* const* rows, const float* lam
 }
 
 float meanSquareError(const Eigen::ArrayXf& amplitude) {
-  return (amplitude / std::max(amplitude.mean(), tiny) - 1.0f).square().mean();
+  return (amplitude / std::max(amplitude.mean(), tiny_amplitude) - 1.0f).square().mean();
 }
 
 /// What a focus lacks to be a peak close enough to its place.
@@ -83,7 +82,7 @@ void assess(const Propagator& g, float max_aside, const std::vector<FocusShape>&
     peak.narrowest = along.eigenvectors().col(0);
     const Eigen::Vector2f aside = (along.eigenvectors().transpose() * peak.shape.slope).array() /
                                   along.eigenvalues().array().max(minimum);
-    peak.near = std::min(max_aside / std::max(aside.norm(), tiny), 1.0f);
+    peak.near = std::min(max_aside / std::max(aside.norm(), tiny_amplitude), 1.0f);
     if (!peak.none()) faults.none = false;
     faults.total += over_foci * (slope_weight * ((1.0f - peak.near) * peak.shape.slope).squaredNorm() +
                                  width_weight * peak.lacking * peak.lacking);
@@ -164,7 +163,7 @@ class Equations {
 }  // namespace
 
 float worstError(const Eigen::ArrayXf& amplitude) {
-  return (amplitude / std::max(amplitude.mean(), tiny) - 1.0f).abs().maxCoeff();
+  return (amplitude / std::max(amplitude.mean(), tiny_amplitude) - 1.0f).abs().maxCoeff();
 }
 
 void newtonSteps(const Propagator& g, double wavenumber, const LaneArray<Lanes>& free,

@@ -6,6 +6,8 @@
 
 namespace tactile_clay::ultrasound {
 
+constexpr float tiny_amplitude = 1e-20f;  // keeps divisions by an amplitude finite
+
 /// What is asked of a focus besides its amplitude.
 struct FocusShape {
   bool peak;    // whether it is to be a peak in its plane of equal z

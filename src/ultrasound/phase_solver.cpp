@@ -10,16 +10,14 @@
 #include "ultrasound/focus_solver.h"
 #include "ultrasound/phase_rounding.h"
 #include "ultrasound/propagator.h"
+#include "ultrasound/turns.h"
 #include "values/range.h"
 
 namespace tactile_clay::ultrasound {
 namespace {
 
-constexpr float tiny = 1e-20f;          // keeps divisions by an amplitude finite
 constexpr double min_intensity = 1e-3;  // weaker foci are not noticed among the others
-constexpr auto two_pi = static_cast<float>(2.0 * M_PI);
-constexpr auto over_turn = static_cast<float>(0.5 / M_PI);
-constexpr double resolvable = 1.5;  // separation below which two foci cannot both be peaks
+constexpr double resolvable = 1.5;      // separation below which two foci cannot both be peaks
 
 const std::map<std::string, PhaseMethod>& methods() {
   static const std::map<std::string, PhaseMethod> known = {
@@ -30,8 +28,8 @@ const std::map<std::string, PhaseMethod>& methods() {
   return known;
 }
 
-void check(const ArrayLayout& layout, const std::vector<FocalPoint>& points,
-           const PhaseSolverOptions& options, const Drive* before) {
+void checkPoints(const ArrayLayout& layout, const std::vector<FocalPoint>& points,
+                 const PhaseSolverOptions& options, const Drive* before) {
   values::requireIn("phase solver: iterations", options.iterations, 1, 1000);
   if (options.phase_levels != 0)
     values::requireIn("phase solver: phase_levels, if not 0", options.phase_levels, 2, 65536);
@@ -91,7 +89,7 @@ TACTILE_CLAY_INLINE Lanes amplitudeOf(const ComplexLanes& a) {
 
 /// Lowers the drive until the weakest focus has just its target.
 void lower(const FocusField& p, DriveLanes& q) {
-  const float factor = std::min(1.0f / std::max(p.abs().minCoeff(), tiny), 1.0f);
+  const float factor = std::min(1.0f / std::max(p.abs().minCoeff(), tiny_amplitude), 1.0f);
   for (ComplexLanes& a : q) {
     a.re *= factor;
     a.im *= factor;
@@ -229,7 +227,7 @@ double focusPressure(const ArrayLayout& layout, const Acoustics& acoustics, cons
 PhaseSolution solvePhases(const ArrayLayout& layout, const Acoustics& acoustics,
                           const std::vector<FocalPoint>& points, const PhaseSolverOptions& options,
                           const Drive* before) {
-  check(layout, points, options, before);
+  checkPoints(layout, points, options, before);
   PhaseSolution solution;
   solution.target.assign(points.size(), 0.0);
   solution.reached.assign(points.size(), 0.0);

@@ -10,8 +10,8 @@ namespace {
 
 using contact::PressureSample;
 
-constexpr double cell = 0.004;            // m, cells of the curve; smaller than the distance of samples
-constexpr std::int64_t middle = 1 << 20;  // of the 21 bits per coordinate: 4 km to either side
+constexpr double cell = 0.004;                 // m, cells of the curve; smaller than the distance of samples
+constexpr std::int64_t middle_cell = 1 << 20;  // of the 21 bits per coordinate: 4 km to either side
 
 /// Index of a cell on the curve: the bits of its coordinates, interleaved.
 std::uint64_t placeOnCurve(const Eigen::Vector3f& position) {
@@ -19,7 +19,8 @@ std::uint64_t placeOnCurve(const Eigen::Vector3f& position) {
   std::uint64_t coordinate[3];
   for (int axis = 0; axis < 3; ++axis) {
     const auto at = static_cast<std::int64_t>(std::floor(static_cast<double>(position[axis]) / cell));
-    coordinate[axis] = static_cast<std::uint64_t>(std::clamp<std::int64_t>(at + middle, 0, 2 * middle - 1));
+    coordinate[axis] =
+        static_cast<std::uint64_t>(std::clamp<std::int64_t>(at + middle_cell, 0, 2 * middle_cell - 1));
   }
   for (int bit = 20; bit >= 0; --bit)
     for (const std::uint64_t x : coordinate) place = place << 1 | (x >> bit & 1);
@@ -27,8 +28,9 @@ std::uint64_t placeOnCurve(const Eigen::Vector3f& position) {
 }
 
 /// Cuts a part of the skin, sorted along the curve, into pieces of about this area.
-void cut(std::vector<PressureSample>::const_iterator begin, std::vector<PressureSample>::const_iterator end,
-         double area, std::vector<SkinSample>& pieces) {
+void cutPieces(std::vector<PressureSample>::const_iterator begin,
+               std::vector<PressureSample>::const_iterator end, double area,
+               std::vector<SkinSample>& pieces) {
   double total = 0.0;
   for (auto sample = begin; sample != end; ++sample) total += sample->area;
   if (!(total > 0.0)) return;
@@ -40,7 +42,7 @@ void cut(std::vector<PressureSample>::const_iterator begin, std::vector<Pressure
     const double centre = 0.5 * (passed + last);
     SkinSample piece{sample->position.cast<double>(), 0.0, 0.0, 0.0, sample->normal.cast<double>()};
     double felt = 0.0, weight = 0.0, taken = 0.0;
-    // A sample belongs to the piece in which its middle lies.
+    // A sample belongs to the piece in which its middle_cell lies.
     for (; sample != end && (passed + 0.5 * sample->area <= last || k + 1 == count); ++sample) {
       const double here = sample->area;
       if (passed <= centre) {
@@ -88,8 +90,8 @@ std::vector<SkinSample> skinSamples(const std::vector<PressureSample>& skin, std
   const auto bare = std::find_if(ordered.cbegin(), ordered.cend(),
                                  [](const PressureSample& sample) { return !(sample.pressure > 0.0f); });
   const double area = total / static_cast<double>(maximum);
-  cut(ordered.cbegin(), bare, area, pieces);
-  cut(bare, ordered.cend(), area, pieces);
+  cutPieces(ordered.cbegin(), bare, area, pieces);
+  cutPieces(bare, ordered.cend(), area, pieces);
   return pieces;
 }
 

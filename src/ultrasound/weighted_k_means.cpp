@@ -25,17 +25,17 @@ std::size_t closest(const std::vector<Eigen::Vector3d>& centre, const Eigen::Vec
 }
 
 using Positions = std::vector<Eigen::Vector3d>;
-using Weights = std::vector<double>;
+using ClusterWeights = std::vector<double>;
 
 /// Clusters with their weights, from which the gain of an exchange is computed.
 struct Clusters {
   std::vector<std::size_t> cluster;  // of each sample
   Positions centre;
-  Weights total;  // weight of each cluster
+  ClusterWeights total;  // weight of each cluster
 };
 
 /// Moves each centre to the mean of its samples, and removes centres without samples.
-void updateCentres(const Positions& position, const Weights& weight, Clusters& c) {
+void updateCentres(const Positions& position, const ClusterWeights& weight, Clusters& c) {
   Positions sum(c.centre.size(), Eigen::Vector3d::Zero());
   c.total.assign(c.centre.size(), 0.0);
   for (std::size_t i = 0; i < position.size(); ++i) {
@@ -55,7 +55,7 @@ void updateCentres(const Positions& position, const Weights& weight, Clusters& c
   for (std::size_t& k : c.cluster) k = kept[k];
 }
 
-void lloyd(const Positions& position, const Weights& weight, Clusters& c) {
+void lloyd(const Positions& position, const ClusterWeights& weight, Clusters& c) {
   for (int pass = 0; pass < max_passes; ++pass) {
     bool changed = pass == 0;
     for (std::size_t i = 0; i < position.size(); ++i) {
@@ -70,7 +70,7 @@ void lloyd(const Positions& position, const Weights& weight, Clusters& c) {
 
 /// Moves single samples to another cluster if that lowers the objective: taking a sample of weight w out
 /// of a cluster of weight W gains w W / (W - w) d^2, putting it into one costs w W / (W + w) d^2.
-bool exchange(const Positions& position, const Weights& weight, Clusters& c) {
+bool exchange(const Positions& position, const ClusterWeights& weight, Clusters& c) {
   bool moved = false;
   for (std::size_t i = 0; i < position.size(); ++i) {
     const std::size_t from = c.cluster[i];

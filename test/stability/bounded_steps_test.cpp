@@ -12,7 +12,7 @@
 #include "clay/contact/contacts.h"
 #include "support/setups.h"
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::bounded_steps_test {
 namespace {
 
 constexpr double spacing = 0.005;  // m
@@ -180,4 +180,4 @@ TEST_F(BoundedSteps, TooManySamplesAreRefusedAndTheClayIsAsItWas) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::bounded_steps_test

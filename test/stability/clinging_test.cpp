@@ -4,7 +4,7 @@
 
 /// None of these gains energy: blocks that cling to tables, slopes and wedges, piles without friction, and
 /// blocks that start inside solids.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::clinging_test {
 namespace {
 
 /// A block that clings: set down, tumbling or thrown, on a table, a slope or a wedge, with coefficients of
@@ -159,4 +159,4 @@ INSTANTIATE_TEST_SUITE_P(Seed, InsideTooFast, ::testing::Values(1727u, 2310u, 47
                          ::testing::PrintToStringParamName());
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::clinging_test

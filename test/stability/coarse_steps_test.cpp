@@ -4,7 +4,7 @@
 
 /// Cubes in time steps so coarse that gravity alone would move them by many spacings in one step. Starts are
 /// shaken a little, so that no two contacts close at the same time.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::coarse_steps_test {
 namespace {
 
 /// A cube above the table by `above` spacings, its particles lifted and shifted at random.
@@ -107,4 +107,4 @@ INSTANTIATE_TEST_SUITE_P(Seconds, CoarseSlide, ::testing::Values(1.0 / 60.0, 0.0
                          });
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::coarse_steps_test

@@ -12,7 +12,7 @@
 
 /// Robust contact: violent hands leave no clay inside them or below the table, and squeezed clay goes
 /// sideways, not through.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::leakage_test {
 namespace {
 
 /// Whether a part of the flesh has its surface around x: its solid angle there (van Oosterom & Strackee
@@ -142,4 +142,4 @@ TEST_F(Leakage, ClayBetweenHandAndTableGoesSideways) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::leakage_test

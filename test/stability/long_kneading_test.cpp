@@ -9,7 +9,7 @@
 #include "tools/clay_shape.h"
 #include "tools/long_kneading.h"
 
-namespace tactile_clay::tools {
+namespace tactile_clay::tools::long_kneading_test {
 namespace {
 
 /// The minutes of a kneading in lockstep.
@@ -71,4 +71,4 @@ TEST(LongKneading, TheThirdMinuteOnTheWheelCostsNoMoreThanTheSecond) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::tools
+}  // namespace tactile_clay::tools::long_kneading_test

@@ -4,7 +4,7 @@
 #include "watch.h"
 
 /// The extremes of every parameter, one at a time, and all at once at random: a cube is dropped by a spacing.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::parameters_test {
 namespace {
 
 Trial drop(int edge = 5) {
@@ -250,4 +250,4 @@ INSTANTIATE_TEST_SUITE_P(InviscidPiles, Random, ::testing::Values(96u, 237u),
                          ::testing::PrintToStringParamName());
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::parameters_test

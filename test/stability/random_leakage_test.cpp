@@ -11,7 +11,7 @@
 
 /// Robust contact at random: fists, claps, slams and grabs of any kind leave no clay inside hands or below
 /// the table.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::random_leakage_test {
 namespace {
 
 /// One of many in a test.
@@ -191,4 +191,4 @@ TEST(RandomGrabs, LeaveNoneInside) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::random_leakage_test

@@ -4,7 +4,7 @@
 #include "watch.h"
 
 /// Violent hands, impossible starts, large and small amounts of clay, long rests.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::situations_test {
 namespace {
 
 constexpr double spacing = 0.005;
@@ -210,4 +210,4 @@ TEST(Hand, OfRottenNumbers) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::situations_test

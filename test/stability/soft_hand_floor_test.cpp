@@ -11,7 +11,7 @@
 #include "support/pressed_hand.h"
 #include "watched_hand.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::soft_hand_floor_test {
 namespace {
 
 // The tracked finger goes 10 mm into a floor of 1 kN/m per sample: the virtual finger stays on it.
@@ -112,4 +112,4 @@ TEST(SoftHand, FleshPressedOnAFloorIsNotInsideOut) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::soft_hand_floor_test

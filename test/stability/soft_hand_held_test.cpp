@@ -13,7 +13,7 @@
 #include "support/pressed_hand.h"
 #include "watched_hand.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::soft_hand_held_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -153,4 +153,4 @@ TEST(SoftHand, RecordedHandsAreHeldRightSideOut) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::soft_hand_held_test

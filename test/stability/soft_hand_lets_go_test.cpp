@@ -15,7 +15,7 @@
 #include "support/pressed_hand.h"
 #include "watched_hand.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::soft_hand_lets_go_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -220,4 +220,4 @@ TEST(NeoHookean, ScrambledFleshUntangles) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::soft_hand_lets_go_test

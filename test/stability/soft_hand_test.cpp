@@ -13,7 +13,7 @@
 #include "hand/skin_template.h"
 #include "support/pressed_hand.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::soft_hand_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -159,4 +159,4 @@ TEST(SoftHand, LeftComesFirstAndIsTheMirrorImageOfRight) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::soft_hand_test

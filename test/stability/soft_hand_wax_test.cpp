@@ -12,7 +12,7 @@
 #include "support/setups.h"
 #include "watched_hand.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::soft_hand_wax_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -246,4 +246,4 @@ TEST(SoftHand, AppearsInsideOfHardWaxWithoutAJolt) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::soft_hand_wax_test

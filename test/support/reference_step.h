@@ -11,12 +11,11 @@
 #include "clay/kernel.h"
 #include "clay/lattice.h"
 #include "clay/sculpture.h"
+#include "support/vectors.h"
 
 /// The reference: one time step of free clay written down plainly, in double precision and one thread, as
 /// doc/method/clay.md defines it. It shares nothing with the solver but the kernel.
 namespace tactile_clay::clay {
-
-using Vectors = std::vector<Eigen::Vector3d>;
 
 struct ReferencePair {
   std::size_t i, j;
@@ -25,12 +24,6 @@ struct ReferencePair {
   double push;         // N/m, the force on i at u = 0 is push x
   double compression;  // 1/m^2, C_i and C_j grow by compression (x . du)
 };
-
-inline Vectors toVectors(const VectorField& field) {
-  Vectors all;
-  for (std::size_t i = 0; i < field.size(); ++i) all.push_back(field.at(i).cast<double>());
-  return all;
-}
 
 /// Calls f(i, j) for each j < i closer than h.
 template <typename F>

@@ -5,7 +5,7 @@
 #include "support/setups.h"
 
 /// Pieces of clay that touch become one, and one that is torn becomes two.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::blocks_test {
 namespace {
 
 constexpr double spacing = 0.005;
@@ -133,4 +133,4 @@ INSTANTIATE_TEST_SUITE_P(Of, Blocks,
                          [](const auto& tested) { return std::string(tested.param.name); });
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::blocks_test

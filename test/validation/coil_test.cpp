@@ -7,7 +7,7 @@
 
 /// A coil of clay is rolled on a table under a plate, as under a palm. Measured figures are in
 /// doc/method/validation.md.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::coil_test {
 namespace {
 
 /// Size of a body by its second moments: the elliptic cylinder that has the same.
@@ -156,4 +156,4 @@ TEST(Coil, GetsLongerAsItGetsThinner) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::coil_test

@@ -3,7 +3,7 @@
 #include "support/setups.h"
 
 /// Newton: two pieces of different clay meet in free space.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::collision_test {
 namespace {
 
 TEST(Collision, KeepsMomentumAndGainsNoEnergy) {
@@ -39,4 +39,4 @@ TEST(Collision, KeepsMomentumAndGainsNoEnergy) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::collision_test

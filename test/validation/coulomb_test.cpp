@@ -5,7 +5,7 @@
 #include "support/setups.h"
 
 /// Coulomb's law on a slab of clay: it rests iff tan(slope) < mu, and slides with g (sin - mu cos).
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::coulomb_test {
 namespace {
 
 constexpr double g = 9.81, degree = M_PI / 180.0;
@@ -89,4 +89,4 @@ TEST(CoulombFlat, StopsAfterVSquaredOverTwoMuGAtBalanced) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::coulomb_test

@@ -4,7 +4,7 @@
 
 /// A dent stays: a flat disc goes into a block at 40 mm/s, is held for half a second and lifted. Measured
 /// figures are in doc/method/validation.md.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::dent_test {
 namespace {
 
 constexpr double radius = 0.008, speed = 0.04;  // m, m/s
@@ -121,4 +121,4 @@ TEST(Punch, PressesWithFiveToSevenTimesTheYieldStress) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::dent_test

@@ -15,7 +15,7 @@
 #include "hand/soft_hand.h"
 #include "support/pressed_hand.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::flesh_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -198,4 +198,4 @@ TEST(Flesh, AreaOfAPadGrowsWithEachLoadAsHertzs) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::flesh_test

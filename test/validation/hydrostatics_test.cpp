@@ -3,7 +3,7 @@
 #include "support/setups.h"
 
 /// A column of liquid (no bonds, no friction) in a box.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::hydrostatics_test {
 namespace {
 
 constexpr double g = 9.81, spacing = 0.005;
@@ -88,4 +88,4 @@ TEST(SettledClay, WeighsWhatItWeighs) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::hydrostatics_test

@@ -8,7 +8,7 @@
 /// Fig. 2 of the paper ("Natural Tactile Interaction with Virtual Clay"): a block is set down on an incline.
 /// With all constraints it stops; without friction it slides, without viscosity it flows and fractures,
 /// without bonds it creeps.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::incline_test {
 namespace {
 
 constexpr double slope = 20.0 * M_PI / 180.0, g = 9.81;
@@ -100,4 +100,4 @@ std::string nameOf(const ::testing::TestParamInfo<std::pair<int, int>>& tested) 
 INSTANTIATE_TEST_SUITE_P(Fig2, Incline, ::testing::Values(std::pair{4, 8}, std::pair{8, 16}), nameOf);
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::incline_test

@@ -3,7 +3,7 @@
 #include "support/setups.h"
 
 /// A flat fingertip of 20 x 20 mm is pressed into a block at 40 mm/s and held: the haptic force.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::indentation_test {
 namespace {
 
 constexpr double speed = 0.04, pitch = 0.0025, half = 0.01;
@@ -86,4 +86,4 @@ TEST(Indentation, DISABLED_DependsLittleOnTheBudgetWhereBondsBreak) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::indentation_test

@@ -4,7 +4,7 @@
 
 /// Tests of a rheologist for clay that yields: it slumps, is pressed between plates, bent as a bar, torn and
 /// joined. Measured figures are in doc/method/validation.md.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::plasticity_test {
 namespace {
 
 /// Pa, in tension (von Mises).
@@ -254,4 +254,4 @@ TEST_P(Plasticity, TornAndJoinedIsAsStrong) {
 INSTANTIATE_TEST_SUITE_P(Clay, Plasticity, ::testing::ValuesIn(resolutions()), nameOfResolution);
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::plasticity_test

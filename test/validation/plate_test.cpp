@@ -3,7 +3,7 @@
 #include "support/setups.h"
 
 /// Contact force in newtons: a plate rests on clay, with the force on it as its only support.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::plate_test {
 namespace {
 
 constexpr double g = 9.81, spacing = 0.005;
@@ -127,4 +127,4 @@ TEST(ClayUnderAPlate, HangsByItsAdhesion) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::plate_test

@@ -6,7 +6,7 @@
 
 /// Behaviour that depends on time: stress that fades (Maxwell) and viscosity that falls with the shear rate
 /// (Herschel & Bulkley). Measured figures are in doc/method/validation.md.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::relaxation_test {
 namespace {
 
 class Relaxation : public ::testing::TestWithParam<Resolution> {};
@@ -174,4 +174,4 @@ TEST(Putty, SlumpsWhenLeftAlone) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::relaxation_test

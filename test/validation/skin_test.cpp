@@ -13,7 +13,7 @@
 #include "hand/kinematic_hand.h"
 #include "hand/skin_template.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::skin_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -157,4 +157,4 @@ TEST(Skin, FineSpacingIsConnectedAndPositive) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::skin_test

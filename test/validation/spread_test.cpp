@@ -6,7 +6,7 @@
 
 /// A heap of clay that is nearly liquid spreads on a table that holds it, and stops. Measured figures are in
 /// doc/method/validation.md.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::spread_test {
 namespace {
 
 /// The shape in which a fluid with a yield stress stops (Roussel & Coussot 2005, J. Rheol. 49:705):
@@ -114,4 +114,4 @@ TEST(Spread, StopsThereAtBalanced) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::spread_test

@@ -3,7 +3,7 @@
 #include "support/samples.h"
 
 /// Clay that is squeezed between two plates, as between fingers.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::squeeze_test {
 namespace {
 
 constexpr double radius = 0.06, thickness = 0.03, speed = 0.01;  // m, m, m/s
@@ -51,4 +51,4 @@ TEST_P(Squeeze, OfAFluidBetweenPlatesThatHoldIt) {
 INSTANTIATE_TEST_SUITE_P(Plates, Squeeze, ::testing::ValuesIn(resolutions()), nameOfResolution);
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::squeeze_test

@@ -7,7 +7,7 @@
 #include "support/samples.h"
 
 /// Stiffness in Pa against formulas. Measured figures are in doc/method/validation.md.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::stiffness_test {
 namespace {
 
 class Stiffness : public ::testing::TestWithParam<Resolution> {};
@@ -80,4 +80,4 @@ TEST_P(Stiffness, DoesNotRelax) {
 INSTANTIATE_TEST_SUITE_P(Rheology, Stiffness, ::testing::ValuesIn(resolutions()), nameOfResolution);
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::stiffness_test

@@ -7,7 +7,7 @@
 #include "support/samples.h"
 
 /// Viscosity in Pa s against formulas. Measured figures are in doc/method/validation.md.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::viscosity_test {
 namespace {
 
 class Viscosity : public ::testing::TestWithParam<Resolution> {};
@@ -98,4 +98,4 @@ TEST_P(Viscosity, ResistsSimpleShear) {
 INSTANTIATE_TEST_SUITE_P(Rheology, Viscosity, ::testing::ValuesIn(resolutions()), nameOfResolution);
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::viscosity_test

@@ -3,7 +3,7 @@
 #include "support/setups.h"
 
 /// Clay that rests on a turning wheel turns with it, and neither grows nor creeps outwards.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::wheel_test {
 namespace {
 
 constexpr double spacing = 0.005, g = 9.81;
@@ -47,4 +47,4 @@ TEST_P(PottersWheel, CarriesTheClayAlong) {
 INSTANTIATE_TEST_SUITE_P(Iterations, PottersWheel, ::testing::Values(4, 8));
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::wheel_test

@@ -7,7 +7,7 @@
 
 /// The yield stress that yield_strain gives, against formulas. Measured figures are in
 /// doc/method/validation.md.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::yield_test {
 namespace {
 
 class Yield : public ::testing::TestWithParam<Resolution> {};
@@ -78,4 +78,4 @@ TEST_P(Yield, CreepsOnUnderAConstantStress) {
 INSTANTIATE_TEST_SUITE_P(Rheology, Yield, ::testing::ValuesIn(resolutions()), nameOfResolution);
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::yield_test

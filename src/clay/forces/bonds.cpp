@@ -9,7 +9,7 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr float rounding = 1e-5f;  // relative, of a sum that is formed in another order
+constexpr float sum_rounding = 1e-5f;  // relative, of a sum that is formed in another order
 
 struct Rules {  // of eight pairs
   Lane bond_rate, unbond_rate;
@@ -106,7 +106,7 @@ std::uint32_t flowAndList(const NeighbourPairs near, std::size_t i, const Flow& 
     const Lane share = gatherNumbers(flow.share.data(), slots);
     const Lane stiffness = own_stiffness + gatherNumbers(flow.stiffness.data(), slots);
     const Lane before = own_before + gatherNumbers(flow.before.data(), slots);
-    const LaneOrder stiffens = before < (1.0f - rounding) * stiffness;
+    const LaneOrder stiffens = before < (1.0f - sum_rounding) * stiffness;
     if (bits(holds & ((share + own_share < 2.0f) | stiffens)) != 0) {
       const Lane length = load(near.distance + p), elongation = length - rest_length;
       const Lane own = (1.0f - own_share) * (elongation - own_dilation * length);

@@ -10,7 +10,7 @@
 #include "counted_new.h"
 #include "support/setups.h"
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::allocation_test {
 namespace {
 
 /// A cloud turns about the vertical, so that its grid and its lists change in every build.
@@ -61,4 +61,4 @@ TEST(Allocation, WarmFramesAllocateForNoParticleOrContact) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::allocation_test

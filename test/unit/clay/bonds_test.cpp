@@ -7,7 +7,7 @@
 
 #include "clouds.h"
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::bonds_test {
 namespace {
 
 constexpr float spacing = 0.005f;
@@ -289,4 +289,4 @@ TEST(Bonds, WithoutYieldNothingFlows) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::bonds_test

@@ -4,7 +4,7 @@
 
 #include "clay/lattice.h"
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::boundary_density_test {
 namespace {
 
 constexpr float spacing = 0.005f;
@@ -87,4 +87,4 @@ TEST_F(Boundary, IsNotOfTheSkinNorForWhatHasBonds) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::boundary_density_test

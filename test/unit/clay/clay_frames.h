@@ -7,7 +7,7 @@
 #include "support/setups.h"
 
 /// Frames of small blocks of clay, and a comparison to the bit.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::clay_frames {
 
 constexpr double spacing = 0.005;
 
@@ -28,4 +28,4 @@ inline bool sameBits(const VectorField& a, const VectorField& b) {
   return a.size() == b.size() && std::memcmp(&a[0], &b[0], a.size() * sizeof(a[0])) == 0;
 }
 
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::clay_frames

@@ -10,8 +10,10 @@
 #include "support/setups.h"
 
 /// What clay takes and tells: any number of threads, bad parameters, bad samples, any duration, its counts.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::clay_input_test {
 namespace {
+
+using namespace clay_frames;
 
 TEST(Clay, GivesTheSameBitsForAnyNumberOfThreads) {
   std::vector<VectorField> positions;
@@ -167,4 +169,4 @@ TEST(Clay, NothingIsNothing) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::clay_input_test

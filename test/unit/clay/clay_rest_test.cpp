@@ -10,8 +10,10 @@
 #include "support/setups.h"
 
 /// Clay comes to rest, and presses on the table and on the skin with the forces of mechanics.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::clay_rest_test {
 namespace {
+
+using namespace clay_frames;
 
 class AtBudget : public ::testing::TestWithParam<std::pair<int, int>> {};
 
@@ -156,4 +158,4 @@ TEST(Clay, SlipIsTheSpeedAtWhichClaySlidesAlongTheSkin) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::clay_rest_test

@@ -11,8 +11,10 @@
 #include "support/setups.h"
 
 /// How clay moves: free fall, momentum, spin, compression, crumbs, bonds; and when its iterations stop.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::clay_test {
 namespace {
+
+using namespace clay_frames;
 
 TEST(Clay, FallsFreely) {
   Clay clay(configOf(), {Material()}, block(5, 5, 5, spacing));
@@ -198,4 +200,4 @@ TEST(Clay, BondsPartByWhatAFrameDoesHoweverItIsCut) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::clay_test

@@ -6,7 +6,7 @@
 #include "support/setups.h"
 
 /// Each constraint family alone reduces its own error in one frame.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::constraints_test {
 namespace {
 
 constexpr double spacing = 0.005;
@@ -169,4 +169,4 @@ TEST(Constraint, FrictionBrakesByMuG) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::constraints_test

@@ -9,7 +9,7 @@
 #include "clouds.h"
 #include "support/setups.h"
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::contact_search_test {
 namespace {
 
 constexpr float spacing = 0.005f, dt = 1.0f / 240.0f, reach = Colliders::reach * spacing;
@@ -165,4 +165,4 @@ TEST(ContactSearch, StraysAreFoundWhereTheyEnd) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::contact_search_test

@@ -9,8 +9,10 @@
 #include "loose.h"
 
 /// Fast particles, fast skin and fast solids meet where they touch first, and pass through nothing.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::contacts_fast_test {
 namespace {
+
+using namespace loose;
 
 /// A particle meets skin on its way that was out of its reach, and ends 1.3 spacings deep in it.
 TEST(Contacts, WhatEndsDeepInTheSkinAndBeganBeforeItIsMetThere) {
@@ -119,4 +121,4 @@ TEST(Contacts, WhatMovesIntoAParticleIsMetFromAfar) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::contacts_fast_test

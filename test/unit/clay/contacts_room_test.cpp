@@ -8,8 +8,10 @@
 #include "loose.h"
 
 /// Skin and solids that leave a particle no room: where it goes, and where it stops.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::contacts_room_test {
 namespace {
+
+using namespace loose;
 
 /// As between two fingers that leave a particle no room. A particle that was never held stays (AreOneSided).
 TEST(Contacts, WhatTheSkinHeldIsPushedOutFromAnyDepthWithinReach) {
@@ -194,4 +196,4 @@ TEST(Contacts, WhatWasReleasedStays) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::contacts_room_test

@@ -9,8 +9,10 @@
 #include "loose.h"
 
 /// Forces of contacts: they push and never pull, and obey Coulomb's law of friction.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::contacts_test {
 namespace {
+
+using namespace loose;
 
 TEST(Contacts, AParticleAtRestIsHeldHalfASpacingOffAndWeighs) {
   for (const bool skin : {false, true}) {
@@ -224,4 +226,4 @@ TEST(Contacts, WorkOfPullingIsTold) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::contacts_test

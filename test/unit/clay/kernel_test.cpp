@@ -7,7 +7,7 @@
 #include "clay/lattice.h"
 #include "lanes/lanes.h"
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::kernel_test {
 namespace {
 
 constexpr float h = 0.01f;
@@ -97,4 +97,4 @@ TEST(Kernel, LatticeSumIsCloseToTheNumberDensity) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::kernel_test

@@ -8,7 +8,7 @@
 #include "support/error_of.h"
 #include "support/setups.h"
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::keyframes_test {
 namespace {
 
 constexpr double spacing = 0.005, frame = 1.0 / 60.0;
@@ -102,4 +102,4 @@ TEST(Keyframes, TheirMemoryIsBounded) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::keyframes_test

@@ -5,7 +5,7 @@
 #include <Eigen/Dense>
 #include <random>
 
-namespace tactile_clay {
+namespace tactile_clay::lane_matrix_test {
 namespace {
 
 constexpr int n = 6;
@@ -45,4 +45,4 @@ TEST(SolveSymmetric, AnEmptySystemGivesZero) {
 }
 
 }  // namespace
-}  // namespace tactile_clay
+}  // namespace tactile_clay::lane_matrix_test

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::live_pace_test {
 namespace {
 
 constexpr double period = 1.0 / 60.0, step = period / 4.0;
@@ -144,4 +144,4 @@ TEST(LivePace, WhatCannotBeSimulatedIsDroppedAndTold) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::live_pace_test

@@ -8,7 +8,7 @@
 #include "support/setups.h"
 
 /// Particles with nothing but contacts, for the tests of contacts.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::loose {
 
 constexpr float spacing = 0.005f, dt = 1.0f / 240.0f, particle_mass = 2e-4f;
 constexpr float inertia = particle_mass / (dt * dt);
@@ -88,4 +88,4 @@ inline Skin floorOfSamples(const Eigen::Vector3d& velocity = Eigen::Vector3d::Ze
   return samplePlane(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), 0.02, 0.004, velocity);
 }
 
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::loose

@@ -5,7 +5,7 @@
 #include "clouds.h"
 #include "support/setups.h"
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::lumps_test {
 namespace {
 
 constexpr float spacing = 0.005f, dt = 1.0f / 240.0f, particle_mass = 2e-4f;
@@ -221,4 +221,4 @@ TEST(Lumps, SlideOnWhatRestsOnlyWithoutFriction) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::lumps_test

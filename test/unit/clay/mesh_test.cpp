@@ -10,7 +10,7 @@
 #include "support/meshes.h"
 #include "support/setups.h"
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::mesh_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -260,4 +260,4 @@ TEST(Mesh, ClayRestsOnAMeshWithItsWeight) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::mesh_test

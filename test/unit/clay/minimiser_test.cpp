@@ -5,7 +5,7 @@
 #include "clouds.h"
 #include "support/setups.h"
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::minimiser_test {
 namespace {
 
 constexpr float spacing = 0.005f, dt = 1.0f / 240.0f, particle_mass = 2e-4f;
@@ -158,4 +158,4 @@ TEST(Minimiser, ALumpIsSolvedAsIfItWereAlone) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::minimiser_test

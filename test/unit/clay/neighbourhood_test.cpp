@@ -7,7 +7,7 @@
 
 #include "clouds.h"
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::neighbourhood_test {
 namespace {
 
 constexpr float h = 0.01f;
@@ -147,4 +147,4 @@ TEST(Neighbourhood, LumpsAreApartAndHoldTheirPairs) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::neighbourhood_test

@@ -10,19 +10,12 @@
 #include "clay/forces/potential.h"
 #include "clay/lattice.h"
 #include "clouds.h"
+#include "support/vectors.h"
 
 /// A cloud of particles and its potential, for the tests of forces.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::potential_cloud {
 
 constexpr float spacing = 0.005f, dt = 1.0f / 240.0f;
-
-using Vectors = std::vector<Eigen::Vector3d>;
-
-inline Vectors toVectors(const VectorField& f) {
-  Vectors v;
-  for (std::size_t i = 0; i < f.size(); ++i) v.push_back(f.at(i).cast<double>());
-  return v;
-}
 
 inline Material only(double bulk_modulus, double viscosity, double stiffness) {
   Material m;
@@ -201,4 +194,4 @@ inline VectorField smallMotion(const Cloud& s) {
   return u;
 }
 
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::potential_cloud

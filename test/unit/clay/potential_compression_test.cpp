@@ -8,8 +8,10 @@
 #include "potential_cloud.h"
 
 /// How much of a compression pushes, is kept, and is undone.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::potential_compression_test {
 namespace {
+
+using namespace potential_cloud;
 
 /// Density gives back no more of a compression than the last step left, plus the kinetic energy of 0.5 m/s.
 TEST(Potential, CompressionBeyondThatOfTheLastStepPushesLittle) {
@@ -142,4 +144,4 @@ TEST(Potential, CompressionOfManyInOnePlaceIsUndoneByNoLeap) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::potential_compression_test

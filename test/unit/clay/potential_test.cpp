@@ -10,8 +10,10 @@
 #include "potential_cloud.h"
 
 /// Forces are gradients of their energies, and changes of force those of the forces.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::potential_test {
 namespace {
+
+using namespace potential_cloud;
 
 /// The energies are quadratic in u, so that central differences are exact but for rounding.
 template <typename Energy>
@@ -243,4 +245,4 @@ TEST(Potential, DensityIsOneSidedAndOneOnTheLattice) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::potential_test

@@ -9,8 +9,10 @@
 #include "potential_cloud.h"
 
 /// Viscosity of a sheared lattice, in Pa s.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::potential_viscosity_test {
 namespace {
+
+using namespace potential_cloud;
 
 /// Power that shears a cube of the initial lattice in a step of `step` s, over eta gamma^2 volume.
 double shearPower(int side, const Eigen::Matrix3f& turn, float step) {
@@ -68,4 +70,4 @@ TEST(Potential, ViscosityIsNearlyIsotropicInside) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::potential_viscosity_test

@@ -11,7 +11,7 @@
 
 /// The paper's scheme (`solver: paper`): each constraint alone reduces its own error, corrections are equal
 /// and opposite, and the iteration count is the material.
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::projection_test {
 namespace {
 
 constexpr float spacing = 0.005f, dt = 1.0f / 60.0f;
@@ -290,4 +290,4 @@ TEST(Projection, IsChosenByName) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::projection_test

@@ -7,7 +7,7 @@
 
 #include "support/setups.h"
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::reference_step_test {
 namespace {
 
 constexpr double spacing = 0.005;
@@ -69,4 +69,4 @@ INSTANTIATE_TEST_SUITE_P(Clay, ReferenceStep,
                          [](const auto& tested) { return std::string(tested.param.name); });
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::reference_step_test

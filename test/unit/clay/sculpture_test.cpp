@@ -17,8 +17,10 @@
 #include "clay_frames.h"
 #include "support/setups.h"
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::sculpture_test {
 namespace {
+
+using namespace clay_frames;
 
 class SculptureTest : public testing::Test {
  protected:
@@ -237,4 +239,4 @@ TEST_F(SculptureTest, SaysWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::sculpture_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::skin_path_test {
 namespace {
 
 using Vector = Eigen::Vector3f;
@@ -85,4 +85,4 @@ TEST(SkinPath, OtherSamplesHaveNoPast) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::skin_path_test

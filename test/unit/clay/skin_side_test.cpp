@@ -7,7 +7,7 @@
 #include "clouds.h"
 #include "support/setups.h"
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::skin_side_test {
 namespace {
 
 constexpr float spacing = 0.005f, radius = 1.5f * spacing, dt = 1.0f / 240.0f;
@@ -101,4 +101,4 @@ TEST(SkinSide, NearerSamplesHaveLargerShares) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::skin_side_test

@@ -7,7 +7,7 @@
 #include "clay/sculpture.h"
 #include "support/setups.h"
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::sleep_test {
 namespace {
 
 constexpr double spacing = 0.005;
@@ -180,4 +180,4 @@ TEST(Sleep, IsSaved) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::sleep_test

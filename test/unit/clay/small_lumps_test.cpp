@@ -7,7 +7,7 @@
 #include "clay/clay.h"
 #include "support/setups.h"
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::small_lumps_test {
 namespace {
 
 struct Small {
@@ -144,4 +144,4 @@ TEST(SmallLumps, AreCounted) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::small_lumps_test

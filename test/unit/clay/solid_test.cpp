@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::solid_test {
 namespace {
 
 Solid solidOf(Solid::Shape shape, const Eigen::Vector3d& size) {
@@ -145,4 +145,4 @@ TEST(PoseAfter, IsTheExponentialOfTheVelocities) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::solid_test

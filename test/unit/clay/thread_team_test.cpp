@@ -9,7 +9,7 @@
 
 #include "clay/threads.h"
 
-namespace tactile_clay::clay {
+namespace tactile_clay::clay::thread_team_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -115,4 +115,4 @@ TEST(ThreadTeam, TeamsWorkBesideEachOther) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::clay
+}  // namespace tactile_clay::clay::thread_team_test

@@ -5,7 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace tactile_clay::contact {
+namespace tactile_clay::contact::pressure_field_test {
 namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
@@ -209,4 +209,4 @@ TEST_F(PressureField, RefusesAnArrayNowhere) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::contact
+}  // namespace tactile_clay::contact::pressure_field_test

@@ -13,7 +13,7 @@
 #include "support/error_of.h"
 #include "support/sounds.h"
 
-namespace tactile_clay::device {
+namespace tactile_clay::device::autd3_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -232,4 +232,4 @@ TEST_F(Autd3Test, TellsWhatIsMissing) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::device
+}  // namespace tactile_clay::device::autd3_test

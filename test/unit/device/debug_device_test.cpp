@@ -6,7 +6,7 @@
 
 #include "support/sounds.h"
 
-namespace tactile_clay::device {
+namespace tactile_clay::device::debug_device_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -113,4 +113,4 @@ TEST_F(DebugDeviceTest, IsADeviceByDefault) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::device
+}  // namespace tactile_clay::device::debug_device_test

@@ -11,7 +11,7 @@
 #include "device/sonic_surface_protocol.h"
 #include "ultrasound/phase_solver.h"
 
-namespace tactile_clay::device {
+namespace tactile_clay::device::loudness_meter_test {
 namespace {
 
 using ultrasound::ArrayLayout;
@@ -265,4 +265,4 @@ TEST(LoudnessMeter, LooksBesideThePoints) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::device
+}  // namespace tactile_clay::device::loudness_meter_test

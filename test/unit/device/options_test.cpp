@@ -10,7 +10,7 @@
 #include "device/sonic_surface.h"
 #include "support/error_of.h"
 
-namespace tactile_clay::device {
+namespace tactile_clay::device::options_test {
 namespace {
 
 using Options = std::map<std::string, std::string>;
@@ -52,4 +52,4 @@ TEST(Options, AreCheckedWithoutOpeningTheDevice) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::device
+}  // namespace tactile_clay::device::options_test

@@ -8,7 +8,7 @@
 #include "device/safety_gate.h"
 #include "gates.h"
 
-namespace tactile_clay::device {
+namespace tactile_clay::device::safety_gate_field_test {
 namespace {
 
 /// An array of one transducer that could produce 1000 Pa at any sample, and produces the wanted share of the
@@ -258,4 +258,4 @@ TEST_F(FieldGate, IsSilentWhereNothingIsKnown) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::device
+}  // namespace tactile_clay::device::safety_gate_field_test

@@ -10,7 +10,7 @@
 #include "ultrasound/acoustic_field.h"
 #include "ultrasound/phase_solver.h"
 
-namespace tactile_clay::device {
+namespace tactile_clay::device::safety_gate_loudness_test {
 namespace {
 
 TEST_F(StartedGate, LowersWhatIsTooLoud) {
@@ -253,4 +253,4 @@ TEST(SafetyGate, TellsTheSolverWhatPlayedBefore) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::device
+}  // namespace tactile_clay::device::safety_gate_loudness_test

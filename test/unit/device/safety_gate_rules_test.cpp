@@ -9,7 +9,7 @@
 #include "device/safety_gate.h"
 #include "gates.h"
 
-namespace tactile_clay::device {
+namespace tactile_clay::device::safety_gate_rules_test {
 namespace {
 
 TEST(SafetyGate, IsTightenedWhileItRunsAndNeverMadeLessStrict) {
@@ -168,4 +168,4 @@ TEST(SafetyGate, RulesHaveNames) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::device
+}  // namespace tactile_clay::device::safety_gate_rules_test

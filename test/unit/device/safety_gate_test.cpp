@@ -8,7 +8,7 @@
 
 #include "gates.h"
 
-namespace tactile_clay::device {
+namespace tactile_clay::device::safety_gate_test {
 namespace {
 
 TEST(SafetyGate, IsClosedUntilItIsStarted) {
@@ -221,4 +221,4 @@ TEST(SafetyGate, ResetDoesNotStartIt) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::device
+}  // namespace tactile_clay::device::safety_gate_test

@@ -9,7 +9,7 @@
 #include <csignal>
 #include <thread>
 
-namespace tactile_clay::device {
+namespace tactile_clay::device::silence_guard_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -110,4 +110,4 @@ TEST_F(SilenceGuardTest, ADriverThatWasStoppedItselfDoesNotBlameTheGuard) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::device
+}  // namespace tactile_clay::device::silence_guard_test

@@ -20,7 +20,7 @@
 #include "support/shared_data.h"
 #include "support/sounds.h"
 
-namespace tactile_clay::device {
+namespace tactile_clay::device::sonic_surface_boards_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -198,4 +198,4 @@ TEST_F(Terminal, SaysWhereItsLinkCannotBe) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::device
+}  // namespace tactile_clay::device::sonic_surface_boards_test

@@ -13,7 +13,7 @@
 #include "sonic_surface_fixture.h"
 #include "support/scratch_folder.h"
 
-namespace tactile_clay::device {
+namespace tactile_clay::device::sonic_surface_corrections_test {
 namespace {
 
 using sonic_surface::Boards;
@@ -104,4 +104,4 @@ TEST_F(SonicSurfaceCorrections, AreInWhatIsSentAndNotInWhatIsHeard) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::device
+}  // namespace tactile_clay::device::sonic_surface_corrections_test

@@ -16,7 +16,7 @@
 #include "support/sounds.h"
 #include "ultrasound/focus_peak.h"
 
-namespace tactile_clay::device {
+namespace tactile_clay::device::sonic_surface_patterns_test {
 namespace {
 
 /// m, from a focus to the peak of the field near it.
@@ -195,4 +195,4 @@ TEST_F(SonicSurfaceOnATerminal, PlaysAField) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::device
+}  // namespace tactile_clay::device::sonic_surface_patterns_test

@@ -17,7 +17,7 @@
 #include "sonic_surface_fixture.h"
 #include "support/shared_data.h"
 
-namespace tactile_clay::device {
+namespace tactile_clay::device::sonic_surface_protocol_test {
 namespace {
 
 using sonic_surface::Boards;
@@ -224,4 +224,4 @@ TEST(SonicSurfaceProtocol, ChannelsAreThoseOfTheTable) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::device
+}  // namespace tactile_clay::device::sonic_surface_protocol_test

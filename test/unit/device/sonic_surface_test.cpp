@@ -12,7 +12,7 @@
 #include "support/error_of.h"
 #include "support/sounds.h"
 
-namespace tactile_clay::device {
+namespace tactile_clay::device::sonic_surface_test {
 namespace {
 
 TEST_F(SonicSurfaceOnATerminal, SendsWhatItSaysThatItSends) {
@@ -117,4 +117,4 @@ TEST_F(SonicSurfaceOnATerminal, HasOneOwner) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::device
+}  // namespace tactile_clay::device::sonic_surface_test

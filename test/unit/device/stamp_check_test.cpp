@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tactile_clay::device {
+namespace tactile_clay::device::stamp_check_test {
 namespace {
 
 using Mode = StampCheck::Mode;
@@ -89,4 +89,4 @@ TEST(StampCheck, NoStampIsTooBad) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::device
+}  // namespace tactile_clay::device::stamp_check_test

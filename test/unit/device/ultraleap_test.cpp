@@ -10,7 +10,7 @@
 #include "support/error_of.h"
 #include "support/sounds.h"
 
-namespace tactile_clay::device {
+namespace tactile_clay::device::ultraleap_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -213,4 +213,4 @@ TEST_F(UltraleapTest, TellsWhatIsMissing) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::device
+}  // namespace tactile_clay::device::ultraleap_test

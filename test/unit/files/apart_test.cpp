@@ -9,7 +9,7 @@
 
 #include "support/error_of.h"
 
-namespace tactile_clay::files {
+namespace tactile_clay::files::apart_test {
 namespace {
 
 std::string errorOfApart(const std::function<std::string()>& work, const Bounds& bounds = {}) {
@@ -69,4 +69,4 @@ TEST(Apart, NothingTakesAllMemory) {
 #endif
 
 }  // namespace
-}  // namespace tactile_clay::files
+}  // namespace tactile_clay::files::apart_test

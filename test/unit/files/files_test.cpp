@@ -18,7 +18,7 @@
 #include "support/error_of.h"
 #include "support/scratch_folder.h"
 
-namespace tactile_clay::files {
+namespace tactile_clay::files::files_test {
 namespace {
 
 class Files : public ScratchFolder {
@@ -167,4 +167,4 @@ TEST_F(Files, AFullDiskLeavesWhatWasThere) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::files
+}  // namespace tactile_clay::files::files_test

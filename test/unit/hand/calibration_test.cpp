@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::calibration_test {
 namespace {
 
 using Eigen::Isometry3d;
@@ -143,4 +143,4 @@ TEST(TrackerPose, ReplacesItsLineOnly) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::calibration_test

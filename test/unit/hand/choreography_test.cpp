@@ -10,7 +10,7 @@
 #include "hand/hand_check.h"
 #include "hand/kinematic_hand.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::choreography_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -297,4 +297,4 @@ TEST(Choreography, ScoresInTurnAreThoseScores) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::choreography_test

@@ -15,7 +15,7 @@
 #include "strokes.h"
 #include "support/hand_recording.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::clean_speed_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -231,4 +231,4 @@ TEST(CleanSpeed, NoRecordingGetsFaster) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::clean_speed_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::device_clock_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -85,4 +85,4 @@ TEST(DeviceClock, ADeviceWithoutAClockSamplesWhenItIsReceived) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::device_clock_test

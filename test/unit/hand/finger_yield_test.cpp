@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::finger_yield_test {
 namespace {
 
 constexpr int index_finger = 1;
@@ -56,4 +56,4 @@ TEST(FingerYield, IsForgottenSlowly) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::finger_yield_test

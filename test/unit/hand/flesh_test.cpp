@@ -12,7 +12,7 @@
 #include "hand/neo_hookean.h"
 #include "support/bent_finger.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::flesh_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -178,4 +178,4 @@ TEST(NeoHookean, SqueezedFleshGetsItsLeastVolumeAndPushesBack) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::flesh_test

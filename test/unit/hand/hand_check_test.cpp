@@ -14,7 +14,7 @@
 #include "hand/hand_pose.h"
 #include "support/hand_recording.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::hand_check_test {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -156,4 +156,4 @@ TEST(HandCheck, AnotherDefinitionOfOneRadiusIsTaken) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::hand_check_test

@@ -7,7 +7,7 @@
 #include "hand/hand_cleaner.h"
 #include "hand/hand_pose.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::hand_cleaner_identity_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -125,4 +125,4 @@ TEST(HandCleaner, OfTwoHandsOfASideTheOneThatWasThereStays) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::hand_cleaner_identity_test

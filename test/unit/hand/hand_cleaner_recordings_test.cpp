@@ -14,7 +14,7 @@
 #include "hand/hand_sides.h"
 #include "support/hand_recording.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::hand_cleaner_recordings_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -129,4 +129,4 @@ TEST(HandCleanerOnRecordings, EveryCleanHandIsSane) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::hand_cleaner_recordings_test

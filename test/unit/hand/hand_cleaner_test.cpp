@@ -12,7 +12,7 @@
 #include "hand/hand_check.h"
 #include "hand/hand_pose.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::hand_cleaner_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -195,4 +195,4 @@ TEST(HandCleaner, SaysWhichNumberIsWrong) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::hand_cleaner_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::inverted_flesh_test {
 namespace {
 
 using Eigen::Vector3f;
@@ -97,4 +97,4 @@ TEST(InvertedFlesh, IsLedBackAgainWhereItsLeastVolumeDoesNotHelp) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::inverted_flesh_test

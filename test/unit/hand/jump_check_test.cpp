@@ -10,7 +10,7 @@
 #include "bent_hand.h"
 #include "hand/repeated_hands.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::jump_check_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -97,4 +97,4 @@ TEST(RepeatedHands, SamplesThatComeInTurnAreRepeatedToo) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::jump_check_test

@@ -15,7 +15,7 @@
 #include "hand/hand_shape.h"
 #include "hand/skin_template.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::kinematic_hand_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -258,4 +258,4 @@ TEST(KinematicHand, TwoHandsOfOneSideGiveTheMoreConfident) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::kinematic_hand_test

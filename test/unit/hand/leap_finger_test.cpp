@@ -11,7 +11,7 @@
 #include "hand/leap_frame.h"
 #include "support/leap_message.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::leap_finger_test {
 namespace {
 
 using nlohmann::json;
@@ -179,4 +179,4 @@ TEST(LeapFinger, TheLastPointableOfAFingerCounts) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::leap_finger_test

@@ -11,7 +11,7 @@
 #include "support/error_of.h"
 #include "support/leap_message.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::leap_frame_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -271,4 +271,4 @@ TEST(LeapFrame, AHandWithoutAUsableIdIsDroppedAndTheOtherKept) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::leap_frame_test

@@ -15,7 +15,7 @@
 #include "support/hand_recording.h"
 #include "support/scratch_folder.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::leap_recording_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -197,4 +197,4 @@ TEST(LoopStamps, NoStampMakesThemWrapAround) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::leap_recording_test

@@ -16,7 +16,7 @@
 
 #include "support/scratch_folder.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::leap_websocket_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -285,4 +285,4 @@ TEST_F(LeapWebsocketTest, SaysGoodbyeAndLeavesAtOnce) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::leap_websocket_test

@@ -11,7 +11,7 @@
 #include "support/leap_message.h"
 #include "support/scratch_folder.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::leapjs_recording_test {
 namespace {
 
 using nlohmann::json;
@@ -232,4 +232,4 @@ TEST_F(LeapjsFile, HandsWithoutBonesAreRefusedByTheirProtocol) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::leapjs_recording_test

@@ -12,7 +12,7 @@
 #include "hand/skeleton.h"
 #include "hand/soft_hands.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::missing_finger_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -154,4 +154,4 @@ TEST(MissingFinger, IsMissingAtOnceAndNewWhenItIsBack) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::missing_finger_test

@@ -12,7 +12,7 @@
 
 #include "support/shared_data.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::one_euro_test {
 namespace {
 
 struct Sample {
@@ -153,4 +153,4 @@ TEST(OneEuroRotation, VectorAndRotationAreInverse) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::one_euro_test

@@ -6,7 +6,7 @@
 #include "hand/hand_pose.h"
 #include "hand/hand_sides.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::pose_test {
 namespace {
 
 using Eigen::Quaterniond;
@@ -120,4 +120,4 @@ TEST(HandCheck, KeepsTheMoreConfidentOfASide) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::pose_test

@@ -13,7 +13,7 @@
 #include "hand/hand_pose.h"
 #include "support/hand_recording.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::reach_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -264,4 +264,4 @@ TEST(WithinReach, RecordedHandsAre) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::reach_test

@@ -15,7 +15,7 @@
 #include "hand/leap_recording.h"
 #include "support/hand_recording.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::real_recording_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -148,4 +148,4 @@ INSTANTIATE_TEST_SUITE_P(Clips, RecordingWithBases,
                          [](const auto& clip) { return std::string(clip.param); });
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::real_recording_test

@@ -10,7 +10,7 @@
 #include "hand/hand_check.h"
 #include "hand/hand_cleaner.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::scripted_tracker_test {
 namespace {
 
 TrackerScript kneading() {
@@ -140,4 +140,4 @@ TEST(ScriptedTracker, MishapsWithoutEndAreRefused) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::scripted_tracker_test

@@ -13,7 +13,7 @@
 #include "skeleton_limits.h"
 #include "support/hand_recording.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::skeleton_people_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -138,4 +138,4 @@ TEST_P(SkeletonOnRecording, MedianErrorIsBelowThreeMillimetres) {
 INSTANTIATE_TEST_SUITE_P(All, SkeletonOnRecording, testing::ValuesIn(hand_recordings));
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::skeleton_people_test

@@ -16,7 +16,7 @@
 #include "hand/hand_pose.h"
 #include "skeleton_limits.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::skeleton_test {
 namespace {
 
 using Eigen::Isometry3d;
@@ -187,4 +187,4 @@ TEST(Skeleton, LimitsHoldForAHandThatDoesNotKeepThem) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::skeleton_test

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::skin_loads_test {
 namespace {
 
 using Eigen::Vector3f;
@@ -234,4 +234,4 @@ TEST(SkinLoads, ClearedKeepWhatTheyLearntAndResetForgetIt) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::skin_loads_test

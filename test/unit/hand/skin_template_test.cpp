@@ -9,7 +9,7 @@
 #include "hand/anatomy.h"
 #include "hand/kinematic_hand.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::skin_template_test {
 namespace {
 
 constexpr double spacing = 5e-3;  // m
@@ -69,4 +69,4 @@ TEST(SkinTemplate, EverySpacingIsConnectedAndPositive) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::skin_template_test

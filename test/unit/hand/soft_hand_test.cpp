@@ -12,7 +12,7 @@
 #include "hand/hand_shape.h"
 #include "support/pressed_hand.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::soft_hand_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -163,4 +163,4 @@ TEST(SoftHand, FewFramesOfLoadsGarbageAndImpossiblePosesStayFinite) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::soft_hand_test

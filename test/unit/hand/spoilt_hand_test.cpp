@@ -13,7 +13,7 @@
 #include "hand/hand_check.h"
 #include "hand/hand_pose.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::spoilt_hand_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -199,4 +199,4 @@ TEST(HandCheck, AFingerThatIsNotThereIsMissing) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::spoilt_hand_test

@@ -5,7 +5,7 @@
 
 #include "hand/leap_websocket.h"
 
-namespace tactile_clay::hand {
+namespace tactile_clay::hand::websocket_url_test {
 namespace {
 
 TEST(WebsocketUrl, IsReadWithWhatIsMissingFilledIn) {
@@ -39,4 +39,4 @@ TEST(WebsocketUrl, AnEndlessOneIsRefused) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::hand
+}  // namespace tactile_clay::hand::websocket_url_test

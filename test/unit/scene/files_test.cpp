@@ -7,7 +7,7 @@
 
 #include <sys/stat.h>
 
-namespace tactile_clay::scene {
+namespace tactile_clay::scene::files_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -99,4 +99,4 @@ TEST_F(Files, TextIsUtf8) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::scene
+}  // namespace tactile_clay::scene::files_test

@@ -7,7 +7,7 @@
 #include "scene/solids.h"
 #include "support/error_of.h"
 
-namespace tactile_clay::scene {
+namespace tactile_clay::scene::joint_motions_test {
 namespace {
 
 constexpr double for_ever = std::numeric_limits<double>::infinity();
@@ -163,4 +163,4 @@ TEST(JointMotions, AMimicOfAFixedJointStandsStill) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::scene
+}  // namespace tactile_clay::scene::joint_motions_test

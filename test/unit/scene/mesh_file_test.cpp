@@ -10,7 +10,7 @@
 #include "support/meshes.h"
 #include "support/scratch_folder.h"
 
-namespace tactile_clay::scene {
+namespace tactile_clay::scene::mesh_file_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -193,4 +193,4 @@ TEST_F(MeshFile, NoOtherFileIsOpened) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::scene
+}  // namespace tactile_clay::scene::mesh_file_test

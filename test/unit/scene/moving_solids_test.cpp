@@ -9,7 +9,7 @@
 #include "scene/scene.h"
 #include "scene/solids.h"
 
-namespace tactile_clay::scene {
+namespace tactile_clay::scene::moving_solids_test {
 namespace {
 
 const std::string share = TACTILE_CLAY_SHARE;
@@ -123,4 +123,4 @@ TEST(MovingSolids, AThinCupThatIsTurnedFastKeepsItsLiquid) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::scene
+}  // namespace tactile_clay::scene::moving_solids_test

@@ -11,7 +11,7 @@
 #include "scene/robot_model.h"
 #include "support/error_of.h"
 
-namespace tactile_clay::scene {
+namespace tactile_clay::scene::quality_test {
 namespace {
 
 const std::string share = TACTILE_CLAY_SHARE;
@@ -148,4 +148,4 @@ TEST(LateWatch, FramesOfAnyLengthCountByWhatAPeriodCosts) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::scene
+}  // namespace tactile_clay::scene::quality_test

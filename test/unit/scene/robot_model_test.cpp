@@ -9,7 +9,7 @@
 #include "support/meshes.h"
 #include "support/scratch_folder.h"
 
-namespace tactile_clay::scene {
+namespace tactile_clay::scene::robot_model_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -278,4 +278,4 @@ TEST_F(Xacro, WritesNoFileWithoutEnd) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::scene
+}  // namespace tactile_clay::scene::robot_model_test

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace tactile_clay::scene {
+namespace tactile_clay::scene::scene_test {
 namespace {
 
 const std::string share = TACTILE_CLAY_SHARE;
@@ -230,4 +230,4 @@ TEST(Quality, PresetsSpendMoreForMore) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::scene
+}  // namespace tactile_clay::scene::scene_test

@@ -9,7 +9,7 @@
 #include "hand/hand_check.h"
 #include "support/scratch_folder.h"
 
-namespace tactile_clay::scene {
+namespace tactile_clay::scene::score_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -134,4 +134,4 @@ TEST_F(ScoreFile, SaysWhatIsWrongAndWhere) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::scene
+}  // namespace tactile_clay::scene::score_file_test

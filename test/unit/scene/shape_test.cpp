@@ -5,7 +5,7 @@
 #include "support/meshes.h"
 #include "support/scratch_folder.h"
 
-namespace tactile_clay::scene {
+namespace tactile_clay::scene::shape_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -116,4 +116,4 @@ TEST_F(Bodies, SizeHasOneMeaningForEachShape) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::scene
+}  // namespace tactile_clay::scene::shape_test

@@ -5,7 +5,7 @@
 #include "scene/robot_model.h"
 #include "support/error_of.h"
 
-namespace tactile_clay::scene {
+namespace tactile_clay::scene::solids_test {
 namespace {
 
 const std::string share = TACTILE_CLAY_SHARE;
@@ -106,4 +106,4 @@ TEST(Solids, TheLengthOfAnAxisDoesNotMatter) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::scene
+}  // namespace tactile_clay::scene::solids_test

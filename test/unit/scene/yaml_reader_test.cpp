@@ -6,7 +6,7 @@
 #include "support/error_of.h"
 #include "support/scratch_folder.h"
 
-namespace tactile_clay::scene {
+namespace tactile_clay::scene::yaml_reader_test {
 namespace {
 
 const std::string share = TACTILE_CLAY_SHARE;
@@ -193,4 +193,4 @@ TEST_F(YamlAsPeopleWriteIt, DeepNestingEndsWithOneLine) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::scene
+}  // namespace tactile_clay::scene::yaml_reader_test

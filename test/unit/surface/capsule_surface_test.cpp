@@ -10,7 +10,7 @@
 #include "hand/skin_template.h"
 #include "surface/samples_on_mesh.h"
 
-namespace tactile_clay::surface {
+namespace tactile_clay::surface::capsule_surface_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -78,4 +78,4 @@ TEST(SamplesOnMesh, MeansAreOfTheSamplesOnThisSide) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::surface
+}  // namespace tactile_clay::surface::capsule_surface_test

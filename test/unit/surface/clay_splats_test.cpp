@@ -10,7 +10,7 @@
 
 #include "surface/clay_surface.h"
 
-namespace tactile_clay::surface {
+namespace tactile_clay::surface::clay_splats_test {
 namespace {
 
 using Eigen::Vector3f;
@@ -85,4 +85,4 @@ TEST(ClaySplats, EachHasTheColourOfItsParticle) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::surface
+}  // namespace tactile_clay::surface::clay_splats_test

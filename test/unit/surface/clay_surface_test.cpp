@@ -13,7 +13,7 @@
 
 #include "support/error_of.h"
 
-namespace tactile_clay::surface {
+namespace tactile_clay::surface::clay_surface_test {
 namespace {
 
 using Eigen::Vector3f;
@@ -250,4 +250,4 @@ TEST(ClaySurface, BadInputIsToldInOneLine) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::surface
+}  // namespace tactile_clay::surface::clay_surface_test

@@ -8,7 +8,7 @@
 
 #include "surface/capsule_surface.h"
 
-namespace tactile_clay::surface {
+namespace tactile_clay::surface::cut_mesh_test {
 namespace {
 
 using Eigen::Vector3f;
@@ -62,4 +62,4 @@ TEST(CutMesh, OneValueACorner) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::surface
+}  // namespace tactile_clay::surface::cut_mesh_test

@@ -8,7 +8,7 @@
 #include "support/error_of.h"
 #include "surface/clay_surface.h"
 
-namespace tactile_clay::surface {
+namespace tactile_clay::surface::mesh_export_test {
 namespace {
 
 TriangleMesh someMesh() {
@@ -76,4 +76,4 @@ TEST(MeshExport, TheNameTellsTheFormat) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::surface
+}  // namespace tactile_clay::surface::mesh_export_test

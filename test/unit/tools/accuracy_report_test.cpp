@@ -6,7 +6,7 @@
 #include <map>
 #include <sstream>
 
-namespace tactile_clay::tools {
+namespace tactile_clay::tools::accuracy_report_test {
 namespace {
 
 TEST(AccuracyReport, SolversHaveTheNamesByWhichTheyAreChosen) {
@@ -121,4 +121,4 @@ TEST(AccuracyCsv, EveryColumnHoldsWhatItsNameSays) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::tools
+}  // namespace tactile_clay::tools::accuracy_report_test

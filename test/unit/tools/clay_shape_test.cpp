@@ -4,7 +4,7 @@
 
 #include "support/setups.h"
 
-namespace tactile_clay::tools {
+namespace tactile_clay::tools::clay_shape_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -119,4 +119,4 @@ TEST(Height, OnAnInclineIsTheDistanceFromIt) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::tools
+}  // namespace tactile_clay::tools::clay_shape_test

@@ -11,7 +11,7 @@
 #include "tools/nelder_mead.h"
 #include "tools/press_curve.h"
 
-namespace tactile_clay::tools {
+namespace tactile_clay::tools::fit_test {
 namespace {
 
 TEST(NelderMead, FindsTheEndOfAValley) {
@@ -233,4 +233,4 @@ TEST(PressSetup, PressesWithSphereAndPlate) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::tools
+}  // namespace tactile_clay::tools::fit_test

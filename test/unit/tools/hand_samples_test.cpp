@@ -9,7 +9,7 @@
 #include "hand/choreography.h"
 #include "support/scratch_folder.h"
 
-namespace tactile_clay::tools {
+namespace tactile_clay::tools::hand_samples_test {
 namespace {
 
 constexpr double frame = 1.0 / 60.0;  // s
@@ -97,4 +97,4 @@ TEST_F(RecordedHands, ThatAreNoFileSayWhatWasExpected) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::tools
+}  // namespace tactile_clay::tools::hand_samples_test

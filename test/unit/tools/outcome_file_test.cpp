@@ -10,7 +10,7 @@
 #include "support/error_of.h"
 #include "support/scratch_folder.h"
 
-namespace tactile_clay::tools {
+namespace tactile_clay::tools::outcome_file_test {
 namespace {
 
 Outcome someOutcome() {
@@ -70,4 +70,4 @@ TEST_F(OutcomeFile, BrokenOffIsOneLine) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::tools
+}  // namespace tactile_clay::tools::outcome_file_test

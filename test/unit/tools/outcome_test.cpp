@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace tactile_clay::tools {
+namespace tactile_clay::tools::outcome_test {
 namespace {
 
 using Eigen::Vector3f;
@@ -114,4 +114,4 @@ TEST(Greatest, IsOfEachErrorBySize) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::tools
+}  // namespace tactile_clay::tools::outcome_test

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace tactile_clay::tools {
+namespace tactile_clay::tools::random_contact_test {
 namespace {
 
 TEST(RandomContact, IsPressedSkinWithBareSkinAroundIt) {
@@ -70,4 +70,4 @@ TEST(RandomContact, FollowsFromTheSeed) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::tools
+}  // namespace tactile_clay::tools::random_contact_test

@@ -10,7 +10,7 @@
 #include "support/scratch_folder.h"
 #include "tools/tool_arguments.h"
 
-namespace tactile_clay::tools {
+namespace tactile_clay::tools::user_paths_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -121,4 +121,4 @@ TEST(Tool, PrintsItsErrorAsOneLine) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::tools
+}  // namespace tactile_clay::tools::user_paths_test

@@ -6,7 +6,7 @@
 #include "oracle.h"
 #include "ultrasound/acoustic_field.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::acoustic_field_focus_test {
 namespace {
 
 /// Phases that make all waves arrive together, written from the geometry alone: sound from a near transducer
@@ -106,4 +106,4 @@ TEST(AcousticField, HeadSplIsTheLevelOfTheField) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::acoustic_field_focus_test

@@ -10,7 +10,7 @@
 
 #include "oracle.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::acoustic_field_test {
 namespace {
 
 ArrayLayout singlePiston() {
@@ -206,4 +206,4 @@ TEST(AcousticField, OfSeveralArraysIsTheSumOfTheirs) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::acoustic_field_test

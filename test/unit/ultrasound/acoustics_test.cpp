@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::acoustics_test {
 namespace {
 
 TEST(Acoustics, DirectivityIsThatOfAPiston) {
@@ -71,4 +71,4 @@ TEST(Acoustics, RefusesBadParametersByName) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::acoustics_test

@@ -9,7 +9,7 @@
 
 #include "support/shared_data.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::array_layout_test {
 namespace {
 
 TEST(ArrayLayout, GridsHaveTheirPitchAndAreCentred) {
@@ -134,4 +134,4 @@ TEST(ArrayLayouts, RefusesWhatItCannotRead) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::array_layout_test

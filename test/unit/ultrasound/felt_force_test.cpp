@@ -9,7 +9,7 @@
 #include "ultrasound/array_reach.h"
 #include "ultrasound/phase_solver.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::felt_force_test {
 namespace {
 
 /// The radiation pressure of one focus added up over 160 mm by 160 mm of its plane, over its peak, m^2.
@@ -64,4 +64,4 @@ TEST(FeltForce, TellsNothingThatNobodyMeasured) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::felt_force_test

@@ -9,7 +9,7 @@
 
 #include "ultrasound/phase_solver.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::field_maximum_test {
 namespace {
 
 using Points = std::vector<FocalPoint>;
@@ -52,4 +52,4 @@ TEST(FieldMaximum, SaysWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::field_maximum_test

@@ -10,7 +10,7 @@
 #include "on_skin.h"
 #include "ultrasound/field_solver.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::field_on_skin_test {
 namespace {
 
 /// Outward normal of skin that looks down and is turned by this angle about y, rad.
@@ -202,4 +202,4 @@ TEST_F(FieldOnSkin, SkinAtAnAnglePressesAsMuchAsItShould) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::field_on_skin_test

@@ -9,7 +9,7 @@
 #include "support/error_of.h"
 #include "ultrasound/field_solver.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::field_solver_limits_test {
 namespace {
 
 TEST_F(FieldSolver, GivesNoMoreThanIsWanted) {
@@ -134,4 +134,4 @@ TEST_F(FieldSolver, RefusesWhatIsOutOfRange) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::field_solver_limits_test

@@ -10,7 +10,7 @@
 #include "field_solver_fixture.h"
 #include "ultrasound/field_objective.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::field_solver_test {
 namespace {
 
 TEST_F(FieldSolver, GradientIsThatOfTheObjectiveInDoublePrecision) {
@@ -139,4 +139,4 @@ TEST_F(FieldSolver, WeightsFavourWhatCounts) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::field_solver_test

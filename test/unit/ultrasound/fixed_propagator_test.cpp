@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::fixed_propagator_test {
 namespace {
 
 using Complex = std::complex<double>;
@@ -174,4 +174,4 @@ TEST(FixedPropagator, IsExactEnoughForOneTransducer) {
 INSTANTIATE_TEST_SUITE_P(Transducers, FixedPropagatorOf, ::testing::Values(64u, 249u, 1024u));
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::fixed_propagator_test

@@ -8,7 +8,7 @@
 #include "contacts.h"
 #include "ultrasound/focal_points.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::focal_points_fit_test {
 namespace {
 
 /// The objective printed in Eq. 9, of one point with all samples.
@@ -170,4 +170,4 @@ TEST(FocalPoints, ReconstructionErrorOfAPerfectFieldIsZero) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::focal_points_fit_test

@@ -9,7 +9,7 @@
 #include "ultrasound/focal_points.h"
 #include "ultrasound/phase_solver.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::focal_points_on_arrays_test {
 namespace {
 
 TEST(FocalPoints, KeepOneGainWhereverTheyAreUpToTheLimitsOfTheArray) {
@@ -208,4 +208,4 @@ TEST(FocalPoints, KeepToThePersonsThresholdAndGain) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::focal_points_on_arrays_test

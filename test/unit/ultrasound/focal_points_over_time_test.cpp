@@ -5,7 +5,7 @@
 #include "contacts.h"
 #include "ultrasound/focal_points.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::focal_points_over_time_test {
 namespace {
 
 TEST(FocalPoints, KeepTheirIdsWhileContactsMove) {
@@ -100,4 +100,4 @@ TEST(FocalPoints, SurviveASmallerMaximumLive) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::focal_points_over_time_test

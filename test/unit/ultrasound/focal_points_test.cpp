@@ -11,7 +11,7 @@
 
 #include "contacts.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::focal_points_test {
 namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
@@ -196,4 +196,4 @@ TEST(FocalPoints, RefuseBadSettingsByName) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::focal_points_test

@@ -9,7 +9,7 @@
 #include "oracle.h"
 #include "ultrasound/phase_solver.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::focus_peak_test {
 namespace {
 
 TEST(PeakNear, IsTheTopOfAHill) {
@@ -65,4 +65,4 @@ TEST(PeaksWithin, OfSilenceAreNone) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::focus_peak_test

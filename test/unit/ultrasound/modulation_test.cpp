@@ -11,7 +11,7 @@
 #include "oracle.h"
 #include "ultrasound/focal_points.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::modulation_test {
 namespace {
 
 FocalPoint point(double x, double y, double intensity = 1.0) {
@@ -240,4 +240,4 @@ TEST(Modulation, StmRendersAPathThatCoversMoreThanFoci) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::modulation_test

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::perceptual_weight_test {
 namespace {
 
 double mean(double from, double to) {
@@ -41,4 +41,4 @@ TEST(PerceptualWeight, OfAnUnknownDistanceIsThePalms) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::perceptual_weight_test

@@ -9,7 +9,7 @@
 #include "phase_solver_fixture.h"
 #include "ultrasound/phase_solver.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::phase_solver_levels_test {
 namespace {
 
 TEST_F(PhaseSolver, EightFociOn32LevelsAreWithinOnePercent) {
@@ -130,4 +130,4 @@ TEST_F(PhaseSolver, FromSilenceNoPhaseIsLimited) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::phase_solver_levels_test

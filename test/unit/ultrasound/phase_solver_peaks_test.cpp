@@ -7,7 +7,7 @@
 #include "phase_solver_fixture.h"
 #include "ultrasound/phase_solver.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::phase_solver_peaks_test {
 namespace {
 
 TEST_F(PhaseSolver, OneFocusPeaksWhereItWasAsked) {
@@ -95,4 +95,4 @@ TEST_F(PhaseSolver, MostWeakFociBesideStrongOnesArePeaks) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::phase_solver_peaks_test

@@ -12,7 +12,7 @@
 #include "oracle.h"
 #include "phase_solver_fixture.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::phase_solver_test {
 namespace {
 
 TEST_F(PhaseSolver, OneFocusReachesAllThatTheArrayCanGive) {
@@ -264,4 +264,4 @@ TEST_F(PhaseSolver, RefusesBadInput) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::phase_solver_test

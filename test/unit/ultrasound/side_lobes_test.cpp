@@ -8,7 +8,7 @@
 #include "oracle.h"
 #include "ultrasound/phase_solver.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::side_lobes_test {
 namespace {
 
 FocalPoint point(double x, double y) {
@@ -57,4 +57,4 @@ TEST(RelativeError, IsTheSpreadAboutTheCommonScale) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::side_lobes_test

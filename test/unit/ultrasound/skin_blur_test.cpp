@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::skin_blur_test {
 namespace {
 
 std::vector<FocalPoint> grid(int side, double step) {
@@ -66,4 +66,4 @@ TEST(SkinBlur, OfNothingIsNone) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::skin_blur_test

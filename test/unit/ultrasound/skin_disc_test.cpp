@@ -13,7 +13,7 @@
 
 #include "ultrasound/focal_points.h"
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::skin_disc_test {
 namespace {
 
 using contact::PressureSample;
@@ -216,4 +216,4 @@ TEST(FocalPointsOnFingers, LieOnTheSkinOfAnyContact) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::skin_disc_test

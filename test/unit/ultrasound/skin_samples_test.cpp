@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <random>
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::skin_samples_test {
 namespace {
 
 using contact::PressureSample;
@@ -112,4 +112,4 @@ TEST(SkinSamples, TellATouchThatIsSmallerThanAPiece) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::skin_samples_test

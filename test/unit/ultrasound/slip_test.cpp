@@ -6,7 +6,7 @@
 #include <complex>
 #include <limits>
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::slip_test {
 namespace {
 
 contact::PressureSample sample(float pressure, float slip) {
@@ -59,4 +59,4 @@ TEST(Slip, ShareIsThatOfTheForceUnderWhichClaySlides) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::slip_test

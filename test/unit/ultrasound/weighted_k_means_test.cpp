@@ -7,7 +7,7 @@
 #include <random>
 #include <stdexcept>
 
-namespace tactile_clay::ultrasound {
+namespace tactile_clay::ultrasound::weighted_k_means_test {
 namespace {
 
 using Points = std::vector<Eigen::Vector3d>;
@@ -158,4 +158,4 @@ TEST(WeightedKMeans, RefusesBadArguments) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::ultrasound
+}  // namespace tactile_clay::ultrasound::weighted_k_means_test

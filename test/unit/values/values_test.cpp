@@ -10,7 +10,7 @@
 #include "values/range.h"
 #include "values/text.h"
 
-namespace tactile_clay::values {
+namespace tactile_clay::values::values_test {
 namespace {
 
 // Roll is the first turn, yaw the last: x goes to y by a yaw of 90 degrees, whatever the roll was; then z of
@@ -75,4 +75,4 @@ TEST(Numbers, OfATextAreAllOfItOrNothing) {
 }
 
 }  // namespace
-}  // namespace tactile_clay::values
+}  // namespace tactile_clay::values::values_test
