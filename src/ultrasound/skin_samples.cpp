@@ -42,7 +42,7 @@ void cutPieces(std::vector<PressureSample>::const_iterator begin,
     const double centre = 0.5 * (passed + last);
     SkinSample piece{sample->position.cast<double>(), 0.0, 0.0, 0.0, sample->normal.cast<double>()};
     double felt = 0.0, weight = 0.0, taken = 0.0;
-    // A sample belongs to the piece in which its middle_cell lies.
+    // A sample belongs to the piece in which its middle lies.
     for (; sample != end && (passed + 0.5 * sample->area <= last || k + 1 == count); ++sample) {
       const double here = sample->area;
       if (passed <= centre) {
