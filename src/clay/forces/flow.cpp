@@ -28,7 +28,11 @@ struct Measure {
   const std::vector<Contact>& contacts;
   float spacing;                    // m
   const float *stiffness, *before;  // of each particle, see Flow
+  const float* u;                   // m, slots: displacements of the particles; null: none
+};
+struct Measured {  // of each particle, see Flow
   float *share, *secant, *dilation;
+  float* change;  // of the secant
 };
 
 /// Fourth moments of the bonds of a particle, J: sum k l^2 n n n n, the stress in a direction (row) that a
@@ -112,8 +116,9 @@ TACTILE_CLAY_INLINE Lane volumeStrain(const Symmetric& t, const Moments& m) {
 }
 
 /// Adds the bonds of particle i to `total`, eight pairs at a time: add(total, stiffness, rest_length, p),
-/// with the stiffness (N/m, 0: not bonded) and the rest length (m) of the pairs from p on.
-template <bool alike, typename Total, typename Add>
+/// with the stiffness (N/m, 0: not bonded) and the rest length (m) of the pairs from p on. `moved`: rest
+/// lengths have already followed the last change of the stiffness.
+template <bool alike, bool moved, typename Total, typename Add>
 TACTILE_CLAY_INLINE Total sumOverBonds(const Measure& m, std::size_t i, const Add& add) {
   const BondRule* const rules = m.rules + m.material[i] * m.materials;
   const Lane own_stiffness = all(m.stiffness[i]), own_before = all(m.before[i]);
@@ -128,23 +133,36 @@ TACTILE_CLAY_INLINE Total sumOverBonds(const Measure& m, std::size_t i, const Ad
       rule = load(of);
     }
     const Lane after = own_stiffness + gatherNumbers(m.stiffness, slots);
-    const Lane before = own_before + gatherNumbers(m.before, slots);
+    Lane softer = after;
+    if (!moved) {
+      const Lane before = own_before + gatherNumbers(m.before, slots);
+      softer = before < after ? before : after;
+    }
     const LaneOrder bonded = rest_length > 0.0f;  // particles at the same place are not
-    add(total, bonded ? 0.5f * rule * (before < after ? before : after) : Lane{}, rest_length, p);
+    add(total, bonded ? 0.5f * rule * softer : Lane{}, rest_length, p);
   }
   return total;
 }
 
-template <bool alike>
+/// @param moved whether the displacements u move the particles
+template <bool alike, bool moved>
 TACTILE_CLAY_INLINE Strained strainedBonds(const Measure& m, std::size_t i) {
+  LaneVector own{};
+  if (moved) own = allOf(m.u + slot_size * i);
+  const Lane shortest = all(1e-6f * m.spacing);
   const auto add = [&](Strained& total, const Lane& stiffness, const Lane& rest_length, std::uint32_t p) {
-    const Lane strain = 1.0f - rest_length / load(m.pairs.distance + p);
-    const LaneVector x = loadVector(m.pairs.x, m.pairs.y, m.pairs.z, p);
+    LaneVector x = loadVector(m.pairs.x, m.pairs.y, m.pairs.z, p);
+    Lane length = load(m.pairs.distance + p);
+    if (moved) {
+      x = difference(x, difference(gather(m.u, m.pairs.slot + p), own));
+      length = max(root(dot(x, x)), shortest);
+    }
+    const Lane strain = 1.0f - rest_length / length;
     const LaneVector pull = times(stiffness > 0.0f ? stiffness * strain : Lane{}, x);
     addOuter(total.stress, pull, x);
     total.pull = difference(total.pull, pull);
   };
-  return sumOverBonds<alike, Strained>(m, i, add);
+  return sumOverBonds<alike, moved, Strained>(m, i, add);
 }
 
 template <bool alike>
@@ -154,7 +172,7 @@ TACTILE_CLAY_INLINE Moments momentsOfBonds(const Measure& m, std::size_t i) {
     addFourth(total, stiffness > 0.0f ? stiffness / (length * length) : Lane{},
               loadVector(m.pairs.x, m.pairs.y, m.pairs.z, p));
   };
-  return sumOverBonds<alike, Moments>(m, i, add);
+  return sumOverBonds<alike, false, Moments>(m, i, add);
 }
 
 /// A third of the strain of the volume of the eight particles from i on; 0 of those that do not flow.
@@ -192,8 +210,8 @@ std::size_t addContacts(const std::vector<Contact>& contacts, std::size_t contac
   return contact;
 }
 
-template <bool alike>
-TACTILE_CLAY_INLINE void measure(const Measure& m, std::size_t first, std::size_t last) {
+template <bool alike, bool moved>
+TACTILE_CLAY_INLINE void measure(const Measure& m, const Measured& to, std::size_t first, std::size_t last) {
   std::size_t contact = static_cast<std::size_t>(
       std::lower_bound(m.contacts.begin(), m.contacts.end(), first,
                        [](const Contact& c, std::size_t i) { return c.particle < i; }) -
@@ -204,25 +222,45 @@ TACTILE_CLAY_INLINE void measure(const Measure& m, std::size_t first, std::size_
     for (int k = 0; k < lane_width && i + k < last; ++k) {
       yield[k] = m.yield[m.material[i + k]];
       kept[k] = m.kept[m.material[i + k]];
-      totals.set(k, strainedBonds<alike>(m, i + k));
+      totals.set(k, strainedBonds<alike, moved>(m, i + k));
     }
     const Strained total = totals.get();
     Symmetric s = deviator(total.stress);
     contact = addContacts(m.contacts, contact, i, m.spacing, total.pull, s);
     const Lane size = 0.5f * root(0.5f * product(s, s));  // J, |s| V
     const Lane share = kept * (size > yield ? yield / size : all(1.0f));
-    store(m.share + i, share);
-    store(m.secant + i, share * load(m.stiffness + i));
-    store(m.dilation + i, flowingVolumeStrain<alike>(m, i, bits(share < 1.0f), total.stress));
+    const Lane secant = share * load(m.stiffness + i);
+    if (moved) {
+      store(to.change + i, secant - load(to.secant + i));
+    } else {
+      store(to.share + i, share);
+      store(to.dilation + i, flowingVolumeStrain<alike>(m, i, bits(share < 1.0f), total.stress));
+    }
+    store(to.secant + i, secant);
   }
 }
 TACTILE_CLAY_MULTIVERSION
-void measureAlike(const Measure m, std::size_t first, std::size_t last) {
-  measure<true>(m, first, last);
+void measureAlike(const Measure m, const Measured to, std::size_t first, std::size_t last) {
+  measure<true, false>(m, to, first, last);
 }
 TACTILE_CLAY_MULTIVERSION
-void measureMixed(const Measure m, std::size_t first, std::size_t last) {
-  measure<false>(m, first, last);
+void measureMixed(const Measure m, const Measured to, std::size_t first, std::size_t last) {
+  measure<false, false>(m, to, first, last);
+}
+TACTILE_CLAY_MULTIVERSION
+void measureMovedAlike(const Measure m, const Measured to, std::size_t first, std::size_t last) {
+  measure<true, true>(m, to, first, last);
+}
+TACTILE_CLAY_MULTIVERSION
+void measureMovedMixed(const Measure m, const Measured to, std::size_t first, std::size_t last) {
+  measure<false, true>(m, to, first, last);
+}
+
+Measure measureOf(const Neighbourhood& near, const Particles& particles, const Bonds& bonds, const Flow& flow,
+                  const std::vector<Contact>& contacts) {
+  return {near.arrays(),     bonds.restLengths().data(), particles.material.data(), bonds.rules(0),
+          bonds.materials(), bonds.yields().data(),      flow.kept.data(),          contacts,
+          bonds.spacing(),   flow.stiffness.data(),      flow.before.data(),        nullptr};
 }
 
 }  // namespace
@@ -239,12 +277,18 @@ float bondStiffness(float squares) {
 
 void measureFlow(const Neighbourhood& near, const Particles& particles, const Bonds& bonds,
                  const std::vector<Contact>& contacts, std::size_t first, std::size_t last, Flow& flow) {
-  const Measure m{
-      near.arrays(),      bonds.restLengths().data(), particles.material.data(), bonds.rules(0),
-      bonds.materials(),  bonds.yields().data(),      flow.kept.data(),          contacts,
-      bonds.spacing(),    flow.stiffness.data(),      flow.before.data(),        flow.share.data(),
-      flow.secant.data(), flow.dilation.data()};
-  (bonds.materials() == 1 ? measureAlike : measureMixed)(m, first, last);
+  const Measured to{flow.share.data(), flow.secant.data(), flow.dilation.data(), nullptr};
+  (bonds.materials() == 1 ? measureAlike : measureMixed)(measureOf(near, particles, bonds, flow, contacts),
+                                                         to, first, last);
+}
+
+void measureSecants(const Neighbourhood& near, const Particles& particles, const Bonds& bonds,
+                    const std::vector<Contact>& contacts, const VectorField& u, std::size_t first,
+                    std::size_t last, std::vector<float>& secant, std::vector<float>& change) {
+  Measure m = measureOf(near, particles, bonds, bonds.flow(), contacts);
+  m.u = u.data();
+  const Measured to{nullptr, secant.data(), nullptr, change.data()};
+  (bonds.materials() == 1 ? measureMovedAlike : measureMovedMixed)(m, to, first, last);
 }
 
 }  // namespace tactile_clay::clay

@@ -6,6 +6,7 @@
 #include "clay/contact/contact.h"
 #include "clay/neighbourhood.h"
 #include "clay/particles.h"
+#include "clay/vector_field.h"
 
 namespace tactile_clay::clay {
 
@@ -58,5 +59,14 @@ float bondStiffness(float squares);
 /// @param contacts in the order of their particles
 void measureFlow(const Neighbourhood& near, const Particles& particles, const Bonds& bonds,
                  const std::vector<Contact>& contacts, std::size_t first, std::size_t last, Flow& flow);
+
+/// Measures the secants of particles [first, last) where the displacements u take them.
+/// @param bonds updated in this step
+/// @param contacts in the order of their particles
+/// @param secant is overwritten
+/// @param change gets new minus old secant
+void measureSecants(const Neighbourhood& near, const Particles& particles, const Bonds& bonds,
+                    const std::vector<Contact>& contacts, const VectorField& u, std::size_t first,
+                    std::size_t last, std::vector<float>& secant, std::vector<float>& change);
 
 }  // namespace tactile_clay::clay

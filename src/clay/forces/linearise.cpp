@@ -152,6 +152,53 @@ void lineariseMixed(const Setup s, std::size_t first, std::size_t last) {
   linearise<false>(s, first, last);
 }
 
+/// A spring is stored per square of its gradient g, and lengths are linear about the guess, as in
+/// `linearise`.
+template <bool alike>
+TACTILE_CLAY_INLINE void change(const Setup s, std::size_t first, std::size_t last) {
+  const Lane shortest = all(1e-8f * s.kernel.h * s.kernel.h);
+  for (std::size_t i = first; i < last; ++i) {
+    const LaneVector guess = allOf(s.guess + slot_size * i);
+    const BondRule* const rules = s.elastic.bonds->rules(s.material[i]);
+    const Lane own = all(s.elastic.change[i]);
+    Lane stiffness = all(rules[0].stiffness);
+    LaneVector forces{};
+    bool changed = false;
+    for (std::uint32_t p = s.pairs.begin[i]; p < s.pairs.end[i]; p += lane_width) {
+      const Lane kept = load(s.elastic.rest_length + p);
+      const Lane secant = 0.5f * (own + gatherNumbers(s.elastic.change, s.pairs.slot + p));
+      const LaneOrder changes = (kept > 0.0f) & (secant != 0.0f);
+      if (bits(changes) == 0) continue;
+      changed = true;
+      if (!alike)
+        for (int k = 0; k < lane_width; ++k)
+          stiffness[k] = rules[s.material[s.pairs.slot[p + k] / slot_size]].stiffness;
+      const LaneVector x = loadVector(s.pairs.x, s.pairs.y, s.pairs.z, p);
+      const LaneVector d = difference(gather(s.guess, s.pairs.slot + p), guess);
+      const LaneVector e = difference(x, d);
+      const Lane r = load(s.pairs.distance + p), square = r * r, bounded = max(square, shortest);
+      const Lane bond = (changes ? secant * stiffness : Lane{}) / bounded;
+      const Lane start = root(dot(e, e)) + dot(x, d) * r / bounded;
+      add(forces, times(bond * (kept - start) * r, x));
+      Lane per_gradient = all(1.0f);  // square of x over g
+      if (s.dense) {
+        const LaneVector g = loadVector(s.of_pairs.x, s.of_pairs.y, s.of_pairs.z, p);
+        per_gradient = square / dot(g, g);
+      }
+      store(s.of_pairs.spring + p, load(s.of_pairs.spring + p) + (changes ? bond * per_gradient : Lane{}));
+    }
+    if (changed) storeSlot(s.force + slot_size * i, slot(s.force + slot_size * i) + sums(forces));
+  }
+}
+TACTILE_CLAY_MULTIVERSION
+void changeAlike(const Setup s, std::size_t first, std::size_t last) {
+  change<true>(s, first, last);
+}
+TACTILE_CLAY_MULTIVERSION
+void changeMixed(const Setup s, std::size_t first, std::size_t last) {
+  change<false>(s, first, last);
+}
+
 }  // namespace
 
 void measureSurroundings(const Setup& setup, std::size_t first, std::size_t last) {
@@ -161,6 +208,10 @@ void measureSurroundings(const Setup& setup, std::size_t first, std::size_t last
 
 void linearisePairs(const Setup& setup, std::size_t first, std::size_t last) {
   (setup.materials == 1 ? lineariseAlike : lineariseMixed)(setup, first, last);
+}
+
+void changeSecants(const Setup& setup, std::size_t first, std::size_t last) {
+  (setup.materials == 1 ? changeAlike : changeMixed)(setup, first, last);
 }
 
 double latticeDashpots(const Kernel& kernel, float spacing) {

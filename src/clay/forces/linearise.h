@@ -20,6 +20,7 @@ struct Setup {
     const Bonds* bonds;
     const float* rest_length;  // m, of each pair
     const float* secant;       // factor of the stiffness of each particle's bonds, see Flow
+    const float* change;       // of the secant, for `changeSecants`
   } elastic;
   struct Viscous {
     bool any;                 // whether a material is viscous
@@ -46,6 +47,10 @@ void measureSurroundings(const Setup& setup, std::size_t first, std::size_t last
 
 /// Sets the springs of the pairs of particles [first, last), and their forces and densities at u = 0.
 void linearisePairs(const Setup& setup, std::size_t first, std::size_t last);
+
+/// Changes the springs of the bonds of particles [first, last), and their forces at u = 0, by the change of
+/// the secants.
+void changeSecants(const Setup& setup, std::size_t first, std::size_t last);
 
 /// The number `lattice` of Setup::Viscous, m^4.
 double latticeDashpots(const Kernel& kernel, float spacing);

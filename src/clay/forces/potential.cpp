@@ -105,13 +105,12 @@ void Potential::resize(const StepInput& input, StepPotential& s) {
 Setup Potential::setupOf(const StepInput& input, StepPotential& s) {
   const Bonds* const bonds = input.bonds;
   const float* const rest_lengths = bonds != nullptr ? bonds->restLengths().data() : nullptr;
-  const float* const secants = bonds != nullptr ? bonds->flow().secant.data() : nullptr;
   const float* const thinning = thins_ ? flow_indices_.data() : nullptr;
   return {input.near.arrays(),
           input.free.data(),
           input.particles.material.data(),
           materials_,
-          {bonds, rest_lengths, secants},
+          {bonds, rest_lengths, s.secant.data(), secant_change_.data()},
           {viscous_, dashpots_of_step_.data(), thinning, lattice_dashpots_, input.dt},
           kernel_,
           lattice_sum_,
@@ -128,6 +127,7 @@ Setup Potential::setupOf(const StepInput& input, StepPotential& s) {
 void Potential::linearise(const StepInput& input, const std::vector<Contact>& contacts, StepPotential& step) {
   resize(input, step);
   const std::size_t n = input.particles.size();
+  if (input.bonds != nullptr) step.secant = input.bonds->flow().secant;
   const Setup setup = setupOf(input, step);
   parallelRanges(n, range_size,
                  [&](std::size_t first, std::size_t last) { measureSurroundings(setup, first, last); });
@@ -146,6 +146,20 @@ void Potential::linearise(const StepInput& input, const std::vector<Contact>& co
     });
   }
   step.excessive = excessive;
+}
+
+void Potential::yieldAt(const VectorField& u, const StepInput& input, const std::vector<Contact>& contacts,
+                        StepPotential& step) {
+  if (input.bonds == nullptr) return;
+  secant_change_.resize(step.secant.size());
+  const std::size_t n = input.particles.size();
+  const Setup setup = setupOf(input, step);
+  parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
+    measureSecants(input.near, input.particles, *input.bonds, contacts, u, first, last, step.secant,
+                   secant_change_);
+  });
+  parallelRanges(n, range_size,
+                 [&](std::size_t first, std::size_t last) { changeSecants(setup, first, last); });
 }
 
 }  // namespace tactile_clay::clay

@@ -29,7 +29,7 @@ namespace tactile_clay::clay {
 ///    summed over neighbours cannot see. c is such that the shear viscosity of each particle's volume,
 ///    averaged over directions, is eta, also at a surface;
 ///  - bonds (Eq. 5): k/2 (l_ij - d_ij)^2. Elongations go on flowing as they did after the last step (struct
-///    Flow).
+///    Flow), and between the rounds of a step as they do at its displacements (`Potential::yieldAt`).
 /// All forces are sums over pairs, opposite on the two ends and along the pair. So linear and angular
 /// momentum are conserved exactly.
 ///
@@ -47,6 +47,7 @@ struct StepPotential {
   float half_spacing = 0.0f;   // m
   float dt = 0.0f;             // s
   std::vector<float> gradient_x, gradient_y, gradient_z, spring;  // see PairArrays
+  std::vector<float> secant;  // of each particle, see Flow; empty: there are no bonds
 
   /// Forces f at the displacements u, N. From here on, density constraints are active where u compresses.
   /// @param at is set to the compression at u
@@ -78,6 +79,12 @@ class Potential {
   /// @param step is overwritten; its memory is reused
   void linearise(const StepInput& input, const std::vector<Contact>& contacts, StepPotential& step);
 
+  /// Lets bonds yield as the displacements u ask for, instead of as after the last step.
+  /// @param contacts as they act at u, in the order of their particles
+  /// @param step linearised for this input
+  void yieldAt(const VectorField& u, const StepInput& input, const std::vector<Contact>& contacts,
+               StepPotential& step);
+
   /// Density that solids added in the step. Their contacts must remember it.
   const std::vector<BoundaryDensity::Share>& boundaryShares() const { return boundary_.shares(); }
 
@@ -96,7 +103,7 @@ class Potential {
   std::vector<float> flow_indices_;      // of each material
   bool dense_ = false, viscous_ = false, thins_ = false;
   BoundaryDensity boundary_;
-  std::vector<float> amend_;  // see Setup
+  std::vector<float> amend_, secant_change_;  // see Setup
 };
 
 }  // namespace tactile_clay::clay

@@ -56,13 +56,13 @@ void Minimiser::start(const Step& step, VectorField& u) {
   });
 }
 
-/// Runs rounds of iterations. Contacts and compression are updated between them.
+/// Runs rounds of iterations. Contacts and compression are updated between them, yield after the first one.
 /// @return number of rounds
 int Minimiser::iterate(const Step& step, VectorField& u) {
   const auto& [in, contacts, goal] = step;
   int rounds = 0, rounds_more = max_rounds_more, left = goal.iterations;
   while (left > 0) {
-    ++rounds;
+    if (++rounds == 2) potential_.yieldAt(u, in, contacts.contacts(), step_);
     translate(step, u);
     // The first of several rounds predicts the slip with the friction of the last step. In all other rounds,
     // slides are damped.

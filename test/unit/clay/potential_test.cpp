@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -64,55 +65,95 @@ TEST(Potential, BondForceIsTheGradientOfItsEnergy) {
   expectForceIsGradient(s, s.forceAt(u), toVectors(u), [&](const Vectors& v) { return s.bondEnergy(v); });
 }
 
+/// A block of one material whose bonds yield in a shear of a few percent.
+struct YieldingBlock {
+  static constexpr int edge = 7;
+  static constexpr std::uint32_t middle = edge * edge * edge / 2;
+  static constexpr float shear = 0.03f;
+
+  YieldingBlock() {
+    material.yield_strain = 0.0025;
+    material.unbond_rate = 1e9;
+    bonds.emplace(spacing, std::vector<Material>{material});
+    potential.emplace(Kernel(2.0f * spacing), spacing, std::vector<Material>{material});
+    for (std::size_t i = 0; i < block.size(); ++i) sheared[i].x() = shear * block.position[i].y();
+    update();
+  }
+  void update() {
+    near.build(block.position);
+    bonds->update(near, block, block.velocity, true);
+  }
+  StepInput input(const VectorField& guess) const { return {near, block, &*bonds, guess, dt}; }
+
+  /// Expects that bonds pull with k (l - d) times the mean secant of their ends at the displacements u, and
+  /// have the stiffness k times the same.
+  void expectSecants(const StepPotential& step, const VectorField& u) const {
+    VectorField f = zeros(block.size()), change = f, pull = f;
+    Compression at;
+    at.resize(block.size());
+    step.startForce(u, f, at).add(0, block.size());
+    pull[middle].x() = 1e-3f * spacing;
+    step.startChange(pull, change, at).add(0, block.size());
+    Vectors expected(block.size(), Eigen::Vector3d::Zero()), expected_change = expected;
+    for (std::uint32_t i = 0; i < block.size(); ++i) {
+      for (const Bond* b = bonds->begin(i); b != bonds->end(i); ++b) {
+        const Eigen::Vector3f x = block.position.at(i) - block.position.at(b->other);
+        const Eigen::Vector3f moved = u.at(i) - u.at(b->other);
+        const Eigen::Vector3d n = x.normalized().cast<double>();
+        const double stiffness =
+            material.stiffness *
+            static_cast<double>(0.5f * spacing * (step.secant[i] + step.secant[b->other]));
+        expected[i] -= stiffness * static_cast<double>((x + moved).norm() - b->rest_length) * n;
+        expected_change[i] -= stiffness * n.dot((pull.at(i) - pull.at(b->other)).cast<double>()) * n;
+      }
+    }
+    const Vectors forces = toVectors(f), changes = toVectors(change);
+    ASSERT_GT(largest(expected), 0.0);
+    for (std::size_t i = 0; i < block.size(); ++i) {
+      EXPECT_LT((forces[i] - expected[i]).norm(), 1e-3 * largest(expected));
+      EXPECT_LT((changes[i] - expected_change[i]).norm(), 1e-3 * largest(expected_change));
+    }
+  }
+
+  Material material = bonds_only;
+  Particles block = particlesAt(lattice(edge, spacing, 0.0f), 2e-4f);
+  VectorField sheared = zeros(block.size());  // m, displacements
+  Neighbourhood near{2.0f * spacing};
+  std::optional<Bonds> bonds;
+  std::optional<Potential> potential;
+  // The stress of an elastic lattice is E times the shear, of which 2 E y is left.
+  double left = 2.0 * 0.0025 / static_cast<double>(shear);
+};
+
 /// Clay that flowed after the last step flows on within this one: a bond pulls with the part of k (l - d)
 /// that the flow of its two ends leaves, and its stiffness falls by the same share.
 TEST(Potential, BondsYieldWithinAStep) {
-  Material material = bonds_only;
-  material.yield_strain = 0.0025;
-  material.unbond_rate = 1e9;
-  constexpr int edge = 7;
-  constexpr std::uint32_t middle = edge * edge * edge / 2;
-  constexpr float shear = 0.03f;
-  Bonds bonds(spacing, {material});
-  Potential potential(Kernel(2.0f * spacing), spacing, {material});
-  Neighbourhood near(2.0f * spacing);
-  Particles block = particlesAt(lattice(edge, spacing, 0.0f), 2e-4f);
-  VectorField guess = zeros(block.size()), f = guess, change = guess, pull = guess;
-  for (std::size_t i = 0; i < block.size(); ++i) guess[i].x() = shear * block.position[i].y();
-  for (const bool strained : {false, true}) {
-    if (strained)
-      for (std::size_t i = 0; i < block.size(); ++i) block.position.add(i, guess.at(i));
-    near.build(block.position);
-    bonds.update(near, block, block.velocity, true);
-  }
-  const Flow& flow = bonds.flow();
-  // In the middle the stress was that of an elastic lattice, E times the shear, of which 2 E y is left.
-  const double left = 2.0 * material.yield_strain / static_cast<double>(shear);
-  EXPECT_NEAR(flow.share[middle], left, static_cast<double>(shear) * left);
+  YieldingBlock s;
+  for (std::size_t i = 0; i < s.block.size(); ++i) s.block.position.add(i, s.sheared.at(i));
+  s.update();
+  EXPECT_NEAR(s.bonds->flow().share[s.middle], s.left, static_cast<double>(s.shear) * s.left);
   StepPotential step;
-  potential.linearise({near, block, &bonds, guess, dt}, {}, step);
-  Compression at;
-  at.resize(block.size());
-  step.startForce(guess, f, at).add(0, block.size());
-  pull[middle].x() = 1e-3f * spacing;
-  step.startChange(pull, change, at).add(0, block.size());
-  Vectors expected(block.size(), Eigen::Vector3d::Zero()), expected_change = expected;
-  for (std::uint32_t i = 0; i < block.size(); ++i) {
-    for (const Bond* b = bonds.begin(i); b != bonds.end(i); ++b) {
-      const Eigen::Vector3f x = block.position.at(i) - block.position.at(b->other);
-      const Eigen::Vector3f moved = guess.at(i) - guess.at(b->other);
-      const Eigen::Vector3d n = x.normalized().cast<double>();
-      const double stiffness =
-          material.stiffness * static_cast<double>(0.5f * spacing * (flow.secant[i] + flow.secant[b->other]));
-      expected[i] -= stiffness * static_cast<double>((x + moved).norm() - b->rest_length) * n;
-      expected_change[i] -= stiffness * n.dot((pull.at(i) - pull.at(b->other)).cast<double>()) * n;
-    }
-  }
-  const Vectors forces = toVectors(f), changes = toVectors(change);
-  for (std::size_t i = 0; i < block.size(); ++i) {
-    EXPECT_LT((forces[i] - expected[i]).norm(), 1e-3 * largest(expected));
-    EXPECT_LT((changes[i] - expected_change[i]).norm(), 1e-3 * largest(expected_change));
-  }
+  s.potential->linearise(s.input(s.sheared), {}, step);
+  EXPECT_EQ(step.secant, s.bonds->flow().secant);
+  s.expectSecants(step, s.sheared);
+}
+
+/// Clay that begins to yield in a step yields as the displacements of its first round ask for, whatever the
+/// guess was. Displacements that strain nothing bring back the elastic bonds.
+TEST(Potential, BondsYieldAsDisplacementsAskFor) {
+  YieldingBlock s;
+  const VectorField rest = zeros(s.block.size());
+  StepPotential step;
+  s.potential->linearise(s.input(s.sheared), {}, step);
+  const double elastic = static_cast<double>(step.secant[s.middle]);
+  EXPECT_EQ(s.bonds->flow().share[s.middle], 1.0f);
+  s.potential->yieldAt(s.sheared, s.input(s.sheared), {}, step);
+  EXPECT_NEAR(static_cast<double>(step.secant[s.middle]), s.left * elastic,
+              static_cast<double>(s.shear) * s.left * elastic);
+  s.expectSecants(step, s.sheared);
+  s.potential->yieldAt(rest, s.input(s.sheared), {}, step);
+  EXPECT_EQ(step.secant, s.bonds->flow().secant);
+  s.expectSecants(step, s.sheared);
 }
 
 TEST(Potential, ForcesSumToZeroAndTurnNothing) {
