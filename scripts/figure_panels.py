@@ -85,6 +85,11 @@ def figures(materials, folder):
         'soft_hand': ([[panel(dict(scene='stiff_bar', hands='choreography', file='press_bar', hand_model='soft'), 2.6,
                               view(yaw=5.15, pitch=0.2, distance=0.24, focus=(0.03, 0.0, 0.04), plus=(BALLS,),
                                    minus=(CLAY, POINTS, STATE)), change=('Clay as balls', 'Alpha', 0.35))]], None),
+        'print': ([[panel(dict(scene='plasticine', hands='choreography', file='press_thumb'), at,
+                          view(yaw=3.7, pitch=0.65, distance=0.16, focus=(0.0, 0.0, 0.012), only=(CLAY, TABLE) + hands),
+                          size=third, caption=words)
+                    for at, words, hands in ((0.1, 'before', ()), (1.85, 'a thumb presses', (HANDS,)),
+                                             (3.3, 'after', ()))]], None),
         'touch': ([[panel(kneading, moment, touch, size=(1300, 400), middle=(0.5, 0.46))]], None),
         '2': ([[panel(incline(kind), at, slope, size=(330, 220), middle=(0.5, 0.46), caption=words if at < 0.2 else '')
                 for kind, words in slopes] for at in (0.1, 0.2, 1.1)], ((0, 1, 2, 3), 0.0, 1.2)),

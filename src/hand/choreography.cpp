@@ -71,6 +71,19 @@ Score press(const HandPose& touching, const PressFinger& p) {
   return score;
 }
 
+// The hand raised so that its lowest skin over the block touches its top. Lower skin may hang beside it.
+HandPose onBlock(const HandPose& pose, const PressFinger& p) {
+  constexpr double half_width = 0.02;  // m, of the block
+  const double lowest = smallest(forwardKinematics(pose), [&](const Vector3d& centre, double radius) {
+    const Eigen::Vector2d beside =
+        ((centre.head<2>() - p.centre).cwiseAbs().array() - half_width).cwiseMax(0.0);
+    // Square of the sphere's depth over the nearest point of the block.
+    const double square = radius * radius - beside.squaredNorm();
+    return square > 0.0 ? centre.z() - std::sqrt(square) : std::numeric_limits<double>::infinity();
+  });
+  return lifted(pose, p.block_height - lowest);
+}
+
 // A hand that pinches, from open (0) to closed (1). The two fingers that do not grip are folded away.
 HandPose grip(double scale, double closed) {
   HandPose pose = curled(Side::right, scale, (30 + 25 * closed) * degree, (25 + 30 * closed) * degree,
@@ -165,20 +178,24 @@ Score pressFinger(const PressFinger& p) {
   return press(placed(pose, palmDown(0.0), index_tip, {p.centre.x(), p.centre.y(), p.block_height}), p);
 }
 
+Score pressThumb(const PressFinger& p) {
+  // The thumb sticks out of a fist to the front. At this angle nothing else of the fist is over the block.
+  constexpr double pitch = 24 * degree, tilt = -15 * degree;
+  HandPose pose = curled(Side::right, p.scale, 90 * degree, 90 * degree, 54 * degree);
+  pose.fingers[0].flexion = {-5 * degree, -25 * degree, 0.0};
+  pose.fingers[0].abduction = 18 * degree;
+  const Eigen::Quaterniond thumb(forwardKinematics(pose).joints[thumb_tip].orientation);
+  const Eigen::Isometry3d pad_down = palmDown(pitch) * AngleAxisd(-tilt, Vector3d::UnitZ());
+  return press(
+      onBlock(placed(pose, pad_down * thumb.inverse(), thumb_tip, {p.centre.x(), p.centre.y(), 0.0}), p), p);
+}
+
 Score flatPress(const PressFinger& p) {
-  // Only the skin over the block touches it. Heel and ball of the thumb are lower, but hang beside the block,
-  // which is level with the front of the palm.
-  constexpr double half_width = 0.02;  // m
-  HandPose pose = placed(curled(Side::right, p.scale, 0.0, 0.0, 0.0), palmDown(0.0), palm,
-                         {p.centre.x() - 0.015 * p.scale, p.centre.y(), 0.0});
-  const double lowest = smallest(forwardKinematics(pose), [&](const Vector3d& centre, double radius) {
-    const Eigen::Vector2d beside =
-        ((centre.head<2>() - p.centre).cwiseAbs().array() - half_width).cwiseMax(0.0);
-    // Square of the sphere's depth over the nearest point of the block.
-    const double square = radius * radius - beside.squaredNorm();
-    return square > 0.0 ? centre.z() - std::sqrt(square) : std::numeric_limits<double>::infinity();
-  });
-  return press(lifted(pose, p.block_height - lowest), p);
+  // Heel and ball of the thumb hang beside the block, which is level with the front of the palm.
+  return press(onBlock(placed(curled(Side::right, p.scale, 0.0, 0.0, 0.0), palmDown(0.0), palm,
+                              {p.centre.x() - 0.015 * p.scale, p.centre.y(), 0.0}),
+                       p),
+               p);
 }
 
 Score pinch(const Pinch& p) {

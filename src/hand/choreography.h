@@ -31,6 +31,10 @@ struct PressFinger {
 };
 Score pressFinger(const PressFinger& parameters = {});
 
+/// The pad of the right thumb presses a block of at most 0.04 m of width from above and leaves it, with times
+/// and distances as in pressFinger. The other fingers are a fist.
+Score pressThumb(const PressFinger& parameters = {});
+
 /// The whole right palm presses a block from above and leaves it, with times and distances as in pressFinger.
 Score flatPress(const PressFinger& parameters = {});
 

@@ -87,6 +87,7 @@ hand::Score potter(YamlMap& yaml, double scale) {
 const std::map<std::string, std::function<hand::Score(YamlMap&, double)>> moves = {
     {"knead", knead},
     {"press_finger", [](YamlMap& yaml, double scale) { return hand::pressFinger(press(yaml, scale)); }},
+    {"press_thumb", [](YamlMap& yaml, double scale) { return hand::pressThumb(press(yaml, scale)); }},
     {"press_flat", [](YamlMap& yaml, double scale) { return hand::flatPress(press(yaml, scale)); }},
     {"pinch", pinch},
     {"roll", roll},

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "clay/forces/bonds.h"
+#include "clay/solver/step_input.h"
 #include "lanes/lane_matrix.h"
 #include "lanes/lanes.h"
 
@@ -282,12 +283,12 @@ void measureFlow(const Neighbourhood& near, const Particles& particles, const Bo
                                                          to, first, last);
 }
 
-void measureSecants(const Neighbourhood& near, const Particles& particles, const Bonds& bonds,
-                    const std::vector<Contact>& contacts, const VectorField& u, std::size_t first,
-                    std::size_t last, std::vector<float>& secant, std::vector<float>& change) {
-  Measure m = measureOf(near, particles, bonds, bonds.flow(), contacts);
+void measureSecants(const StepInput& input, const std::vector<Contact>& contacts, const VectorField& u,
+                    std::size_t first, std::size_t last, Secants& secants) {
+  const Bonds& bonds = *input.bonds;
+  Measure m = measureOf(input.near, input.particles, bonds, bonds.flow(), contacts);
   m.u = u.data();
-  const Measured to{nullptr, secant.data(), nullptr, change.data()};
+  const Measured to{nullptr, secants.value.data(), nullptr, secants.change.data()};
   (bonds.materials() == 1 ? measureMovedAlike : measureMovedMixed)(m, to, first, last);
 }
 

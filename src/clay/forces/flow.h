@@ -11,6 +11,7 @@
 namespace tactile_clay::clay {
 
 class Bonds;
+struct StepInput;
 
 /// How the bonds of each particle flow. The stress at the particle decides, not the strain of a bond (von
 /// Mises).
@@ -60,13 +61,15 @@ float bondStiffness(float squares);
 void measureFlow(const Neighbourhood& near, const Particles& particles, const Bonds& bonds,
                  const std::vector<Contact>& contacts, std::size_t first, std::size_t last, Flow& flow);
 
-/// Measures the secants of particles [first, last) where the displacements u take them.
-/// @param bonds updated in this step
+/// Factors of the stiffness of each particle's bonds within a step.
+struct Secants {
+  std::vector<float> value;   // see Flow; empty: there are no bonds
+  std::vector<float> change;  // by the last `measureSecants`
+};
+
+/// Measures the secants of particles [first, last) where the displacements u of a step take them.
 /// @param contacts in the order of their particles
-/// @param secant is overwritten
-/// @param change gets new minus old secant
-void measureSecants(const Neighbourhood& near, const Particles& particles, const Bonds& bonds,
-                    const std::vector<Contact>& contacts, const VectorField& u, std::size_t first,
-                    std::size_t last, std::vector<float>& secant, std::vector<float>& change);
+void measureSecants(const StepInput& input, const std::vector<Contact>& contacts, const VectorField& u,
+                    std::size_t first, std::size_t last, Secants& secants);
 
 }  // namespace tactile_clay::clay

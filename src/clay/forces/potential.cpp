@@ -110,7 +110,7 @@ Setup Potential::setupOf(const StepInput& input, StepPotential& s) {
           input.free.data(),
           input.particles.material.data(),
           materials_,
-          {bonds, rest_lengths, s.secant.data(), secant_change_.data()},
+          {bonds, rest_lengths, s.secants.value.data(), s.secants.change.data()},
           {viscous_, dashpots_of_step_.data(), thinning, lattice_dashpots_, input.dt},
           kernel_,
           lattice_sum_,
@@ -127,7 +127,7 @@ Setup Potential::setupOf(const StepInput& input, StepPotential& s) {
 void Potential::linearise(const StepInput& input, const std::vector<Contact>& contacts, StepPotential& step) {
   resize(input, step);
   const std::size_t n = input.particles.size();
-  if (input.bonds != nullptr) step.secant = input.bonds->flow().secant;
+  if (input.bonds != nullptr) step.secants.value = input.bonds->flow().secant;
   const Setup setup = setupOf(input, step);
   parallelRanges(n, range_size,
                  [&](std::size_t first, std::size_t last) { measureSurroundings(setup, first, last); });
@@ -151,12 +151,11 @@ void Potential::linearise(const StepInput& input, const std::vector<Contact>& co
 void Potential::yieldAt(const VectorField& u, const StepInput& input, const std::vector<Contact>& contacts,
                         StepPotential& step) {
   if (input.bonds == nullptr) return;
-  secant_change_.resize(step.secant.size());
+  step.secants.change.resize(step.secants.value.size());
   const std::size_t n = input.particles.size();
   const Setup setup = setupOf(input, step);
   parallelRanges(n, range_size, [&](std::size_t first, std::size_t last) {
-    measureSecants(input.near, input.particles, *input.bonds, contacts, u, first, last, step.secant,
-                   secant_change_);
+    measureSecants(input, contacts, u, first, last, step.secants);
   });
   parallelRanges(n, range_size,
                  [&](std::size_t first, std::size_t last) { changeSecants(setup, first, last); });

@@ -47,7 +47,7 @@ struct StepPotential {
   float half_spacing = 0.0f;   // m
   float dt = 0.0f;             // s
   std::vector<float> gradient_x, gradient_y, gradient_z, spring;  // see PairArrays
-  std::vector<float> secant;  // of each particle, see Flow; empty: there are no bonds
+  Secants secants;
 
   /// Forces f at the displacements u, N. From here on, density constraints are active where u compresses.
   /// @param at is set to the compression at u
@@ -103,7 +103,7 @@ class Potential {
   std::vector<float> flow_indices_;      // of each material
   bool dense_ = false, viscous_ = false, thins_ = false;
   BoundaryDensity boundary_;
-  std::vector<float> amend_, secant_change_;  // see Setup
+  std::vector<float> amend_;  // see Setup
 };
 
 }  // namespace tactile_clay::clay

@@ -102,7 +102,7 @@ struct YieldingBlock {
         const Eigen::Vector3d n = x.normalized().cast<double>();
         const double stiffness =
             material.stiffness *
-            static_cast<double>(0.5f * spacing * (step.secant[i] + step.secant[b->other]));
+            static_cast<double>(0.5f * spacing * (step.secants.value[i] + step.secants.value[b->other]));
         expected[i] -= stiffness * static_cast<double>((x + moved).norm() - b->rest_length) * n;
         expected_change[i] -= stiffness * n.dot((pull.at(i) - pull.at(b->other)).cast<double>()) * n;
       }
@@ -134,7 +134,7 @@ TEST(Potential, BondsYieldWithinAStep) {
   EXPECT_NEAR(s.bonds->flow().share[s.middle], s.left, static_cast<double>(s.shear) * s.left);
   StepPotential step;
   s.potential->linearise(s.input(s.sheared), {}, step);
-  EXPECT_EQ(step.secant, s.bonds->flow().secant);
+  EXPECT_EQ(step.secants.value, s.bonds->flow().secant);
   s.expectSecants(step, s.sheared);
 }
 
@@ -145,14 +145,14 @@ TEST(Potential, BondsYieldAsDisplacementsAskFor) {
   const VectorField rest = zeros(s.block.size());
   StepPotential step;
   s.potential->linearise(s.input(s.sheared), {}, step);
-  const double elastic = static_cast<double>(step.secant[s.middle]);
+  const double elastic = static_cast<double>(step.secants.value[s.middle]);
   EXPECT_EQ(s.bonds->flow().share[s.middle], 1.0f);
   s.potential->yieldAt(s.sheared, s.input(s.sheared), {}, step);
-  EXPECT_NEAR(static_cast<double>(step.secant[s.middle]), s.left * elastic,
+  EXPECT_NEAR(static_cast<double>(step.secants.value[s.middle]), s.left * elastic,
               static_cast<double>(s.shear) * s.left * elastic);
   s.expectSecants(step, s.sheared);
   s.potential->yieldAt(rest, s.input(s.sheared), {}, step);
-  EXPECT_EQ(step.secant, s.bonds->flow().secant);
+  EXPECT_EQ(step.secants.value, s.bonds->flow().secant);
   s.expectSecants(step, s.sheared);
 }
 

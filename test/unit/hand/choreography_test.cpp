@@ -8,33 +8,13 @@
 #include <stdexcept>
 
 #include "hand/hand_check.h"
-#include "hand/kinematic_hand.h"
+#include "played_score.h"
 
 namespace tactile_clay::hand::choreography_test {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double frame_time = 1.0 / 50.0;
-
-// Skin at every 20 ms of a score, with its time.
-template <typename Visitor>
-void play(const Score& score, Visitor&& visit, double spacing = 8e-3) {
-  KinematicHands hands(spacing);
-  for (int i = 0; i * frame_time <= score.duration(); ++i) {
-    const TrackedFrame frame = score.sample(i * frame_time);
-    visit(i * frame_time, frame, hands.update(frame.hands, frame.stamp));
-  }
-}
-
-// Lowest skin: a capsule's lowest point is that of one of its end spheres.
-double lowest(const TrackedFrame& frame) {
-  double z = 1.0;
-  for (const TrackedHand& hand : frame.hands)
-    for (int joint = 0; joint < joint_count; ++joint)
-      if (joint != palm) z = std::min(z, hand.joints[joint].position.z() - hand.joints[joint].radius);
-  return z;
-}
+using namespace played_score;
 
 void expectPlayable(const Score& score) {
   for (const auto& keys : score.hands) {
@@ -59,8 +39,8 @@ TEST(Choreography, EveryScoreIsPlayable) {
   Potter covering;
   covering.lean = 0.175;
   covering.top = 0.068;
-  for (const Score& score :
-       {flatPress(), potter(), potter(covering), inTurn({pressFinger(), pinch(), roll(), knead()})})
+  for (const Score& score : {flatPress(), pressThumb(), potter(), potter(covering),
+                             inTurn({pressFinger(), pinch(), roll(), knead()})})
     expectPlayable(score);
 }
 
@@ -94,53 +74,6 @@ TEST(Choreography, KneadingPressesWithHeelPalmAndFingersToItsDepth) {
   for (const Joint joint : {thumb_metacarpal, palm, middle_metacarpal, ring_metacarpal, index_distal,
                             ring_distal, middle_intermediate})
     EXPECT_EQ(touching.count(joint), 1U) << joint_anatomy[joint].name;
-}
-
-TEST(Choreography, TheIndexFingerAloneTouchesTheBlock) {
-  PressFinger parameters;
-  parameters.centre = {0.03, -0.02};
-  parameters.depth = 0.012;
-  const Score score = pressFinger(parameters);
-  double deepest = 1.0;
-  double touched = -1.0;
-  double reached = -1.0;
-  double left = -1.0;
-  play(score, [&](double t, const TrackedFrame& frame, const Skin& skin) {
-    const double z = lowest(frame);
-    if (t == 0.0) {
-      EXPECT_NEAR(z, 0.1, 1e-6);
-    }
-    deepest = std::min(deepest, z);
-    if (touched < 0.0 && z < 0.04 - 1e-4) touched = t;
-    if (reached < 0.0 && z < 0.028 + 5e-5) reached = t;
-    if (z < 0.028 + 5e-5) left = t;
-    for (std::size_t i = 0; i < skin.size(); ++i) {
-      if (skin.position[i].z() >= 0.04F) continue;
-      EXPECT_EQ(skin.region[i], index_distal);
-      EXPECT_LT((skin.position[i].head<2>() - Eigen::Vector2f(0.03F, -0.02F)).norm(), 0.02F);
-    }
-  });
-  EXPECT_NEAR(deepest, 0.028, 1e-6);
-  EXPECT_NEAR(reached - touched, 0.4, 3 * frame_time);
-  EXPECT_NEAR(left - reached, 0.5, 3 * frame_time);
-}
-
-TEST(Choreography, TheFlatHandPressesWithPalmToItsDepth) {
-  const PressFinger parameters;
-  const Score score = flatPress(parameters);
-  double deepest = 1.0;
-  int maximum = 0;
-  play(score, [&](double, const TrackedFrame& /*frame*/, const Skin& skin) {
-    int touching = 0;
-    for (std::size_t i = 0; i < skin.size(); ++i) {
-      if (skin.position[i].head<2>().cwiseAbs().maxCoeff() > 0.019F) continue;
-      deepest = std::min<double>(deepest, skin.position[i].z());
-      if (skin.position[i].z() < 0.04F) ++touching;
-    }
-    maximum = std::max(maximum, touching);
-  });
-  EXPECT_NEAR(deepest, parameters.block_height - parameters.depth, 1.5e-3);
-  EXPECT_GT(maximum, 15);  // of 25 samples on 40 x 40 mm
 }
 
 TEST(Choreography, ThePottersHandsAreMirrorImagesAndCloseToTheirDepth) {

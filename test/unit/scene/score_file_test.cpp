@@ -47,7 +47,7 @@ TEST_F(ScoreFile, EveryShippedScoreIsPlayable) {
     EXPECT_GT(2 * seen, tracker.frames()) << name;
     ++count;
   }
-  EXPECT_EQ(count, 5);
+  EXPECT_EQ(count, 6);
 }
 
 /// A score that its strokes make too long is refused before it is built.
