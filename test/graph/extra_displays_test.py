@@ -96,8 +96,9 @@ class ExtraDisplays(unittest.TestCase):
         return wrong, shares
 
     def test_slice_of_the_sound(self):
-        """Colours of the slice, against an independent sum at the same places."""
-        wrong, shares = self.wrong_colors(self.slice('slice'), lambda pressure: pressure / FULL)
+        """Colours of the slice, against an independent sum at the same places. Between the points of its grid the slice
+        is interpolated. With a step of 1 mm, an eighth of a wavelength, the error of this is less than a tenth."""
+        wrong, shares = self.wrong_colors(self.slice('slice', Step=0.001), lambda pressure: pressure / FULL)
         self.assertGreater(max(shares), 0.5, 'a strong place was looked at')
         self.assertFalse(wrong)
 
