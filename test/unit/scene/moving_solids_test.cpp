@@ -57,7 +57,7 @@ TEST(MovingSolids, APlateThatStopsWithinAFramePressesAsOneThatStopsAtItsEnd) {
 }
 
 /// A motion that is shorter than a step still moves the solid by all of it, and the clay feels it: steps of
-/// 1/3840 s give 64 N. A strain of two spacings in one step needs many iterations.
+/// 1/15360 s give 64 N. A strain of two spacings in one step needs many iterations.
 TEST(MovingSolids, MotionsShorterThanAStepAreNotLost) {
   Press jerky({{"plate_joint", 0.2015, -10.0, 0.0017}}, 64);
   double maximum = 0.0;
