@@ -34,7 +34,8 @@ class ContactSearch {
   static constexpr double solid_recovery_speed = 0.1;
 
   /// @param spacing m
-  explicit ContactSearch(float spacing) : spacing_(spacing), candidates_(Colliders::reach * spacing) {}
+  explicit ContactSearch(float spacing)
+      : spacing_(spacing), candidates_(Colliders::reach * spacing, 0.5f * spacing) {}
 
   /// Finds the contacts that may close in a step, in the order of the particles, for each particle the skin
   /// first. The guess must outlive the step.

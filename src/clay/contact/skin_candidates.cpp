@@ -12,11 +12,14 @@ using Vector = Eigen::Vector3f;
 
 struct Passed {               // a sample that particles may pass
   Vector at, motion, normal;  // m, at the start of the step; m, in the step; unit
-  float radius;               // m
+  float radius, clearance;    // m
 };
 
 /// Which of the eight particles from place k on come within the radius of a sample at some time of the step,
-/// and started in front of it or at most the radius behind it. Products are summed in the order of Eigen.
+/// and started in front of it or at most the radius behind it. A particle within `clearance` of the surface
+/// counts as where its contact puts it, at the clearance: else a particle at the rim of the skin would come
+/// into reach by going in, and out of reach again by being pushed out, in each second step. Products are
+/// summed in the order of Eigen.
 /// @param nearest gets the minimum squared distances in the step, m^2
 TACTILE_CLAY_MULTIVERSION
 unsigned passing(const Passed& sample, const Neighbourhood::Places& places, std::uint32_t k,
@@ -31,8 +34,10 @@ unsigned passing(const Passed& sample, const Neighbourhood::Places& places, std:
   const LaneVector then{r.x + t * approach.x, r.y + t * approach.y, r.z + t * approach.z};
   const Lane distance = then.x * then.x + (then.y * then.y + then.z * then.z);
   const Lane height = r.x * sample.normal[0] + (r.y * sample.normal[1] + r.z * sample.normal[2]);
-  store(nearest, distance);
-  return bits((distance < sample.radius * sample.radius) & (height >= -sample.radius));
+  const Lane last = then.x * sample.normal[0] + (then.y * sample.normal[1] + then.z * sample.normal[2]);
+  const Lane placed = distance + positive(sample.clearance * sample.clearance - last * last);
+  store(nearest, placed);
+  return bits((placed < sample.radius * sample.radius) & (height >= -sample.radius));
 }
 
 Eigen::AlignedBox3f boxOf(const VectorField& field) {
@@ -56,7 +61,7 @@ void SkinCandidates::find(const Neighbourhood& near, const VectorField& u, const
     found.clear();
     for (auto g = static_cast<std::uint32_t>(first); g < last; ++g) {
       const Vector motion = dt * skin.velocity[g];
-      const Passed sample{skin.position[g] - motion, motion, skin.normal[g], radius_};
+      const Passed sample{skin.position[g] - motion, motion, skin.normal[g], radius_, clearance_};
       const Vector low = sample.at + (motion - ways.max()).cwiseMin(0.0f) - around;
       const Vector high = sample.at + (motion - ways.min()).cwiseMax(0.0f) + around;
       near.forEachRun(low, high, [&](std::uint32_t from, std::uint32_t to) {

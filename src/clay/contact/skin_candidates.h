@@ -15,7 +15,8 @@ namespace tactile_clay::clay {
 class SkinCandidates {
  public:
   /// @param radius m
-  explicit SkinCandidates(float radius) : radius_(radius) {}
+  /// @param clearance m, at which contacts keep particles off the skin
+  SkinCandidates(float radius, float clearance) : radius_(radius), clearance_(clearance) {}
 
   /// @param u m, displacements of all particles
   /// @param skin at the end of the step
@@ -36,7 +37,7 @@ class SkinCandidates {
   };
   void sort(std::size_t particles);
 
-  float radius_;
+  float radius_, clearance_;                   // m
   std::vector<std::vector<Candidate>> found_;  // by chunks of the samples
   std::vector<NearSample> sorted_;             // by particle
   std::vector<std::uint32_t> end_;             // of each particle, end of its range of `sorted_`

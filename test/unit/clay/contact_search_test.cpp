@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -43,7 +44,8 @@ struct Search {
 };
 
 /// For each particle, the samples that pass within R of it in the step and did not start deep above it, found
-/// one by one at a thousand times in the step.
+/// one by one at a thousand times in the step. A particle less than half a spacing off the surface counts as
+/// there, where its contact puts it.
 std::map<std::uint32_t, std::set<std::uint32_t>> passingSamples(const Search& s) {
   std::map<std::uint32_t, std::set<std::uint32_t>> all;
   for (std::uint32_t i = 0; i < s.particles.size(); ++i) {
@@ -51,11 +53,14 @@ std::map<std::uint32_t, std::set<std::uint32_t>> passingSamples(const Search& s)
       const Eigen::Vector3f motion = dt * s.samples.velocity[g], start = s.samples.position[g] - motion;
       const Eigen::Vector3f from = s.particles.position.at(i) - start, way = s.guess.at(i) - motion;
       if (s.samples.normal[g].dot(from) < -spacing) continue;
+      Eigen::Vector3f nearest = from;
       for (int k = 0; k <= 1000; ++k) {
-        if ((from + 0.001f * static_cast<float>(k) * way).norm() >= reach) continue;
-        all[i].insert(g);
-        break;
+        const Eigen::Vector3f then = from + 0.001f * static_cast<float>(k) * way;
+        if (then.norm() < nearest.norm()) nearest = then;
       }
+      const float height = nearest.dot(s.samples.normal[g]);
+      const float beside = (nearest - height * s.samples.normal[g]).norm();
+      if (std::hypot(beside, std::max(std::abs(height), 0.5f * spacing)) < reach) all[i].insert(g);
     }
   }
   return all;
