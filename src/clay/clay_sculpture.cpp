@@ -63,6 +63,7 @@ void Clay::State::restore(const Sculpture& s) {
   carry = s.carry;
   statistics.step = s.step;
   window_steps = s.window_steps;
+  fresh = true;
   everyone.position = s.position;
   everyone.velocity = s.velocity;
   everyone.compression = s.compression;

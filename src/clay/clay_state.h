@@ -42,7 +42,7 @@ struct Clay::State {
   void countStrays();
   // A step: clay_step.cpp.
   void step(const Surroundings& around);
-  void updateBonds();
+  void updateBonds(bool form);
   void endStep(float dt);
   void collectForces(int steps, float dt);
   // Sculptures, and the separation of awake and sleeping particles: clay_sculpture.cpp.
@@ -75,6 +75,7 @@ struct Clay::State {
   bool bonded = false;
   VectorField window_start;                  // m, positions at the last step that could form bonds
   int window_steps = 0;                      // steps since then
+  bool fresh = true;                         // whether the particles are not those of the last step
   int iterations_done = 0, rounds_done = 0;  // in this frame
   std::atomic<std::uint64_t> rejected{0};    // displacements, since the start
   double time = 0.0, carry = 0.0;            // s

@@ -28,11 +28,14 @@ void Clay::State::step(const Surroundings& around) {
     const Stopwatch watch(ms(contact_search));
     contact_constraint.detect(near, particles, free, walled_in);
   }
+  const bool begins = window_steps >= config.budget.substeps;
+  window_steps = begins ? 1 : window_steps + 1;
   if (bonded) {
     const Stopwatch watch(ms(bonds));
-    updateBonds();
+    updateBonds(begins);
   }
-  const StepInput input{near, particles, bonded ? &bond_constraint : nullptr, free, dt};
+  const StepInput input{near, particles, bonded ? &bond_constraint : nullptr, free, dt, fresh || begins};
+  fresh = false;
   if (config.budget.method == Method::paper) {
     const Stopwatch watch(ms(iterations));
     contact_constraint.restore(
@@ -57,19 +60,18 @@ void Clay::State::step(const Surroundings& around) {
 /// Bonds form and break by how far a pair has moved apart in a frame, not by the velocities of a step. These
 /// carry the noise of the solver, and a threshold that is checked more often is crossed more often. A bond
 /// breaks as soon as its frame is certain to be too fast. Bonds form only at the end of a frame.
-void Clay::State::updateBonds() {
+/// @param form whether they form now
+void Clay::State::updateBonds(bool form) {
   const float per_frame = static_cast<float>(1.0 / config.frame);
-  const bool ends = window_steps >= config.budget.substeps;
   VectorField& mean_velocity = u;  // u is not in use before the step is solved
   parallelRanges(particles.size(), range_size, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       mean_velocity[i] = per_frame * (particles.position[i] - window_start[i]);
-      if (ends) window_start[i] = particles.position[i];
+      if (form) window_start[i] = particles.position[i];
     }
   });
-  bond_constraint.update(near, particles, mean_velocity, ends, static_cast<float>(config.timeStep()),
+  bond_constraint.update(near, particles, mean_velocity, form, static_cast<float>(config.timeStep()),
                          contact_constraint.contacts());
-  window_steps = ends ? 1 : window_steps + 1;
 }
 
 void Clay::State::endStep(float dt) {

@@ -8,13 +8,14 @@
 
 namespace tactile_clay::clay {
 
-/// Two sums, and a maximum, over particles.
+/// Three sums, and a maximum, over particles.
 struct Sums {
-  double first = 0.0, second = 0.0;
+  double first = 0.0, second = 0.0, third = 0.0;
   float largest = 0.0f;
   Sums& operator+=(const Sums& other) {
     first += other.first;
     second += other.second;
+    third += other.third;
     largest = std::max(largest, other.largest);
     return *this;
   }

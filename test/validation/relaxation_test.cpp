@@ -47,16 +47,16 @@ TEST_P(Relaxation, MakesALiquidOfItsViscosity) {
   EXPECT_NEAR(slab.shearTo(1.2), viscosity, 0.1 * viscosity);
 }
 
-/// Clay under steady shear does not stiffen: the stress from strain 1.2 to 1.8 is at most that from 0.4 to
-/// 1.0, and at least half of it.
+/// Clay under steady shear does not stiffen: its stress is later at most 1.05 of what it was, and at least
+/// half. The layers of the lattice slide over each other, and the stress goes up and down by a quarter with
+/// each strain of one. So both means are over such a strain. With the plain mean strain of bonds in flow.cpp
+/// the stress grows by half.
 TEST_P(Relaxation, KeepsNoStressOfALongFlow) {
   Material putty = sticking(50.0, 1e5);
   putty.relaxation_time = 0.1;
   SimpleShear slab(GetParam(), putty, 1.0);
   slab.shearTo(0.4);
-  const double early = slab.shearTo(1.0);
-  slab.shearTo(1.2);
-  const double late = slab.shearTo(1.8);
+  const double early = slab.shearTo(1.4), late = slab.shearTo(2.4);
   EXPECT_LT(late, 1.05 * early);
   EXPECT_GT(late, 0.5 * early);
 }

@@ -80,9 +80,9 @@ void startsUp(const Resolution& resolution) {
 TEST(FilmStartUp, Converged) {
   startsUp({{16, 64}, 0.005});
 }
-/// At 4 x 8 the film is a fifth too slow while it starts: eight iterations carry the friction of the wall,
-/// but not the whole weight, through nine layers.
-TEST(FilmStartUp, DISABLED_Balanced) {
+/// Eight iterations alone carry the friction of the wall, but not the whole weight, through nine layers:
+/// without the motion of cubes the film is a fifth too slow while it starts.
+TEST(FilmStartUp, Balanced) {
   startsUp({{4, 8}, 0.005});
 }
 

@@ -94,6 +94,16 @@ void Contacts::addFriction(const VectorField& u, std::size_t first, std::size_t 
   });
 }
 
+void Contacts::listHeld(std::vector<std::uint32_t>& particles) const {
+  particles.clear();
+  for (const Filter& f : filters_) {
+    const auto contacts = of(f);
+    if (std::any_of(contacts.begin(), contacts.end(),
+                    [](const Contact& c) { return c.state != Contact::State::open; }))
+      particles.push_back(f.particle);
+  }
+}
+
 void Contacts::addFrictionChange(const VectorField& p, std::size_t first, std::size_t last,
                                  VectorField& force) const {
   forFilters(first, last, [&](const Filter& f) {

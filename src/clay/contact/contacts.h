@@ -84,6 +84,9 @@ class Contacts {
   /// Adds the change of friction with the displacements p to the forces.
   void addFrictionChange(const VectorField& p, std::size_t first, std::size_t last, VectorField& force) const;
 
+  /// Lists the particles that closed contacts hold, in ascending order.
+  void listHeld(std::vector<std::uint32_t>& particles) const;
+
   struct Changes {
     bool any = false;     // whether any contact acts differently from now on
     double pulled = 0.0;  // J, work of contacts that pulled particles onto solids, and are open now

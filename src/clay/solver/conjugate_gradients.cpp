@@ -8,16 +8,20 @@ namespace {
 // Maximum step length over dt^2. A is at least M / dt^2, so a step length exceeds dt^2 only by rounding, when
 // nothing is left to solve. One hundredth is added for the rounding of a correct step length.
 constexpr double longest_step = 1.01;
+// Minimum number of iterations after the motion of cubes in a round. They smooth the edges of the cubes. With
+// none, clay that is kneaded for minutes becomes looser where the edges are.
+constexpr int min_smoothing = 2;
 
 }  // namespace
 
 void ConjugateGradients::begin(const StepInput& in) {
   const std::size_t n = in.particles.size();
-  for (VectorField* field : {&r_, &z_, &p_, &q_, &d_, &a_d_}) field->resize(n);
+  for (VectorField* field : {&r_, &z_, &p_, &q_, &d_, &a_d_, &w_, &a_w_}) field->resize(n);
   compression_.resize(n);
   inertia_.resize(n);
   parallelFor(n, range_size,
               [&](std::size_t i) { inertia_[i] = 1.0f / (in.particles.inverse_mass[i] * in.dt * in.dt); });
+  coarse_.begin(in);
   iterations_ = 0;
 }
 
@@ -32,10 +36,16 @@ bool ConjugateGradients::descend(const Step& step, int count, double tolerance, 
   if (is_solved(residualBesideOwnProduct(step, u))) return true;
   ++iterations_;
   startDescents(moveAsLumps(step, lumps, motions, u));
-  OfLumps<Sums> products = follow(step, d_, a_d_, u);  // r . z, A d . z
-  for (int k = 1; k < count && !is_solved(products); ++k) {
+  OfLumps<Sums> products = follow(step, d_, a_d_, u);  // r . z, A d . z, A w . z
+  int firsts = 1;
+  if (count >= 2 + min_smoothing && !is_solved(products) && coarse_.acts(coarseOf(step))) {
+    firsts = 2;
     ++iterations_;
-    setDirection(step, k == 1, products, enough);
+    products = moveAsCubes(step, products, enough, u);
+  }
+  for (int k = firsts; k < count && !is_solved(products); ++k) {
+    ++iterations_;
+    setDirection(step, k == firsts, products, enough);
     if (!findSteps(multiply(step, p_, q_), step.in.dt)) break;
     products = follow(step, p_, q_, u);
   }
@@ -91,14 +101,42 @@ OfLumps<Sums> ConjugateGradients::moveAsLumps(const Step& step, Lumps& lumps,
 /// Starts along d, with the step length that minimises the potential.
 /// @param own d . A d and d . r of each lump
 void ConjugateGradients::startDescents(const OfLumps<Sums>& own) {
+  cubes_move_ = false;
   descents_.assign(own.size(), Descent());
   for (std::size_t l = 0; l < own.size(); ++l) {
-    descents_[l].own = std::max(own[l].first, 0.0);
+    descents_[l].of_d = std::max(own[l].first, 0.0);
     if (own[l].first > 0.0) descents_[l].step = static_cast<float>(own[l].second / own[l].first);
   }
 }
 
-/// Sets the next direction: p = z, plus multiples of the last p and of d that make it conjugate to both.
+/// Moves u of lumps that are not solved along w, the motion of the cubes, made conjugate to d.
+/// @return for each lump the sums of `precondition`
+OfLumps<Sums> ConjugateGradients::moveAsCubes(const Step& step, const OfLumps<Sums>& products, float enough,
+                                              VectorField& u) {
+  coarse_.solve(r_, w_);
+  cubes_move_ = true;
+  const OfLumps<Sums> with_d = sumOver(step, [&](std::uint32_t, std::size_t first, std::size_t last) {
+    step.contacts.filter(first, last, w_);
+    return Sums{dot(w_, a_d_, first, last)};
+  });
+  ranges([&](std::size_t from, std::size_t to) {
+    forRuns(step.in.near, from, to, [&](std::uint32_t lump, std::size_t first, std::size_t last) {
+      if (!(descents_[lump].of_d > 0.0)) return;
+      const auto part = static_cast<float>(with_d[lump].first / descents_[lump].of_d);
+      for (std::size_t i = first; i < last; ++i) w_[i] -= part * d_[i];
+    });
+  });
+  const OfLumps<Sums> along = multiply(step, w_, a_w_);
+  for (std::size_t l = 0; l < along.size(); ++l) {
+    const bool moves = products[l].largest > enough && along[l].first > 0.0;
+    descents_[l].of_w = moves ? along[l].first : 0.0;
+    descents_[l].step = moves ? static_cast<float>(along[l].second / along[l].first) : 0.0f;
+  }
+  return follow(step, w_, a_w_, u);
+}
+
+/// Sets the next direction: p = z, plus multiples of the last p, of d and of w. They make it conjugate to
+/// these.
 void ConjugateGradients::setDirection(const Step& step, bool first_one, const OfLumps<Sums>& products,
                                       float enough) {
   for (std::size_t l = 0; l < descents_.size(); ++l) {
@@ -107,7 +145,8 @@ void ConjugateGradients::setDirection(const Step& step, bool first_one, const Of
     descent.active = descent.active && product.largest > enough;
     if (!descent.active) continue;
     descent.again = first_one ? 0.0f : static_cast<float>(product.first / descent.last);
-    descent.deflation = descent.own > 0.0 ? static_cast<float>(product.second / descent.own) : 0.0f;
+    descent.deflation_d = descent.of_d > 0.0 ? static_cast<float>(product.second / descent.of_d) : 0.0f;
+    descent.deflation_w = descent.of_w > 0.0 ? static_cast<float>(product.third / descent.of_w) : 0.0f;
     descent.last = product.first;
   }
   ranges([&](std::size_t from, std::size_t to) {
@@ -115,7 +154,8 @@ void ConjugateGradients::setDirection(const Step& step, bool first_one, const Of
       const Descent& descent = descents_[lump];
       for (std::size_t i = first; i < last; ++i) {
         p_[i] = first_one ? z_[i] : Eigen::Vector4f(z_[i] + descent.again * p_[i]);
-        if (descent.own > 0.0) p_[i] -= descent.deflation * d_[i];
+        if (descent.of_d > 0.0) p_[i] -= descent.deflation_d * d_[i];
+        if (descent.of_w > 0.0) p_[i] -= descent.deflation_w * w_[i];
       }
     });
   });
@@ -167,13 +207,14 @@ Sums ConjugateGradients::finishResidual(const Step& step, const VectorField& u, 
 }
 
 /// Sets z = r / M in the free directions.
-/// @return r . z, A d . z, and the largest |z|^2
+/// @return r . z, A d . z, A w . z, and the largest |z|^2
 Sums ConjugateGradients::precondition(const Step& step, std::size_t first, std::size_t last) {
   for (std::size_t i = first; i < last; ++i) z_[i] = step.in.particles.inverse_mass[i] * r_[i];
   step.contacts.filter(first, last, z_);
   float largest = 0.0f;
   for (std::size_t i = first; i < last; ++i) largest = std::max(largest, z_[i].squaredNorm());
-  return {dot(r_, z_, first, last), dot(a_d_, z_, first, last), largest};
+  return {dot(r_, z_, first, last), dot(a_d_, z_, first, last),
+          cubes_move_ ? dot(a_w_, z_, first, last) : 0.0, largest};
 }
 
 OfLumps<Sums> ConjugateGradients::multiply(const Step& step, const VectorField& x, VectorField& a_x) {

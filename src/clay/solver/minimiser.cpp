@@ -19,7 +19,9 @@ constexpr int directions = 3;
 }  // namespace
 
 Minimiser::Minimiser(const Kernel& kernel, double spacing, const std::vector<Material>& materials)
-    : lumps_(spacing), potential_(kernel, static_cast<float>(spacing), materials) {}
+    : lumps_(spacing),
+      potential_(kernel, static_cast<float>(spacing), materials),
+      descent_(static_cast<float>(spacing)) {}
 
 Minimiser::Solved Minimiser::solve(const StepInput& in, Contacts& contacts, const Goal& goal,
                                    VectorField& u) {

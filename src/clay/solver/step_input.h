@@ -14,6 +14,7 @@ struct StepInput {
   const Bonds* bonds;          // null: there are none
   const VectorField& free;     // m, displacements without internal and contact forces
   float dt;                    // s
+  bool fresh = true;           // whether a frame begins, or the particles are not those of the last step
 };
 
 }  // namespace tactile_clay::clay
