@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "clay/threads.h"
 #include "lanes/lanes.h"
@@ -27,7 +26,6 @@ constexpr Eigen::Index panel = 12;
 constexpr Eigen::Index above = 2;
 
 constexpr std::uint32_t none = 0xffffffffu;
-constexpr float far = std::numeric_limits<float>::max();
 
 struct Coupling {
   PairArrays pairs;
@@ -74,7 +72,7 @@ void CoarseLevel::solve(const VectorField& r, VectorField& w) {
   parallelFor(lump_of_.size(), 1, [&](std::size_t b) {
     const auto cube = static_cast<std::uint32_t>(b);
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-    for (std::uint32_t k = begin(cube); k < end_[cube]; ++k) sum += r.at(particles_[k]);
+    for (std::uint32_t k = firstOf(cube); k < end_[cube]; ++k) sum += r.at(particles_[k]);
     y_.segment<3>(3 * cube) = sum;
   });
   for (const Box& box : boxes_) solve(box);
@@ -89,7 +87,7 @@ void CoarseLevel::assemble(const Step& step) {
   assembled_ = true;
   boxes_.assign(step.pairs.sprung ? step.in.near.lumps() : 0, Box());
   if (boxes_.empty()) return;
-  for (std::size_t i = 0; i < step.in.particles.size(); ++i) ++boxes_[step.in.near.lump(i)].particles;
+  measureBoxes(step.in);
   numberCubes(step.in);
   listParticles(step.contacts);
   placeMatrices();
@@ -97,11 +95,19 @@ void CoarseLevel::assemble(const Step& step) {
   for (Box& box : boxes_) factorise(box, step.inertia);
 }
 
+void CoarseLevel::measureBoxes(const StepInput& in) {
+  for (std::size_t i = 0; i < in.particles.size(); ++i) {
+    Box& box = boxes_[in.near.lump(i)];
+    ++box.particles;
+    box.around.extend(in.particles.position.at(i));
+  }
+}
+
 /// Chooses the size of cubes, and their order: it runs fastest along the shortest axis, so that the band is
 /// narrow. A box that is nearly empty, around a thin coil, has larger cubes.
 void CoarseLevel::layOut(Box& box) const {
   const auto particles = static_cast<float>(box.particles);
-  const Eigen::Array3f extent = box.high - box.low;
+  const Eigen::Array3f extent = box.around.sizes().array();
   float edge = spacing_ * std::max(width, std::cbrt(particles / max_cubes));
   while ((extent / edge + 1.0f).floor().prod() > particles) edge *= 1.26f;  // the cube root of 2
   box.per_metre = 1.0f / edge;
@@ -118,16 +124,6 @@ void CoarseLevel::layOut(Box& box) const {
 /// Numbers the cubes that have particles, lump by lump.
 void CoarseLevel::numberCubes(const StepInput& in) {
   const std::size_t n = in.particles.size();
-  for (Box& box : boxes_) {
-    box.low.setConstant(far);
-    box.high.setConstant(-far);
-  }
-  for (std::size_t i = 0; i < n; ++i) {
-    Box& box = boxes_[in.near.lump(i)];
-    const Eigen::Array3f x = in.particles.position.at(i).array();
-    box.low = box.low.min(x);
-    box.high = box.high.max(x);
-  }
   std::uint32_t places = 0;
   for (Box& box : boxes_) {
     if (box.particles < min_particles) continue;
@@ -140,7 +136,7 @@ void CoarseLevel::numberCubes(const StepInput& in) {
   for (std::size_t i = 0; i < n; ++i) {
     const Box& box = boxes_[in.near.lump(i)];
     if (box.particles < min_particles) continue;
-    const Eigen::Array3f at = (in.particles.position.at(i).array() - box.low) * box.per_metre;
+    const Eigen::Array3f at = (in.particles.position.at(i) - box.around.min()).array() * box.per_metre;
     const int within = (at.cast<int>().min(box.size - 1) * box.stride).sum();
     place_of_[i] = box.place + static_cast<std::uint32_t>(within);
     cube_at_[place_of_[i]] = 0;
@@ -184,16 +180,17 @@ void CoarseLevel::placeMatrices() {
     const auto reach =
         std::min(static_cast<std::uint32_t>(box.stride.sum()), box.count - 1);  // of neighbours
     box.band = 3 * static_cast<Eigen::Index>(reach) + 3;
+    box.height = box.band + panel + above;
     box.matrix = places + above;
-    places += 3 * static_cast<std::size_t>(box.count) * (box.band + panel + above) + above;
+    places += 3 * static_cast<std::size_t>(box.count) * box.height + above;
   }
   matrices_.assign(places, 0.0f);
 }
 
 CoarseLevel::Matrix CoarseLevel::matrixOf(const Box& box) {
   // Element (i, j) is at (i - j) + j height.
-  const Eigen::Index size = 3 * static_cast<Eigen::Index>(box.count), height = box.band + panel + above;
-  return {matrices_.data() + box.matrix, size, size, Eigen::OuterStride<>(height - 1)};
+  const Eigen::Index size = 3 * static_cast<Eigen::Index>(box.count);
+  return {matrices_.data() + box.matrix, size, size, Eigen::OuterStride<>(box.height - 1)};
 }
 
 /// Sets the columns of a cube, but for the springs to other cubes in its own block.
@@ -203,7 +200,7 @@ void CoarseLevel::addCube(const Step& step, std::uint32_t cube) {
   const Coupling coupling{step.pairs, cube_of_.data(), static_cast<float>(box.first), matrix.data(),
                           static_cast<std::size_t>(matrix.outerStride())};
   float mass = 0.0f;
-  for (std::uint32_t k = begin(cube); k < end_[cube]; ++k) {
+  for (std::uint32_t k = firstOf(cube); k < end_[cube]; ++k) {
     couple(coupling, particles_[k]);
     mass += step.inertia[particles_[k]];
   }
@@ -226,7 +223,7 @@ void CoarseLevel::factorise(Box& box, const std::vector<float>& inertia) {
     }
   }
   float mass = 0.0f;
-  for (std::uint32_t k = begin(box.first); k < end_[box.first + box.count - 1]; ++k)
+  for (std::uint32_t k = firstOf(box.first); k < end_[box.first + box.count - 1]; ++k)
     mass += inertia[particles_[k]];
   box.acts = matrix.diagonal().sum() / 3.0f > (1.0f + min_stiffness) * mass;
   for (Eigen::Index k = 0; k < n && box.acts; k += panel) {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <vector>
 
@@ -45,12 +45,13 @@ class CoarseLevel {
  private:
   struct Box {  // of a lump, divided into cubes
     std::uint32_t particles = 0;
-    Eigen::Array3f low, high;            // m
+    Eigen::AlignedBox3f around;          // of its particles, m
     float per_metre = 0.0f;              // cubes per metre
     Eigen::Array3i size, stride;         // cubes along each axis; distances of neighbours in `cube_at_`
     std::uint32_t place = 0;             // of the first one in `cube_at_`
     std::uint32_t first = 0, count = 0;  // cubes that have particles; none if the lump is small
     Eigen::Index band = 0;               // rows below a block's diagonal that its columns reach
+    Eigen::Index height = 0;             // elements from a column of the band to the next
     std::size_t matrix = 0;              // place in `matrices_`
     bool acts = false;                   // whether the matrix has Cholesky factors, and w is not zero
   };
@@ -58,6 +59,7 @@ class CoarseLevel {
   using Matrix = Eigen::Map<Eigen::MatrixXf, 0, Eigen::OuterStride<>>;
 
   void assemble(const Step& step);
+  void measureBoxes(const StepInput& in);
   void layOut(Box& box) const;
   void numberCubes(const StepInput& in);
   void listParticles(const Contacts& contacts);
@@ -66,7 +68,7 @@ class CoarseLevel {
   void factorise(Box& box, const std::vector<float>& inertia);
   void solve(const Box& box);
   Matrix matrixOf(const Box& box);
-  std::uint32_t begin(std::uint32_t cube) const { return cube == 0 ? 0 : end_[cube - 1]; }
+  std::uint32_t firstOf(std::uint32_t cube) const { return cube == 0 ? 0 : end_[cube - 1]; }
 
   float spacing_;  // m
   bool assembled_ = false;
@@ -75,7 +77,7 @@ class CoarseLevel {
   std::vector<std::uint32_t> cube_at_;          // of each place in a box
   std::vector<float> cube_of_;                  // of each particle; -1: none. Lanes compare floats
   std::vector<std::uint32_t> place_of_, held_;  // of each particle; particles that contacts hold
-  std::vector<std::uint32_t> end_, particles_;  // particles of cube b: from begin(b) to end_[b]
+  std::vector<std::uint32_t> end_, particles_;  // particles of cube b: from firstOf(b) to end_[b]
   std::vector<float> matrices_;                 // W^T A W, N/m, as lower bands; then their Cholesky factors
   Eigen::VectorXf y_;                           // N, then m
 };
