@@ -86,7 +86,7 @@ class ExtraDisplays(unittest.TestCase):
     def wrong_colors(self, look, share_of):
         """Places whose colour is not that of the share of the scale for their pressure; and all shares."""
         strongest, wrong, shares = self.strongest(), [], []
-        places = [(strongest.y, strongest.z)] + [(0.002 * k - 0.06, 0.05 + 0.0043 * (k % 37)) for k in range(0, 60, 3)]
+        places = [(strongest.y, strongest.z)] + [(0.002 * k - 0.06, 0.05 + 0.0043 * (k % 37)) for k in range(60)]
         for y, z in places:
             pressure, pixels = look(y, z)
             shares.append(share_of(pressure))

@@ -51,7 +51,8 @@ TEST(Qualities, WhatCostsTooMuchGivesWayToTheNextCoarser) {
   EXPECT_EQ(below(12, 8), "balanced");
   EXPECT_EQ(below(8, 16), "balanced") << "12 x 8 takes as long";
   EXPECT_EQ(below(4, 8), "fast");
-  EXPECT_EQ(below(4, 6), "draft");
+  EXPECT_EQ(below(4, 6), "fast");
+  EXPECT_EQ(below(3, 8), "draft");
   EXPECT_EQ(below(2, 8), "");
   EXPECT_EQ(below(6, 12), "balanced") << "a budget of one's own";
 }
