@@ -1,8 +1,6 @@
-// The program of every node; CMake names the class and its header.
-#include "nodes/run_node.h"
-#include TACTILE_CLAY_NODE_HEADER
+// The program of every node; CMake gives its name.
+#include "nodes/node_programs.h"
 
 int main(int argc, char** argv) {
-  return tactile_clay::nodes::runNode<tactile_clay::nodes::TACTILE_CLAY_NODE_CLASS>(argc, argv,
-                                                                                    TACTILE_CLAY_NODE_NAME);
+  return tactile_clay::nodes::runNode(TACTILE_CLAY_NODE_NAME, argc, argv);
 }

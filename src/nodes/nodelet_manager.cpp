@@ -6,7 +6,7 @@
 
 #include "nodes/exit_code.h"
 #include "nodes/freed_memory.h"
-#include "nodes/run_node.h"
+#include "nodes/signs_of_life.h"
 
 int main(int argc, char** argv) {
   tactile_clay::nodes::keepFreedMemory();

@@ -11,8 +11,9 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr float patch = 1.25f;  // spacings, radius of the skin that a sample stands for
-constexpr float margin = 0.5f;  // spacings to a contact that may still close in the step
+constexpr float clearance = 0.5f;  // spacings from a particle to every surface
+constexpr float patch = 1.25f;     // spacings, radius of the skin that a sample stands for
+constexpr float margin = 0.5f;     // spacings to a contact that may still close in the step
 // spacings; to this depth the skin pushes out particles that it did not hold in the step before.
 constexpr float capture = 1.0f;
 constexpr float skin_recovery_speed = 0.5f;  // m/s
@@ -123,8 +124,9 @@ void ContactSearch::touchSkin(const std::vector<Contact>& before, const Step& st
   std::copy_if(near.first, near.last, std::back_inserter(rest),
                [&](const NearSample& c) { return heightAtStart(step, x, c.sample) >= -deepest; });
   touchSides(step, i, x, rest, found, [&](const SkinPlane& plane, ContactGeometry& contact) {
-    const float allowance = std::max(0.5f * spacing_ - plane.before - skin_recovery_speed * step.dt, 0.0f);
-    contact.gap = 0.5f * spacing_ - plane.distance - allowance;
+    const float allowance =
+        std::max(clearance * spacing_ - plane.before - skin_recovery_speed * step.dt, 0.0f);
+    contact.gap = clearance * spacing_ - plane.distance - allowance;
     return contact.normal.dot(u) < contact.gap + margin * spacing_;
   });
 }
@@ -146,7 +148,7 @@ void ContactSearch::strayIntoSkin(const Step& step, std::size_t i, Found& found)
   std::sort(rest.begin(), rest.end(),
             [](const NearSample& a, const NearSample& b) { return a.sample < b.sample; });
   touchSides(step, i, end, rest, found, [&](const SkinPlane& plane, ContactGeometry& contact) {
-    const float depth = 0.5f * spacing_ - plane.distance;
+    const float depth = clearance * spacing_ - plane.distance;
     contact.gap = depth + contact.normal.dot(u);
     return depth > 0.0f;
   });
@@ -205,13 +207,13 @@ void ContactSearch::touchSides(const Step& step, std::size_t i, const Vector& x,
 /// How deep a particle may still be in a solid at the end of the step, m.
 /// @param before its distance from the solid at the start, m
 double ContactSearch::allowedDepth(double before, float dt) const {
-  return std::max(0.5 * spacing_ - before - solid_recovery_speed * dt, 0.0);
+  return std::max(clearance * spacing_ - before - solid_recovery_speed * dt, 0.0);
 }
 
 void ContactSearch::touchSolid(const Step& step, std::size_t i, std::size_t s, Found& found) const {
   const Colliders::MovingSolid& moving = step.colliders.solids()[s];
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
-  const double near = (0.5 + margin) * spacing_;
+  const double near = (clearance + margin) * spacing_;
   if (!moving.mayMeet(x.cast<double>(), u.norm(), near)) return;
   const Eigen::Vector3d local = moving.to_start * x.cast<double>();
   const Eigen::Vector3d motion = moving.to_end * (x + u).cast<double>() - local;
@@ -223,8 +225,8 @@ void ContactSearch::touchSolid(const Step& step, std::size_t i, std::size_t s, F
   contact.normal = (moving.end.linear() * met->normal).cast<float>();
   contact.drift = (moving.end * local).cast<float>() - x;
   const double allowance = allowedDepth(met->distance, step.dt);
-  contact.gap =
-      static_cast<float>(0.5 * spacing_ - met->distance - allowance) + contact.normal.dot(contact.drift);
+  contact.gap = static_cast<float>(clearance * spacing_ - met->distance - allowance) +
+                contact.normal.dot(contact.drift);
   if (contact.normal.dot(u) < contact.gap + margin * spacing_) found.contacts.push_back(contact);
 }
 
@@ -233,11 +235,12 @@ void ContactSearch::strayIntoSolid(const Step& step, std::size_t i, std::size_t 
   const Colliders::MovingSolid& moving = step.colliders.solids()[s];
   const Vector x = step.particles.position.at(i), u = step.u.at(i);
   const SurfacePoint touch = surface(moving.solid, moving.to_end * (x + u).cast<double>());
-  if (!(touch.distance < 0.5 * spacing_)) return;
+  if (!(touch.distance < clearance * spacing_)) return;
   // At this depth the particle may be nearer to another side than to the one where it came in.
   if (touch.distance < -spacing_) return touchSolid(step, i, s, found);
   const double before = surface(moving.solid, moving.to_start * x.cast<double>()).distance;
-  const auto depth = static_cast<float>(0.5 * spacing_ - touch.distance - allowedDepth(before, step.dt));
+  const auto depth =
+      static_cast<float>(clearance * spacing_ - touch.distance - allowedDepth(before, step.dt));
   if (!(depth > 0.0f)) return;
   ContactGeometry contact;
   contact.particle = static_cast<std::uint32_t>(i);
