@@ -150,7 +150,7 @@ double SafetyGate::rise(const ultrasound::FieldSolution& field,
     auto given = std::partition_point(given_.begin(), given_.end(),
                                       [&](const Given& g) { return g.position.x() < at.x() - same_place; });
     for (; given != given_.end() && given->position.x() <= at.x() + same_place; ++given)
-      if ((given->position - at).norm() <= same_place) before = std::max(before, given->share);
+      if (given->share > before && (given->position - at).norm() <= same_place) before = given->share;
     const double maximum = (before + config_.intensity_slew * time) * field.reach[k];
     if (field.reached[k] > maximum) factor = std::min(factor, maximum / field.reached[k]);
   }

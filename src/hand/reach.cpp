@@ -18,8 +18,8 @@ using Eigen::Vector3d;
 
 // rad, how far a bone may turn from the middle of its reach: the thumb's metacarpal, any other bone. In six
 // recordings they turn by up to 46 and 74 degrees. A little farther in the palm a thumb's flesh has no room.
-constexpr double thumb_root_reach = 46.0 * M_PI / 180.0, joint_reach = 75.0 * M_PI / 180.0;
-constexpr double twist_reach = 30.0 * M_PI / 180.0;  // rad, about the bone's own axis
+constexpr double thumb_root_reach = 46.0 * degree, joint_reach = 75.0 * degree;
+constexpr double twist_reach = 30.0 * degree;  // rad, about the bone's own axis
 // Allowed differences of hands in their proportions, at scale 1: m, of the root of the thumb and of a finger
 // from its place in the palm; lengths of bones. Tracked hands reach 11 mm, 4.4 mm, and 0.87 to 1.14.
 constexpr double thumb_root_off = 0.014, finger_root_off = 0.006, shortest = 0.8, longest = 1.25;

@@ -1,14 +1,13 @@
 #include "hand/skeleton_joints.h"
 
 #include <array>
-#include <cmath>
 
 #include "hand/skeleton.h"
 
 namespace tactile_clay::hand {
 namespace {
 
-constexpr double thumb_mp_abduction = 10.0 * M_PI / 180.0;
+constexpr double thumb_mp_abduction = 10.0 * degree;
 const std::array<const char*, finger_count> finger_names = {"thumb", "index", "middle", "ring", "little"};
 const std::array<const char*, bone_count> thumb_names = {"cmc", "mp", "ip"};
 const std::array<const char*, bone_count> names_of_fingers = {"mcp", "pip", "dip"};

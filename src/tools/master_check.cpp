@@ -9,17 +9,13 @@
 #include <stdexcept>
 
 #include "nodes/ros_master.h"
+#include "tools/tool_arguments.h"
 
 namespace tactile_clay::tools {
 namespace {
 
 using Arguments = std::map<std::string, std::string>;
 using XmlRpc::XmlRpcValue;
-
-std::string valueOf(const Arguments& arguments, const std::string& key, const std::string& fallback) {
-  const auto found = arguments.find(key);
-  return found == arguments.end() ? fallback : found->second;
-}
 
 bool isOn(const Arguments& arguments, const std::string& key) {
   std::string value = valueOf(arguments, key, "false");

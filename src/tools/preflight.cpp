@@ -52,6 +52,7 @@ that a rig is about to start: the program also checks that no other rig runs on 
 
 using Arguments = std::map<std::string, std::string>;
 namespace clay = tactile_clay;
+using clay::tools::valueOf;
 
 std::string lowerCase(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -115,11 +116,6 @@ Arguments parse(int argc, char** argv) {
                                                    : clay::nodes::packageFolder() + "/test/bags/knead.bag";
   nameFiles(arguments);
   return arguments;
-}
-
-std::string valueOf(const Arguments& arguments, const std::string& key, const std::string& fallback) {
-  const auto found = arguments.find(key);
-  return found == arguments.end() ? fallback : found->second;
 }
 
 void checkHands(const Arguments& arguments) {

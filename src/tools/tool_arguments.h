@@ -35,6 +35,13 @@ inline int wholeOf(const std::string& name, const std::string& text, int low, in
   return static_cast<int>(number);
 }
 
+/// The value of a key, or `fallback` if there is none.
+inline std::string valueOf(const std::map<std::string, std::string>& values, const std::string& key,
+                           const std::string& fallback) {
+  const auto found = values.find(key);
+  return found == values.end() ? fallback : found->second;
+}
+
 /// Prints the usage if one of the arguments is `--help` or `-h`.
 /// @return whether it did
 inline bool askedForHelp(int argc, char** argv, const char* usage) {
