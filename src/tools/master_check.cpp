@@ -14,10 +14,10 @@
 namespace tactile_clay::tools {
 namespace {
 
-using Arguments = std::map<std::string, std::string>;
+using RigArguments = std::map<std::string, std::string>;
 using XmlRpc::XmlRpcValue;
 
-bool isOn(const Arguments& arguments, const std::string& key) {
+bool isOn(const RigArguments& arguments, const std::string& key) {
   std::string value = valueOf(arguments, key, "false");
   std::transform(value.begin(), value.end(), value.begin(), [](unsigned char c) { return std::tolower(c); });
   return value != "false";
@@ -48,7 +48,7 @@ std::string masterUri() {
   return uri == nullptr || *uri == '\0' ? "http://localhost:11311/" : uri;
 }
 
-void requireFreeNames(const nodes::Address& master, const Arguments& arguments) {
+void requireFreeNames(const nodes::Address& master, const RigArguments& arguments) {
   const char* given = std::getenv("ROS_NAMESPACE");
   std::string space = given == nullptr ? "/" : given;
   if (space.empty() || space.front() != '/') space.insert(0, 1, '/');
@@ -66,7 +66,7 @@ void requireFreeNames(const nodes::Address& master, const Arguments& arguments) 
 
 /// Requires that somebody publishes the clock if it is simulated. Hands of a topic may come from a player
 /// whose clock begins later, and lockstep needs no clock.
-void requireClock(const nodes::Address& master, const Arguments& arguments) {
+void requireClock(const nodes::Address& master, const RigArguments& arguments) {
   if (valueOf(arguments, "hands", "bag") == "topic" || isOn(arguments, "lockstep")) return;
   auto simulated = nodes::ask(master, "getParam", {"/use_sim_time"});
   if (!simulated || simulated->getType() != XmlRpcValue::TypeBoolean || !static_cast<bool>(*simulated))
@@ -83,7 +83,7 @@ void requireClock(const nodes::Address& master, const Arguments& arguments) {
 
 }  // namespace
 
-std::vector<std::string> nodesOfRig(const Arguments& arguments) {
+std::vector<std::string> nodesOfRig(const RigArguments& arguments) {
   std::vector<std::string> names = {"hand_tracking",    "hand_simulator",       "clay_simulator",
                                     "clay_surface",     "hand_surface",         "rig_numbers",
                                     "contact_pressure", "focal_point_renderer", "robot_state_publisher"};
@@ -98,7 +98,7 @@ std::vector<std::string> nodesOfRig(const Arguments& arguments) {
   return names;
 }
 
-void requireRoomOnMaster(const Arguments& arguments) {
+void requireRoomOnMaster(const RigArguments& arguments) {
   const auto master = nodes::addressOf(masterUri());
   if (!master || !nodes::ask(*master, "getPid")) return;  // roslaunch starts one
   requireFreeNames(*master, arguments);
