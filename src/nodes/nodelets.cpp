@@ -1,9 +1,9 @@
 // Every node as a nodelet.
 #include <nodelet/nodelet.h>
+#include <pluginlib/class_list_macros.hpp>
 
 #include <exception>
 #include <memory>
-#include <pluginlib/class_list_macros.hpp>
 
 #include "nodes/array_driver.h"
 #include "nodes/clay_simulator.h"

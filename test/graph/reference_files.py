@@ -93,7 +93,8 @@ class Files(unittest.TestCase):
         with open(os.path.join(rig_run.PACKAGE, 'config', 'quality.yaml')) as file:
             for name, preset in yaml.safe_load(file).items():
                 self.assertIn('`%s` %d × %d' % (name, preset['substeps'], preset['iterations']), page('parameters.md'))
-                self.assertTrue(self.row_of_errors(name, preset) in text, self.row_of_errors(name, preset))
+                row = self.row_of_errors(name, preset)
+                self.assertTrue(row in text, row)
 
     @staticmethod
     def row_of_errors(name, preset):

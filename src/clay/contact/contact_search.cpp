@@ -11,9 +11,8 @@
 namespace tactile_clay::clay {
 namespace {
 
-constexpr float clearance = 0.5f;  // spacings from a particle to every surface
-constexpr float patch = 1.25f;     // spacings, radius of the skin that a sample stands for
-constexpr float margin = 0.5f;     // spacings to a contact that may still close in the step
+constexpr float patch = 1.25f;  // spacings, radius of the skin that a sample stands for
+constexpr float margin = 0.5f;  // spacings to a contact that may still close in the step
 // spacings; to this depth the skin pushes out particles that it did not hold in the step before.
 constexpr float capture = 1.0f;
 constexpr float skin_recovery_speed = 0.5f;  // m/s

@@ -28,6 +28,8 @@ class ContactSearch {
     std::vector<SampleShare> shares;
   };
 
+  /// Distance of a particle from every surface, spacings.
+  static constexpr float clearance = 0.5f;
   /// Speed at which solids undo an old penetration, m/s, so that clay does not explode. Skin is faster.
   /// Solids are slow because clay that started inside of two solids has nowhere to go, and stores the work of
   /// their squeezing.
@@ -35,7 +37,7 @@ class ContactSearch {
 
   /// @param spacing m
   explicit ContactSearch(float spacing)
-      : spacing_(spacing), candidates_(Colliders::reach * spacing, 0.5f * spacing) {}
+      : spacing_(spacing), candidates_(Colliders::reach * spacing, clearance * spacing) {}
 
   /// Finds the contacts that may close in a step, in the order of the particles, for each particle the skin
   /// first. The guess must outlive the step.

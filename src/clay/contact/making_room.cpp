@@ -134,7 +134,8 @@ std::optional<Vector> Contacts::wayOut(const Vector& x, std::int64_t& looks) con
   struct Attempt {
     float clearance, maximum;  // spacings
   };
-  for (const Attempt& a : {Attempt{0.5f, 2.0f}, {0.25f, 2.0f}, {0.25f, farthest}, {narrow, farthest}}) {
+  for (const Attempt& a :
+       {Attempt{ContactSearch::clearance, 2.0f}, {0.25f, 2.0f}, {0.25f, farthest}, {narrow, farthest}}) {
     if (looks <= 0) break;
     const auto place = colliders_.nearestFree(x, a.clearance * spacing_, a.maximum * spacing_, looks);
     if (place) return place;
