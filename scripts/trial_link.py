@@ -7,6 +7,7 @@ import threading
 import time
 import tty
 
+import rosgraph
 import rospy
 import yaml
 from std_msgs.msg import String
@@ -14,6 +15,7 @@ from std_msgs.msg import String
 from rig_tools import HANDS
 
 START = 'start'  # what trial/answer takes for the Enter key
+CONNECTING = 2.0  # s, at most, for a program that answers; one that was killed stays registered and never connects
 
 
 class Keys:
@@ -44,8 +46,19 @@ class Link:
         self.instruction = rospy.Publisher('trial/instruction', String, queue_size=1, latch=True)
         self.state = rospy.Publisher('trial/state', String, queue_size=1, latch=True)
         self.lock, self.came, self.began = threading.Lock(), [], None
-        rospy.Subscriber('trial/answer', String, self.receive, queue_size=10)
+        answers = rospy.Subscriber('trial/answer', String, self.receive, queue_size=10)
         rospy.Subscriber(HANDS, rospy.AnyMsg, self.sample, queue_size=1)
+        self.connect(answers)
+
+    @staticmethod
+    def connect(answers):
+        """Waits for the programs that answer: whoever sees a state can answer it at once, and is heard."""
+        deadline = time.monotonic() + CONNECTING
+        while time.monotonic() < deadline:
+            publishers = dict(rosgraph.Master('trial').getSystemState()[0])
+            if answers.get_num_connections() >= len(publishers.get(answers.resolved_name, [])):
+                return
+            time.sleep(0.02)
 
     def receive(self, message):
         with self.lock:

@@ -75,7 +75,10 @@ class Sessions(unittest.TestCase):
         def there():
             self.assertIsNone(process.poll(), self.said())
             return any((state['phase'], state.get('trial')) == (phase, number) for state in self.states)
-        rig_run.wait_until(there, 60, 'phase %s of trial %d' % (phase, number))
+        try:
+            rig_run.wait_until(there, 60, 'phase %s of trial %d' % (phase, number))
+        except AssertionError as fault:
+            raise AssertionError('%s; states: %s; said: %s' % (fault, self.states, self.said())) from None
 
     def kill(self, process):
         os.kill(process.pid, signal.SIGKILL)
