@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 namespace tactile_clay::clay {
 namespace {
@@ -16,6 +17,13 @@ std::size_t bytesOf(const Sculpture& s) {
   return sizeof s + of(s.position) + of(s.velocity) + of(s.compression) + of(s.window_start) +
          of(s.material) + of(s.body) + of(s.bond_begin) + of(s.bonds) + of(s.contacts) + of(s.density_ratio) +
          of(s.sleep.lump) + of(s.sleep.mark);
+}
+
+template <typename Value>
+void reserveMore(const std::vector<Value>& from, std::vector<Value>& to) {
+  if (to.capacity() >= from.size()) return;
+  to.clear();
+  to.reserve(from.size() + from.size() / 8);
 }
 
 std::string inSeconds(double seconds) {
@@ -31,14 +39,20 @@ bool Keyframes::pass(double duration) {
   return limits_.seconds > 0.0 && (states_.empty() || now_ - states_.back().time >= apart - time_rounding);
 }
 
-void Keyframes::keep(Sculpture clay, int version) {
+void Keyframes::keep(const Sculpture& clay, int version) {
   if (limits_.seconds <= 0.0) return;
   bytes_ += bytesOf(clay);
-  states_.push_back({now_, version, std::move(clay)});
-  // The newest state stays, whatever memory it takes: the first undo needs it.
-  while (states_.size() > 1 &&
-         (bytes_ > limits_.bytes || now_ - states_[1].time >= limits_.seconds - time_rounding))
-    forgetOldest();
+  State next;
+  // The new state stays, whatever memory it takes: the first undo needs it.
+  while (!states_.empty() && (bytes_ > limits_.bytes || isTooOld())) next = takeOldest();
+  // The new state takes the memory of the oldest one. These sizes change from state to state: without room to
+  // spare, most states would need other memory, and the heap would grow by the gaps between them.
+  reserveMore(clay.bonds, next.clay.bonds);
+  reserveMore(clay.contacts, next.clay.contacts);
+  next.time = now_;
+  next.version = version;
+  next.clay = clay;
+  states_.push_back(std::move(next));
 }
 
 const Keyframes::State& Keyframes::back(double seconds, double& went_back) {
@@ -60,9 +74,16 @@ const Keyframes::State& Keyframes::back(double seconds, double& went_back) {
   return states_.back();
 }
 
-void Keyframes::forgetOldest() {
-  bytes_ -= bytesOf(states_.front().clay);
+bool Keyframes::isTooOld() const {
+  const double second = states_.size() > 1 ? states_[1].time : now_;
+  return now_ - second >= limits_.seconds - time_rounding;
+}
+
+Keyframes::State Keyframes::takeOldest() {
+  State oldest = std::move(states_.front());
+  bytes_ -= bytesOf(oldest.clay);
   states_.pop_front();
+  return oldest;
 }
 
 }  // namespace tactile_clay::clay

@@ -26,7 +26,7 @@ class Keyframes {
   /// To be called when the clay has advanced by `duration` s.
   /// @return whether its state is to be kept now
   bool pass(double duration);
-  void keep(Sculpture clay, int version);
+  void keep(const Sculpture& clay, int version);
 
   /// Goes back to the newest state that is at least `seconds` old, and forgets the states after it.
   /// @param[out] went_back s, the age of that state
@@ -37,7 +37,8 @@ class Keyframes {
   std::size_t size() const { return states_.size(); }
 
  private:
-  void forgetOldest();
+  bool isTooOld() const;  // the oldest state, if a new one comes
+  State takeOldest();
 
   Limits limits_;
   std::deque<State> states_;  // by ascending time

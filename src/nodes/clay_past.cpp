@@ -59,8 +59,8 @@ void ClayPast::after(const clay::Clay& clay, double duration) {
   }
 }
 
-void ClayPast::keep(clay::Sculpture ended) {
-  keyframes_.keep(std::move(ended), changes_);
+void ClayPast::keep(const clay::Sculpture& ended) {
+  keyframes_.keep(ended, changes_);
   // The next frame writes a checkpoint, so that the ended clay does not come back.
   since_checkpoint_ = period_;
 }

@@ -28,7 +28,7 @@ class ClayPast {
   void after(const clay::Clay& clay, double duration);
 
   /// Keeps the state that a reset or a load ends.
-  void keep(clay::Sculpture ended);
+  void keep(const clay::Sculpture& ended);
   /// To be called when the clay is made with other parameters.
   void parametersChanged() { ++changes_; }
 
