@@ -13,7 +13,7 @@ class Keyframes {
  public:
   struct Limits {
     double seconds = 120.0;                // simulated time from which states are kept; 0: none are kept
-    std::size_t bytes = 256u * (1 << 20);  // maximum of all states together
+    std::size_t bytes = std::size_t{256} << 20;  // maximum of all states together
   };
   struct State {
     double time = 0.0;  // s, of the clock of the Keyframes

@@ -43,6 +43,17 @@ TACTILE_CLAY_INLINE Symmetric times(const Lane& a, const Symmetric& s) {
 TACTILE_CLAY_INLINE Symmetric sum(const Symmetric& a, const Symmetric& b) {
   return {a.xx + b.xx, a.yy + b.yy, a.zz + b.zz, a.yz + b.yz, a.zx + b.zx, a.xy + b.xy};
 }
+TACTILE_CLAY_INLINE Lane trace(const Symmetric& a) {
+  return a.xx + a.yy + a.zz;
+}
+TACTILE_CLAY_INLINE Symmetric deviator(const Symmetric& a) {
+  const Lane mean = trace(a) / 3.0f;
+  return {a.xx - mean, a.yy - mean, a.zz - mean, a.yz, a.zx, a.xy};
+}
+/// The sum of the products of all nine components.
+TACTILE_CLAY_INLINE Lane product(const Symmetric& a, const Symmetric& b) {
+  return a.xx * b.xx + a.yy * b.yy + a.zz * b.zz + 2.0f * (a.yz * b.yz + a.zx * b.zx + a.xy * b.xy);
+}
 TACTILE_CLAY_INLINE void addOuter(Symmetric& to, const LaneVector& a, const LaneVector& b) {
   to.xx += a.x * b.x;
   to.yy += a.y * b.y;

@@ -104,9 +104,11 @@ double upset(const Resolution& resolution, double radius, double thickness, bool
   return Plates::force(clay).z() / (area * yieldStress(m));
 }
 
-/// Between slippery plates a cylinder is upset by sqrt(3) tau_y over its true area (von Mises). Within 10 %.
+/// Between slippery plates a cylinder is upset by sqrt(3) tau_y over its true area (von Mises). Within 3 %.
+/// If the pressure of a plate did not count in the stress of the clay at it, that clay would yield too late:
+/// 6 to 9 %.
 TEST_P(Plasticity, UpsetsACylinder) {
-  EXPECT_NEAR(upset(GetParam(), 0.03, 0.045, false), std::sqrt(3.0), 0.1 * std::sqrt(3.0));
+  EXPECT_NEAR(upset(GetParam(), 0.03, 0.045, false), std::sqrt(3.0), 0.03 * std::sqrt(3.0));
 }
 
 /// Between rough plates, F = 2 pi tau_y R^3 / (3 h) if R is much larger than h, so 2 R / (3 h) tau_y per

@@ -90,13 +90,23 @@ float activateMixed(const Update& u, std::size_t i, const BondRule* rules, const
   return activateBonds<false>(u, i, rules, old, rest_lengths);
 }
 
+/// Elongations x E x / l of the strain tensors E, m.
+TACTILE_CLAY_INLINE Lane elongationOf(const LaneVector& normal, const LaneVector& shear, const LaneVector& x,
+                                      const Lane& length) {
+  const Lane sum = normal.x * x.x * x.x + normal.y * x.y * x.y + normal.z * x.z * x.z +
+                   2.0f * (shear.x * x.y * x.z + shear.y * x.z * x.x + shear.z * x.x * x.y);
+  return length > 0.0f ? sum / length : Lane{};
+}
+
 /// Lets the rest lengths of the pairs of particle i flow.
 /// @param bonds gets the bonds of the particle
 /// @return their number
 TACTILE_CLAY_MULTIVERSION
 std::uint32_t flowAndList(const NeighbourPairs near, std::size_t i, const Flow& flow, float* rest_lengths,
                           Bond* bonds) {
-  const Lane own_share = all(flow.share[i]), own_dilation = all(flow.dilation[i]);
+  const Lane own_share = all(flow.share[i]);
+  const float *const normal = flow.volume.normal.data(), *const shear = flow.volume.shear.data();
+  const LaneVector own_normal = allOf(normal + slot_size * i), own_shear = allOf(shear + slot_size * i);
   const Lane own_stiffness = all(flow.stiffness[i]), own_before = all(flow.before[i]);
   std::uint32_t count = 0;
   for (std::uint32_t p = near.begin[i]; p < near.end[i]; p += lane_width) {
@@ -109,9 +119,10 @@ std::uint32_t flowAndList(const NeighbourPairs near, std::size_t i, const Flow& 
     const LaneOrder stiffens = before < (1.0f - sum_rounding) * stiffness;
     if (bits(holds & ((share + own_share < 2.0f) | stiffens)) != 0) {
       const Lane length = load(near.distance + p), elongation = length - rest_length;
-      const Lane own = (1.0f - own_share) * (elongation - own_dilation * length);
-      const Lane dilation = gatherNumbers(flow.dilation.data(), slots);
-      const Lane of_other = (1.0f - share) * (elongation - dilation * length);
+      const LaneVector x = loadVector(near.x, near.y, near.z, p);
+      const Lane own = (1.0f - own_share) * (elongation - elongationOf(own_normal, own_shear, x, length));
+      const Lane kept_of_other = elongationOf(gather(normal, slots), gather(shear, slots), x, length);
+      const Lane of_other = (1.0f - share) * (elongation - kept_of_other);
       const Lane flowed = rest_length + 0.5f * (own + of_other);
       const Lane force_kept = stiffens ? before / stiffness : all(1.0f);
       const Lane stiffened = length - force_kept * (length - flowed);

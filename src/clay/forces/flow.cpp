@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "clay/forces/bonds.h"
+#include "clay/forces/fabric.h"
 #include "clay/solver/step_input.h"
 #include "lanes/lane_matrix.h"
 #include "lanes/lanes.h"
@@ -15,9 +16,6 @@ namespace {
 constexpr float fresh = 6.0f * 1.0f + 12.0f * 2.0f;
 // Minimum of the same sum, that of a flat face: an edge or a crumb is stiffened no more than a face.
 constexpr float minimum = 5.0f * 1.0f + 8.0f * 2.0f;
-// Weight of an isotropic fabric beside that of the bonds, for particles with few bonds.
-constexpr float isotropic = 0.02f;
-
 struct Measure {
   NeighbourPairs pairs;
   const float* rest_length;      // m, of each pair
@@ -32,89 +30,16 @@ struct Measure {
   const float* u;                   // m, slots: displacements of the particles; null: none
 };
 struct Measured {  // of each particle, see Flow
-  float *share, *secant, *dilation;
-  float* change;  // of the secant
+  float *share, *secant;
+  float *normal, *shear;  // slots
+  float* change;          // of the secant
 };
 
-/// Fourth moments of the bonds of a particle, J: sum k l^2 n n n n, the stress in a direction (row) that a
-/// strain in a direction (column) causes. The order is xx, yy, zz, yz, zx, xy. It is symmetric; of equal
-/// components only one is stored.
-struct Moments {
-  Lane xxxx, yyyy, zzzz, yyzz, zzxx, xxyy, xxyz, yyyz, zzyz, xxzx, yyzx, zzzx, xxxy, yyxy, zzxy;
-};
 /// Sums over the bonds of a particle.
 struct Strained {
   Symmetric stress;  // J, twice the stress times volume
   LaneVector pull;   // N, of the bonds on the particle
 };
-
-TACTILE_CLAY_INLINE void addFourth(Moments& to, const Lane& weight, const LaneVector& x) {
-  const Lane xx = x.x * x.x, yy = x.y * x.y, zz = x.z * x.z, yz = x.y * x.z, zx = x.z * x.x, xy = x.x * x.y;
-  const Lane of_xx = weight * xx, of_yy = weight * yy, of_zz = weight * zz;
-  to.xxxx += of_xx * xx;
-  to.yyyy += of_yy * yy;
-  to.zzzz += of_zz * zz;
-  to.yyzz += of_yy * zz;
-  to.zzxx += of_zz * xx;
-  to.xxyy += of_xx * yy;
-  to.xxyz += of_xx * yz;
-  to.yyyz += of_yy * yz;
-  to.zzyz += of_zz * yz;
-  to.xxzx += of_xx * zx;
-  to.yyzx += of_yy * zx;
-  to.zzzx += of_zz * zx;
-  to.xxxy += of_xx * xy;
-  to.yyxy += of_yy * xy;
-  to.zzxy += of_zz * xy;
-}
-
-TACTILE_CLAY_INLINE Lane trace(const Symmetric& a) {
-  return a.xx + a.yy + a.zz;
-}
-TACTILE_CLAY_INLINE Symmetric deviator(const Symmetric& a) {
-  const Lane mean = trace(a) / 3.0f;
-  return {a.xx - mean, a.yy - mean, a.zz - mean, a.yz, a.zx, a.xy};
-}
-TACTILE_CLAY_INLINE Lane product(const Symmetric& a, const Symmetric& b) {
-  return a.xx * b.xx + a.yy * b.yy + a.zz * b.zz + 2.0f * (a.yz * b.yz + a.zx * b.zx + a.xy * b.xy);
-}
-
-/// Mean strain v of bonds with stress T, for an isotropic fabric beside N = sum k l^2 n n. It is part of the
-/// strain tensor v + E for which the bonds have their stress: sum k (l n)(v + n E n)(l n)^T = T. With the
-/// fourth moments of an isotropic fabric: T = v N + 2 Q E / 15, tr T = Q v + E : N, Q = tr N.
-TACTILE_CLAY_INLINE Lane nearlyIsotropicVolumeStrain(const Symmetric& t, const Symmetric& n) {
-  const Lane square = trace(n), per_square = square > 0.0f ? 1.0f / square : Lane{};
-  const Lane scale = 7.5f * per_square * per_square;
-  const Symmetric uneven = deviator(n);
-  const Lane mean = trace(t) * per_square - scale * product(t, uneven);
-  // The denominator is bounded for particles with few bonds.
-  return mean / max(1.0f - scale * product(uneven, uneven), all(0.5f));
-}
-
-/// A third of the strain of the volume that the bonds measure: of the strain tensor S that fits their strains
-/// best, the minimum of sum k l^2 (strain - n S n)^2. So M S = T, with the fourth moments M. An isotropic
-/// fabric with its own solution is added to it with a small weight: with fewer than six bonds M is singular.
-/// The plain mean strain of the bonds, or fourth moments of an isotropic fabric, would let clay that goes on
-/// flowing have another volume: bonds turn into the direction of the flow.
-TACTILE_CLAY_INLINE Lane volumeStrain(const Symmetric& t, const Moments& m) {
-  const Symmetric n{m.xxxx + m.xxyy + m.zzxx, m.xxyy + m.yyyy + m.yyzz, m.zzxx + m.yyzz + m.zzzz,
-                    m.xxyz + m.yyyz + m.zzyz, m.xxzx + m.yyzx + m.zzzx, m.xxxy + m.yyxy + m.zzxy};
-  const Lane v = nearlyIsotropicVolumeStrain(t, n), mean = v * trace(n) / 3.0f;
-  const Symmetric e = deviator(sum(t, times(-v, n)));
-  const Lane w = isotropic / 15.0f * trace(n);
-  Lane lower[6][6] = {{m.xxxx + 3.0f * w},
-                      {m.xxyy + w, m.yyyy + 3.0f * w},
-                      {m.zzxx + w, m.yyzz + w, m.zzzz + 3.0f * w},
-                      {m.xxyz, m.yyyz, m.zzyz, m.yyzz + w},
-                      {m.xxzx, m.yyzx, m.zzzx, m.zzxy, m.zzxx + w},
-                      {m.xxxy, m.yyxy, m.zzxy, m.yyzx, m.xxyz, m.xxyy + w}};
-  const Lane right[6] = {t.xx + isotropic * (e.xx + mean), t.yy + isotropic * (e.yy + mean),
-                         t.zz + isotropic * (e.zz + mean), t.yz + isotropic * e.yz,
-                         t.zx + isotropic * e.zx,          t.xy + isotropic * e.xy};
-  Lane strain[6];
-  solveSymmetric(lower, right, strain);
-  return (strain[0] + strain[1] + strain[2]) / 3.0f;
-}
 
 /// Adds the bonds of particle i to `total`, eight pairs at a time: add(total, stiffness, rest_length, p),
 /// with the stiffness (N/m, 0: not bonded) and the rest length (m) of the pairs from p on. `moved`: rest
@@ -176,12 +101,12 @@ TACTILE_CLAY_INLINE Moments momentsOfBonds(const Measure& m, std::size_t i) {
   return sumOverBonds<alike, false, Moments>(m, i, add);
 }
 
-/// A third of the strain of the volume of the eight particles from i on; 0 of those that do not flow.
+/// `volumeStrain` of the eight particles from i on; 0 of those that do not flow.
 /// @param flows bits of those that do
 template <bool alike>
-TACTILE_CLAY_INLINE Lane flowingVolumeStrain(const Measure& m, std::size_t i, unsigned flows,
-                                             const Symmetric& stress) {
-  if (flows == 0) return Lane{};
+TACTILE_CLAY_INLINE Symmetric flowingVolumeStrain(const Measure& m, std::size_t i, unsigned flows,
+                                                  const Symmetric& stress) {
+  if (flows == 0) return Symmetric{};
   Totals<Moments> moments(0);
   for (int k = 0; k < lane_width; ++k)
     if ((flows >> k & 1u) != 0) moments.set(k, momentsOfBonds<alike>(m, i + k));
@@ -189,7 +114,7 @@ TACTILE_CLAY_INLINE Lane flowingVolumeStrain(const Measure& m, std::size_t i, un
 }
 
 /// Adds the forces with which colliders resist the pull of bonds, to the stress of the eight particles from
-/// `first` on. They are at most the friction there.
+/// `first` on. Along the surface they are at most the friction there. Along the normal they only press.
 /// @param contact index of the first contact that may belong to these particles
 /// @return index of the first contact after them
 std::size_t addContacts(const std::vector<Contact>& contacts, std::size_t contact, std::size_t first,
@@ -198,9 +123,11 @@ std::size_t addContacts(const std::vector<Contact>& contacts, std::size_t contac
     const Contact& c = contacts[contact];
     const std::size_t k = c.particle - first;
     const Eigen::Vector3f& n = c.normal;
-    const Eigen::Vector3f pulled(pull.x[k], pull.y[k], pull.z[k]), along = pulled - pulled.dot(n) * n;
+    const Eigen::Vector3f pulled(pull.x[k], pull.y[k], pull.z[k]), along = c.along(pulled);
     const float maximum = c.friction.norm(), size = along.norm();
-    const Eigen::Vector3f f = spacing * (size > maximum ? maximum / size : 1.0f) * along;
+    const float pressing = c.state == Contact::State::open ? 0.0f : std::min(pulled.dot(n), 0.0f);
+    const Eigen::Vector3f f =
+        spacing * ((size > maximum ? maximum / size : 1.0f) * along + 0.5f * pressing * n);
     stress.xx[k] += 2.0f * f.x() * n.x();
     stress.yz[k] += f.y() * n.z() + f.z() * n.y();
     stress.yy[k] += 2.0f * f.y() * n.y();
@@ -226,8 +153,9 @@ TACTILE_CLAY_INLINE void measure(const Measure& m, const Measured& to, std::size
       totals.set(k, strainedBonds<alike, moved>(m, i + k));
     }
     const Strained total = totals.get();
-    Symmetric s = deviator(total.stress);
-    contact = addContacts(m.contacts, contact, i, m.spacing, total.pull, s);
+    Symmetric stress = total.stress;
+    contact = addContacts(m.contacts, contact, i, m.spacing, total.pull, stress);
+    const Symmetric s = deviator(stress);
     const Lane size = 0.5f * root(0.5f * product(s, s));  // J, |s| V
     const Lane share = kept * (size > yield ? yield / size : all(1.0f));
     const Lane secant = share * load(m.stiffness + i);
@@ -235,7 +163,9 @@ TACTILE_CLAY_INLINE void measure(const Measure& m, const Measured& to, std::size
       store(to.change + i, secant - load(to.secant + i));
     } else {
       store(to.share + i, share);
-      store(to.dilation + i, flowingVolumeStrain<alike>(m, i, bits(share < 1.0f), total.stress));
+      const Symmetric kept_strain = flowingVolumeStrain<alike>(m, i, bits(share < 1.0f), total.stress);
+      scatter({kept_strain.xx, kept_strain.yy, kept_strain.zz}, to.normal + slot_size * i, slot_size);
+      scatter({kept_strain.yz, kept_strain.zx, kept_strain.xy}, to.shear + slot_size * i, slot_size);
     }
     store(to.secant + i, secant);
   }
@@ -268,7 +198,9 @@ Measure measureOf(const Neighbourhood& near, const Particles& particles, const B
 
 void Flow::resize(std::size_t particles) {
   const std::size_t whole_lanes = (particles + lane_width - 1) / lane_width * lane_width;
-  for (auto* numbers : {&share, &stiffness, &before, &secant, &dilation}) numbers->resize(whole_lanes);
+  for (auto* numbers : {&share, &stiffness, &before, &secant}) numbers->resize(whole_lanes);
+  volume.normal.resize(whole_lanes);
+  volume.shear.resize(whole_lanes);
 }
 
 float bondStiffness(float squares) {
@@ -278,7 +210,8 @@ float bondStiffness(float squares) {
 
 void measureFlow(const Neighbourhood& near, const Particles& particles, const Bonds& bonds,
                  const std::vector<Contact>& contacts, std::size_t first, std::size_t last, Flow& flow) {
-  const Measured to{flow.share.data(), flow.secant.data(), flow.dilation.data(), nullptr};
+  const Measured to{flow.share.data(), flow.secant.data(), flow.volume.normal.data(),
+                    flow.volume.shear.data(), nullptr};
   (bonds.materials() == 1 ? measureAlike : measureMixed)(measureOf(near, particles, bonds, flow, contacts),
                                                          to, first, last);
 }
@@ -288,7 +221,7 @@ void measureSecants(const StepInput& input, const std::vector<Contact>& contacts
   const Bonds& bonds = *input.bonds;
   Measure m = measureOf(input.near, input.particles, bonds, bonds.flow(), contacts);
   m.u = u.data();
-  const Measured to{nullptr, secants.value.data(), nullptr, secants.change.data()};
+  const Measured to{nullptr, secants.value.data(), nullptr, nullptr, secants.change.data()};
   (bonds.materials() == 1 ? measureMovedAlike : measureMovedMixed)(m, to, first, last);
 }
 
