@@ -12,7 +12,7 @@ namespace tactile_clay::clay {
 class Keyframes {
  public:
   struct Limits {
-    double seconds = 120.0;                // simulated time from which states are kept; 0: none are kept
+    double seconds = 120.0;  // simulated time from which states are kept; 0: none are kept
     std::size_t bytes = std::size_t{256} << 20;  // maximum of all states together
   };
   struct State {
