@@ -3,7 +3,6 @@
 #include <ros/console.h>
 
 #include <exception>
-#include <utility>
 
 #include "clay/sculpture_file.h"
 #include "nodes/kept.h"

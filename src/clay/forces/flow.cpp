@@ -16,6 +16,7 @@ namespace {
 constexpr float fresh = 6.0f * 1.0f + 12.0f * 2.0f;
 // Minimum of the same sum, that of a flat face: an edge or a crumb is stiffened no more than a face.
 constexpr float minimum = 5.0f * 1.0f + 8.0f * 2.0f;
+
 struct Measure {
   NeighbourPairs pairs;
   const float* rest_length;      // m, of each pair
